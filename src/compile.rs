@@ -18,7 +18,7 @@ use crate::formulate::{Formulated, formulate, lacking, undetermined};
 use crate::model::Unit;
 use crate::report::figures::summarise;
 use crate::report::summary::Summary;
-use crate::scene::{Asked, Fault, Faults, Reading, Resolved, Scene, Severity, Source, Span, Text, read};
+use crate::scene::{Asked, Fault, Faults, QuantityReading, Resolved, Scene, Severity, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -158,10 +158,10 @@ fn internal(what: &str) -> Fault {
 pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
     let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
     match reading {
-        Reading::Number(value) => Ok(value),
-        Reading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
-        Reading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
-        Reading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
+        QuantityReading::Number(value) => Ok(value),
+        QuantityReading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
+        QuantityReading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
+        QuantityReading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
     }
 }
 
@@ -212,8 +212,8 @@ pub fn with_units(texts: &[&str]) -> Result<Vec<String>, String> {
 /// The unit that a number is written with.
 fn unit_of(text: &str) -> Result<Option<Unit>, String> {
     match read(&Text::from(text)).map_err(|fault| fault.message)? {
-        Reading::Measure(_, unit) => Ok(Some(unit)),
-        Reading::Number(_) | Reading::Expression => Ok(None),
+        QuantityReading::Measure(_, unit) => Ok(Some(unit)),
+        QuantityReading::Number(_) | QuantityReading::Expression => Ok(None),
     }
 }
 

@@ -14,12 +14,12 @@ use std::time::Duration;
 pub struct Draft {
     writer: Option<BufWriter<File>>,
     place: PathBuf,
-    stage: Stage,
+    stage: DraftStage,
 }
 
 /// Where a file is before it takes its place.
 #[derive(Debug)]
-enum Stage {
+enum DraftStage {
     /// In its place already: a pipe or a device is written to, not replaced.
     Placed,
     /// In the right folder, without a name.
@@ -39,7 +39,7 @@ impl Draft {
             Ok(data) if data.is_file() => drop(OpenOptions::new().write(true).open(&place)?),
             Ok(_) => {
                 let file = open_patiently(OpenOptions::new().write(true), &place, "nobody reads from")?;
-                return Ok(Self { writer: Some(BufWriter::new(file)), place, stage: Stage::Placed });
+                return Ok(Self { writer: Some(BufWriter::new(file)), place, stage: DraftStage::Placed });
             }
             Err(_) => {}
         }
@@ -50,10 +50,10 @@ impl Draft {
     /// Starts a file in a file without a name, if there is one.
     fn staged(place: PathBuf, nameless: Option<File>) -> io::Result<Self> {
         let (file, stage) = match nameless {
-            Some(file) => (file, Stage::Nameless),
+            Some(file) => (file, DraftStage::Nameless),
             None => {
                 let (file, beside) = beside(&place, |path| OpenOptions::new().write(true).create_new(true).open(path))?;
-                (file, Stage::Beside(beside))
+                (file, DraftStage::Beside(beside))
             }
         };
         if let Ok(old) = fs::metadata(&place) {
@@ -67,17 +67,17 @@ impl Draft {
     pub fn commit(mut self) -> io::Result<()> {
         let Some(writer) = self.writer.take() else { return Ok(()) };
         let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
-        if matches!(self.stage, Stage::Placed) {
+        if matches!(self.stage, DraftStage::Placed) {
             return Ok(());
         }
         file.sync_all()?;
-        if matches!(self.stage, Stage::Nameless) {
+        if matches!(self.stage, DraftStage::Nameless) {
             let ((), beside) = beside(&self.place, |path| name(&file, path))?;
-            self.stage = Stage::Beside(beside);
+            self.stage = DraftStage::Beside(beside);
         }
-        if let Stage::Beside(beside) = &self.stage {
+        if let DraftStage::Beside(beside) = &self.stage {
             fs::rename(beside, &self.place)?;
-            self.stage = Stage::Placed;
+            self.stage = DraftStage::Placed;
         }
         Ok(())
     }
@@ -95,7 +95,7 @@ impl Write for Draft {
 
 impl Drop for Draft {
     fn drop(&mut self) {
-        if let Stage::Beside(beside) = &self.stage {
+        if let DraftStage::Beside(beside) = &self.stage {
             self.writer = None; // closed first: an open file cannot be removed everywhere
             let _ = fs::remove_file(beside); // nobody to tell, and the reason for dropping is told already
         }

@@ -10,7 +10,7 @@ use cotree::expr::{Expr, Symbol};
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 
 use crate::support::point::value;
 use crate::support::random::Random;
@@ -35,7 +35,7 @@ fn check(model: &str, folder: &Path) {
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
     let loops: Vec<usize> = formulated.equations.loops().map(|(index, _)| index).collect();
     let sizes = Sizes::new(&model, &formulated.lowered.solved, loops.len());
-    let code = written::equations(&scene, Notation::C).unwrap() + &sizes.driver(name);
+    let code = written::equations(&scene, EquationFormat::C).unwrap() + &sizes.driver(name);
     // The C library's power and arc cosine are others than ours: both are right to about a unit of the last place.
     let exact = !["pow(", "acos("].iter().any(|function| code.contains(function));
     let program = compile(name, &code, folder);

@@ -12,7 +12,7 @@ use cotree::diagnostic::Faults;
 use cotree::scene::{Body, Driver, Scene, Signal, State};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::program::Engine;
-use cotree_study::analysis::{At, Study};
+use cotree_study::analysis::{LinearisedAt, Study};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
@@ -393,7 +393,7 @@ fn the_linear_system_and_the_rest_have_the_states() {
     let text = servo(LINEAR)
         .replace("[initial]", "[loads.weight]\ntype = \"force\"\non = \"block\"\nvector = [\"-6 N\", 0]\n[initial]");
     let scene = Scene::from_toml(&text).unwrap();
-    let system = Study::new(&scene).unwrap().linearize(&At::Times(vec![0.0])).unwrap();
+    let system = Study::new(&scene).unwrap().linearize(&LinearisedAt::Times(vec![0.0])).unwrap();
     let names: Vec<&str> = system.points[0].states.iter().map(|state| state.name.as_str()).collect();
     assert_eq!(names, ["rail.s", "rail.v", "push.integral", "push.error"]);
     let rest = Study::new(&scene).unwrap().equilibrium().unwrap();

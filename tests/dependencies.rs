@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::support::random_parts::random_parts;
 use crate::support::run::{models, scene_of};
 use cotree::compile::compile;
-use cotree::export::description::{Causality, Description, ScalarVariable, Start};
+use cotree::export::description::{Causality, Description, ScalarVariable, StartValue};
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
@@ -155,7 +155,7 @@ fn every_derivative_that_is_not_zero_is_listed() {
 fn knowns(description: &Description) -> Vec<(usize, f64)> {
     let start = |variable: &ScalarVariable| match (variable.causality, variable.start) {
         (Causality::Parameter { start, .. } | Causality::Input { start, .. }, _) => Some(start),
-        (_, Some(Start::Exact(start))) => Some(start),
+        (_, Some(StartValue::Exact(start))) => Some(start),
         _ => None,
     };
     let all = description.variables.iter().enumerate();

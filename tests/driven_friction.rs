@@ -6,7 +6,7 @@ use crate::support::run::{compiled, model, started, value};
 use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
-use cotree_study::motion::{Figures, Request, study};
+use cotree_study::motion::{Figures, MotionRequest, study};
 
 /// A press: friction in three pins and in a guide that carries a torque.
 const PRESS: &str = r#"
@@ -197,7 +197,7 @@ stop = 3
     )
 }
 
-fn of_motion(text: &str, request: &Request) -> Result<Figures, String> {
+fn of_motion(text: &str, request: &MotionRequest) -> Result<Figures, String> {
     let scene = Scene::from_toml(text).unwrap();
     study(&scene, request).map_err(|failure| failure.to_string())
 }
@@ -217,7 +217,8 @@ fn a_jack_has_the_torques_of_textbooks() {
             assert!((found - expected).abs() < 1e-10 * expected.abs(), "{lead} {rate}: {found}, expected {expected}");
         }
         let figures =
-            of_motion(&jack(lead, 2.0), &Request { output: Some("rail".into()), ..Request::default() }).unwrap();
+            of_motion(&jack(lead, 2.0), &MotionRequest { output: Some("rail".into()), ..MotionRequest::default() })
+                .unwrap();
         let friction = figures.friction.unwrap();
         let efficiency = weight * lead / (turn * raise);
         assert!((friction.efficiency.unwrap() - efficiency).abs() < 1e-9, "{friction:?} {efficiency}");
@@ -291,17 +292,17 @@ fn a_wedge_locks_where_its_slope_is_below_mu() {
         }
     }
     assert!(locked > 3, "{}", compiled.program.constraints.len());
-    let request = Request { range: Some([0.99, 0.5]), output: Some("wall".into()), ..Request::default() };
+    let request = MotionRequest { range: Some([0.99, 0.5]), output: Some("wall".into()), ..MotionRequest::default() };
     let said = of_motion(WEDGE, &request).unwrap_err();
     assert!(said.contains("between 0.99") && said.contains("friction locks it") && said.contains("`wall`"), "{said}");
-    let free = Request { range: Some([0.85, 0.5]), ..request };
+    let free = MotionRequest { range: Some([0.85, 0.5]), ..request };
     assert!(of_motion(WEDGE, &free).unwrap().friction.unwrap().loss > 0.0);
 }
 
 /// With friction the transmission angle is that of the linkage, and the drive's effort without it stands beside.
 #[test]
 fn figures_of_the_linkage_do_not_depend_on_friction() {
-    let request = Request { output: Some("guide".into()), ..Request::default() };
+    let request = MotionRequest { output: Some("guide".into()), ..MotionRequest::default() };
     let [with, without] = [PRESS.to_owned(), frictionless(PRESS)].map(|text| of_motion(&text, &request).unwrap());
     assert_eq!(with.transmission.len(), without.transmission.len());
     for (one, other) in with.transmission.iter().zip(&without.transmission) {
@@ -315,7 +316,7 @@ fn figures_of_the_linkage_do_not_depend_on_friction() {
     let friction = with.friction.unwrap();
     assert!(friction.efficiency.is_none() && friction.work.abs() < 1e-6 && friction.loss > 1.0, "{friction:?}");
     assert!(without.friction.is_none());
-    let still = Request { speed: Some(0.0), ..request };
+    let still = MotionRequest { speed: Some(0.0), ..request };
     let said = of_motion(PRESS, &still).unwrap_err();
     assert!(said.contains("give a speed above zero"), "{said}");
 }

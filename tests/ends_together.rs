@@ -9,7 +9,7 @@ use std::sync::Arc;
 use cotree::compile::compile;
 use cotree::scene::Scene;
 use cotree_fmu::model::Model;
-use cotree_study::analysis::{At, Study};
+use cotree_study::analysis::{LinearisedAt, Study};
 
 use run::sound;
 use split_mix::Random;
@@ -91,7 +91,7 @@ fn linear_systems_along_a_guide_have_the_closed_form() {
         let own = guided(random, start, 0.0);
         let text = own.text.replace(", \"k.length\", \"k.rate\", \"k.force\", \"k.power\"", "");
         let mut study = sound(Study::new(&sound(Scene::from_toml(&text))));
-        let system = study.linearize(&At::Equilibrium).unwrap_or_else(|error| panic!("{seed}: {error}"));
+        let system = study.linearize(&LinearisedAt::Equilibrium).unwrap_or_else(|error| panic!("{seed}: {error}"));
         let a = &system.points[0].a;
         let expected = [[0.0, 1.0], [-own.stiffness / own.mass, -own.damping / own.mass]];
         for (row, entries) in expected.iter().enumerate() {
@@ -102,7 +102,7 @@ fn linear_systems_along_a_guide_have_the_closed_form() {
         if start == 0.0 {
             // The length itself has a corner there.
             let mut study = sound(Study::new(&sound(Scene::from_toml(&own.text))));
-            let system = study.linearize(&At::Equilibrium).expect("a linear system").points.remove(0);
+            let system = study.linearize(&LinearisedAt::Equilibrium).expect("a linear system").points.remove(0);
             let length = system.outputs.iter().position(|output| output.name == "k.length").expect("an output");
             assert!(system.c[(length, 0)].is_nan(), "{seed}: {}", system.c);
             let warned = study.take_warnings().expect("a warning").to_string();
@@ -192,7 +192,8 @@ fn in_the_plane_a_spring_of_no_length_is_smooth_and_a_damper_is_refused() {
         let refused = modes(&scene(2.0, [0.0; 2]));
         let why = refused.map_or_else(|error| error.to_string(), |found| format!("{:?}", found.modes));
         assert!(why.contains("together"), "{seed}: {why}");
-        let linear = sound(Study::new(&sound(Scene::from_toml(&scene(2.0, [0.0; 2]))))).linearize(&At::Equilibrium);
+        let linear =
+            sound(Study::new(&sound(Scene::from_toml(&scene(2.0, [0.0; 2]))))).linearize(&LinearisedAt::Equilibrium);
         assert!(linear.is_err(), "{seed}");
     }
 }

@@ -8,10 +8,10 @@ use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::scene::Asked;
 use cotree_study::analysis::Study;
-use cotree_study::fit::{Ended, Fit, Request, Trial, Vary, fit, fit_watched};
+use cotree_study::fit::{Fit, FitEnded, FitRequest, FitTrial, Vary, fit, fit_watched};
 
 const SCENE: &str = r#"# A mass on a spring.
 format    = 1
@@ -79,22 +79,22 @@ impl Noise {
 }
 
 /// Position with an error of 2 mm, speed with one of 0.1 m/s.
-fn measured(seed: u64) -> Table {
+fn measured(seed: u64) -> CsvTable {
     let mut noise = Noise(seed.wrapping_mul(0x1234_5678_9abc_def1));
     let times: Vec<f64> = (0..COUNT).map(|index| 2.0 * index as f64 / COUNT as f64).collect();
     let rows: Vec<[f64; 2]> = times.iter().map(|&t| exact(t)).collect();
     let x = rows.iter().map(|row| row[0] + 0.002 * noise.normal()).collect();
     let v = rows.iter().map(|row| row[1] + 0.1 * noise.normal()).collect();
     // Not in the order of the scene.
-    Table::new(vec!["block.vx".to_owned(), "block.x".to_owned()], times, vec![v, x]).unwrap()
+    CsvTable::new(vec!["block.vx".to_owned(), "block.x".to_owned()], times, vec![v, x]).unwrap()
 }
 
-fn request(table: Table, vary: &[&str]) -> Request {
+fn request(table: CsvTable, vary: &[&str]) -> FitRequest {
     let vary = vary.iter().map(|text| Vary::read(text).unwrap()).collect();
-    Request { tables: vec![table], vary, deviations: Vec::new() }
+    FitRequest { tables: vec![table], vary, deviations: Vec::new() }
 }
 
-fn fitted(request: &Request) -> Fit {
+fn fitted(request: &FitRequest) -> Fit {
     let scene = Scene::from_toml(SCENE).unwrap();
     let asked = Asked::these(request.tables[0].names());
     fit(&mut [Study::asking(&scene, &asked).unwrap()], request).unwrap()
@@ -107,7 +107,7 @@ fn truth_is_within_its_limits_as_often_as_they_say() {
     let mut squares = [0.0; 3];
     for seed in 1..=40 {
         let found = fitted(&request(measured(seed), &["stiffness", "damping", "block.x"]));
-        assert_eq!(found.ended, Ended::Settled);
+        assert_eq!(found.ended, FitEnded::Settled);
         for (place, (own, truth)) in found.quantities.iter().zip(TRUTH).enumerate() {
             let ([low, high], error) = (own.limits.unwrap(), own.error.unwrap());
             inside += usize::from((low..=high).contains(&truth));
@@ -136,7 +136,7 @@ fn errors_and_correlations_are_those_of_linear_least_squares() {
     };
     let mut noise = Noise(9);
     let seen: Vec<f64> = unit.iter().map(|unit| 0.3 * unit + 0.05 + 0.01 * noise.normal()).collect();
-    let table = Table::new(vec!["seen".to_owned()], times, vec![seen.clone()]).unwrap();
+    let table = CsvTable::new(vec!["seen".to_owned()], times, vec![seen.clone()]).unwrap();
     let found = fitted(&request(table, &["block.x", "offset"]));
     // Normal equations of y = a u + b.
     let n = unit.len() as f64;
@@ -390,7 +390,7 @@ fn a_search_that_is_stopped_keeps_the_best_values() {
     let request = request(measured(3), &["stiffness", "damping"]);
     let mut study = Study::asking(&scene, &Asked::these(request.tables[0].names())).unwrap();
     let (mut best, mut lengths) = (Vec::new(), Vec::new());
-    let found = fit_watched(std::slice::from_mut(&mut study), &request, &mut |trial: Trial| {
+    let found = fit_watched(std::slice::from_mut(&mut study), &request, &mut |trial: FitTrial| {
         if trial.is_accepted {
             best = trial.values.to_vec();
         }
@@ -399,7 +399,7 @@ fn a_search_that_is_stopped_keeps_the_best_values() {
     })
     .unwrap();
     let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
-    assert_eq!((found.ended, values), (Ended::Stopped, best));
+    assert_eq!((found.ended, values), (FitEnded::Stopped, best));
     assert!(lengths.len() == 3 && lengths[2] < lengths[0], "{lengths:?}");
     assert!(found.report().text(&cotree::model::Units::default()).contains("it was stopped"));
 }
@@ -496,17 +496,17 @@ fn two_experiments_determine_together_what_neither_does_alone() {
     let scene = Scene::from_toml(LOADED).unwrap();
     let times: Vec<f64> = (1..20).map(|index| 0.05 * f64::from(index)).collect();
     let name = || vec!["block.x".to_owned()];
-    let alone = Table::new(name(), times.clone(), vec![vibration(0.1, 0.0, &times)]).unwrap();
+    let alone = CsvTable::new(name(), times.clone(), vec![vibration(0.1, 0.0, &times)]).unwrap();
     let mut seen = vibration(0.04, 3.0, &times[..15]);
     seen[4] = f64::NAN;
-    let loaded = Table::with_gaps(name(), times[..15].to_vec(), vec![seen]).unwrap();
+    let loaded = CsvTable::with_gaps(name(), times[..15].to_vec(), vec![seen]).unwrap();
     let study = |settings: &[(&str, f64)]| {
         let mut study = Study::asking(&scene, &Asked::these(name())).unwrap();
         settings.iter().for_each(|(name, value)| study.set(name, |_| Ok(*value)).unwrap());
         study
     };
     let vary = || vec![Vary::read("k").unwrap(), Vary::read("m").unwrap()];
-    let asked = |tables: Vec<Table>| Request { tables, vary: vary(), deviations: Vec::new() };
+    let asked = |tables: Vec<CsvTable>| FitRequest { tables, vary: vary(), deviations: Vec::new() };
     let set = [("more", 3.0), ("block.x", 0.04)];
     for (table, settings) in [(&alone, &[][..]), (&loaded, &set[..])] {
         let error = fit(&mut [study(settings)], &asked(vec![table.clone()])).unwrap_err().to_string();
@@ -522,7 +522,7 @@ fn two_experiments_determine_together_what_neither_does_alone() {
     // What is varied cannot be set to different values; the times of each experiment are checked.
     let error = fit(&mut [study(&[]), study(&[("m", 3.0)])], &asked(vec![alone.clone(), loaded.clone()])).unwrap_err();
     assert!(error.to_string().contains("experiment 2: `m` is varied, but set to 3.0 kg here"), "{error}");
-    let late = Table::new(name(), vec![2.0], vec![vec![0.0]]).unwrap();
+    let late = CsvTable::new(name(), vec![2.0], vec![vec![0.0]]).unwrap();
     let error = fit(&mut [study(&[]), study(&[])], &asked(vec![alone, late])).unwrap_err().to_string();
     assert!(error.contains("experiment 2: 1 of 1 times"), "{error}");
 }
@@ -532,7 +532,7 @@ fn two_experiments_determine_together_what_neither_does_alone() {
 fn an_experiment_that_is_repeated_counts_twice() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let study = || Study::asking(&scene, &Asked::these(measured(3).names())).unwrap();
-    let asked = |count: usize| Request {
+    let asked = |count: usize| FitRequest {
         tables: vec![measured(3); count],
         deviations: vec![("block.x".to_owned(), "2 mm".to_owned()), ("block.vx".to_owned(), "0.1 m/s".to_owned())],
         ..request(measured(3), &["stiffness", "damping"])

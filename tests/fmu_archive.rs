@@ -7,18 +7,18 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use cotree::export::archive::{Package, pack, write};
-use cotree::export::description::{Causality, Description, ScalarVariable, Start, Type, Variability};
+use cotree::export::description::{Causality, Description, ScalarVariable, StartValue, Type, Variability};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
 use cotree::export::{ExportError, FmiVersion};
 use cotree::model::{DisplayUnit, Experiment, Exponents, Unit};
 use cotree::scene::{Scene, Source};
-use cotree_draw::drawing::{Body, Drawing};
+use cotree_draw::drawing::{Drawing, DrawnBody};
 use cotree_fmu::context::Statistics;
 use cotree_fmu::program::Engine;
 use cotree_page::accuracy::{Accuracy, Measurement};
-use cotree_page::documentation::Page;
+use cotree_page::documentation::DocumentationPage;
 use cotree_page::page::{Facts, Live, preformatted};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -319,8 +319,12 @@ struct Parts {
 
 impl Parts {
     fn new() -> Self {
-        let body =
-            Body { name: "arm".into(), points: vec![[0.0, 0.0], [1.0, 0.5]], centre: [0.5, 0.25], ..Body::default() };
+        let body = DrawnBody {
+            name: "arm".into(),
+            points: vec![[0.0, 0.0], [1.0, 0.5]],
+            centre: [0.5, 0.25],
+            ..DrawnBody::default()
+        };
         let measurement = |tolerance: f64, evaluations| Measurement {
             tolerance,
             error: 3.0 * tolerance,
@@ -348,8 +352,8 @@ impl Parts {
         }
     }
 
-    fn page(&self) -> Page<'_> {
-        Page { drawing: &self.drawing, facts: &self.facts, accuracy: &self.accuracy, live: &self.live }
+    fn page(&self) -> DocumentationPage<'_> {
+        DocumentationPage { drawing: &self.drawing, facts: &self.facts, accuracy: &self.accuracy, live: &self.live }
     }
 
     fn package(&self) -> Package<'_> {
@@ -488,8 +492,8 @@ fn nothing_to_draw_is_a_picture_too() {
 #[test]
 fn the_page_says_what_a_user_wants_to_know() {
     let mut description = pendulum();
-    description.variables[4].start = Some(Start::Exact(std::f64::consts::FRAC_PI_6));
-    description.variables[5].start = Some(Start::Approximate(2.0));
+    description.variables[4].start = Some(StartValue::Exact(std::f64::consts::FRAC_PI_6));
+    description.variables[5].start = Some(StartValue::Approximate(2.0));
     let page = Parts::new().page().html(&description, FmiVersion::V2);
     let initial = ["rad (deg)", "(30.0 deg)</td><td>known", "2.0</td><td>a guess"];
     let parameters = [

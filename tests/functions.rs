@@ -6,7 +6,7 @@ use crate::support::run::{compiled, file, model, started};
 use cotree::expr::{Arena, Binary, Expr, Function, Order, Symbol, Unary};
 use cotree::scene::Scene;
 use cotree_fmu::program::Engine;
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 
 /// Functions composed of others, as a user without them would write them.
 const WRITTEN_OUT: [(&str, &str); 8] = [
@@ -157,10 +157,13 @@ fn composed_functions_are_accurate_near_zero() {
 fn every_notation_shows_them_by_name() {
     let scene = Scene::from_toml(&scene()).expect("a scene");
     let printed = |notation| written::equations(&scene, notation).expect("equations");
-    let expected: [(Notation, &[&str]); 3] = [
-        (Notation::Text, &["sinh(", "cosh(", "hypot(", "smoothstep(", "asin("]),
-        (Notation::Latex, &[r"\sinh", r"\cosh", r"\operatorname{hypot}", r"\operatorname{smoothstep}", r"\arcsin"]),
-        (Notation::Json, &["sinh", "cosh", "hypot", "smoothstep"]),
+    let expected: [(EquationFormat, &[&str]); 3] = [
+        (EquationFormat::Text, &["sinh(", "cosh(", "hypot(", "smoothstep(", "asin("]),
+        (
+            EquationFormat::Latex,
+            &[r"\sinh", r"\cosh", r"\operatorname{hypot}", r"\operatorname{smoothstep}", r"\arcsin"],
+        ),
+        (EquationFormat::Json, &["sinh", "cosh", "hypot", "smoothstep"]),
     ];
     for (notation, words) in expected {
         let text = printed(notation);

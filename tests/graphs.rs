@@ -10,7 +10,7 @@ use cotree::model::Units;
 use cotree::scene::Scene;
 use cotree_draw::graph;
 use cotree_study::compare;
-use cotree_study::compare::{Choice, Cost, Figures};
+use cotree_study::compare::{Choice, ChoiceCost, CostOrFault};
 
 use run::{models, scene_of, sound};
 
@@ -85,13 +85,13 @@ fn nodes_keep_their_distance() {
     }
 }
 
-fn costs(model: &str) -> Vec<(Choice, Cost)> {
+fn costs(model: &str) -> Vec<(Choice, ChoiceCost)> {
     let path = Path::new(ROOT).join("models").join(model).join("scene.toml");
     let scene = Scene::read(&path).unwrap_or_else(|faults| panic!("{faults}"));
     let comparison = compare::comparison(&scene).unwrap_or_else(|faults| panic!("{faults}"));
     let good = |choice: Choice| match choice.figures.clone() {
-        Figures::Good(cost) => (choice, cost),
-        Figures::Bad { fault } => panic!("{}: {fault}", choice.name),
+        CostOrFault::Good(cost) => (choice, cost),
+        CostOrFault::Bad { fault } => panic!("{}: {fault}", choice.name),
     };
     comparison.choices.into_iter().map(good).collect()
 }
@@ -115,7 +115,7 @@ fn costs_are_complete_and_fewer_equations_cost_less() {
         let own: &[&str] = if model == "vibration" { &["chosen"] } else { &[] };
         assert_eq!(names, [&["absolute", "joint", "recommended"], own].concat(), "{model}");
         assert_eq!(costs.iter().filter(|(choice, _)| choice.used).count(), 1, "{model}");
-        let work = |cost: &Cost| cost.operations.additions + cost.operations.multiplications;
+        let work = |cost: &ChoiceCost| cost.operations.additions + cost.operations.multiplications;
         assert!(work(&costs[2].1) <= work(&costs[0].1), "{model}: {costs:?}");
         for (choice, cost) in &costs {
             assert!(cost.nanoseconds > 0.0, "{model} {}", choice.name);

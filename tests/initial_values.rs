@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotree::compile::{Compiled, compile};
-use cotree::export::description::Start;
+use cotree::export::description::StartValue;
 use cotree::scene::Scene;
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
@@ -28,9 +28,9 @@ fn index(compiled: &Compiled, name: &str) -> usize {
 fn known_values_are_exact_and_guesses_approximate() {
     let compiled = compiled(SLIDER_CRANK);
     let start = |name| compiled.description.variables[index(&compiled, name)].start;
-    assert_eq!(start("crank.angle"), Some(Start::Exact(0.6)));
-    assert_eq!(start("crank.omega"), Some(Start::Exact(0.0)));
-    assert_eq!(start("rod.angle"), Some(Start::Approximate(-0.19)));
+    assert_eq!(start("crank.angle"), Some(StartValue::Exact(0.6)));
+    assert_eq!(start("crank.omega"), Some(StartValue::Exact(0.0)));
+    assert_eq!(start("rod.angle"), Some(StartValue::Approximate(-0.19)));
     assert_eq!(start("cylinder.s"), None);
 }
 
@@ -95,7 +95,7 @@ fn an_initial_value_of_something_else_becomes_a_variable() {
     let text = text.replace("\"cylinder.s\", ", "");
     let compiled = compiled(&text);
     let speed = index(&compiled, "cylinder.v");
-    assert_eq!(compiled.description.variables[speed].start, Some(Start::Exact(0.3)));
+    assert_eq!(compiled.description.variables[speed].start, Some(StartValue::Exact(0.3)));
     assert_eq!(compiled.description.variables[speed].unit.si, "m/s");
     let mut instance = instance(&compiled);
     instance.set(speed, -0.2).expect("an initial value");

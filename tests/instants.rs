@@ -12,8 +12,8 @@ use cotree::scene::{Body, Event, Joint, Load, Sampled, Scene};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use cotree_study::analysis::{At, Study};
-use cotree_study::motion::Request;
+use cotree_study::analysis::{LinearisedAt, Study};
+use cotree_study::motion::MotionRequest;
 
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
 
@@ -309,7 +309,7 @@ fn values_that_are_held_cannot_be_set_and_are_inputs_of_linear_systems() {
     let push = servo.variable("push").unwrap();
     assert!(matches!(servo.set(push, 1.0), Err(InstanceError::Calculated { .. })));
     let mut study = sound(Study::new(&sound(Scene::from_toml(SERVO))));
-    let system = study.linearize(&At::Times(vec![0.05])).unwrap();
+    let system = study.linearize(&LinearisedAt::Times(vec![0.05])).unwrap();
     let point = &system.points[0];
     let place = point.inputs.iter().position(|input| input.name == "push").unwrap();
     assert!((point.b[(1, place)] - 0.5).abs() < 1e-12, "{}", point.b);
@@ -564,8 +564,12 @@ fn figures_of_a_stroke_refuse_events() {
     let latch = latch.replace("[events.passes]\nwhen = \"rail.v > 0.3\"\nset = { n = \"n + 1\" }\n", "");
     let latch = latch.replace("\"n\", ", "");
     let figures = |text: &str| {
-        let request =
-            Request { input: Some("rail".into()), range: Some([0.5, 1.0]), speed: Some(0.1), ..Request::default() };
+        let request = MotionRequest {
+            input: Some("rail".into()),
+            range: Some([0.5, 1.0]),
+            speed: Some(0.1),
+            ..MotionRequest::default()
+        };
         cotree_study::motion::study(&Scene::from_toml(text).unwrap(), &request)
     };
     let refused = figures(&latch).expect_err("an event").to_string();

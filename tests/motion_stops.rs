@@ -6,7 +6,7 @@ use crate::outside::command;
 use crate::support::cam::Random;
 
 use command::{code, cotree, stderr, stdout};
-use cotree_study::motion::{self, Request};
+use cotree_study::motion::{self, MotionRequest};
 use serde_json::Value;
 
 const DEG: f64 = PI / 180.0;
@@ -241,7 +241,7 @@ fn random_four_bars_are_stopped_where_circles_say() {
         let Some(open) = rocker_angle(links, start) else { continue };
         let reach = random.between(0.02, 2.2);
         let limits = [open - reach, open + random.between(0.02, 2.2)];
-        let request = Request { input: Some("O2".into()), ..Request::default() };
+        let request = MotionRequest { input: Some("O2".into()), ..MotionRequest::default() };
         let scene = cotree::scene::Scene::from_toml(&four_bar(links, start, limits)).unwrap();
         let found =
             motion::study(&scene, &request).unwrap_or_else(|error| panic!("{links:?} {start} {limits:?}: {error}"));

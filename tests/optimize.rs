@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::scene::Asked;
 use cotree_study::analysis::Study;
 use cotree_study::fit::Vary;
-use cotree_study::optimize::{Aim, Best, Ended, OptimizeError, Progress, Request, optimize};
+use cotree_study::optimize::{Aim, Best, Ended, OptimizeError, OptimizeRequest, Progress, optimize};
 
 /// A mass on a bar that turns slowly from 10 to 110 degrees off the vertical, and a spring with a free length that balances it.
 const BALANCE: &str = r#"
@@ -95,14 +95,18 @@ angle = "{turn} + {ahead} + t"
     )
 }
 
-fn path(times: &[f64], points: &[[f64; 2]]) -> Table {
+fn path(times: &[f64], points: &[[f64; 2]]) -> CsvTable {
     let column = |place: usize| points.iter().map(|point| point[place]).collect();
-    Table::new(vec!["coupler.pen.x".to_owned(), "coupler.pen.y".to_owned()], times.to_vec(), vec![column(0), column(1)])
-        .unwrap()
+    CsvTable::new(
+        vec!["coupler.pen.x".to_owned(), "coupler.pen.y".to_owned()],
+        times.to_vec(),
+        vec![column(0), column(1)],
+    )
+    .unwrap()
 }
 
-fn request(vary: &[&str], aim: Aim, limits: &[&str]) -> Request {
-    Request {
+fn request(vary: &[&str], aim: Aim, limits: &[&str]) -> OptimizeRequest {
+    OptimizeRequest {
         vary: vary.iter().map(|text| Vary::read(text).unwrap()).collect(),
         aim,
         limits: limits.iter().map(|text| text.parse().unwrap()).collect(),
@@ -117,13 +121,17 @@ fn least(goal: &str) -> Aim {
     Aim::Least(goal.parse().unwrap())
 }
 
-fn watched(scene: &str, request: &Request, watch: &(dyn Fn(Progress) -> bool + Sync)) -> Result<Best, OptimizeError> {
+fn watched(
+    scene: &str,
+    request: &OptimizeRequest,
+    watch: &(dyn Fn(Progress) -> bool + Sync),
+) -> Result<Best, OptimizeError> {
     let scene = Scene::from_toml(scene).unwrap();
     let mut study = Study::asking(&scene, &Asked::these(request.variables())).unwrap();
     optimize(&scene, &mut study, request, watch)
 }
 
-fn best(scene: &str, request: &Request) -> Best {
+fn best(scene: &str, request: &OptimizeRequest) -> Best {
     watched(scene, request, &|_| true).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -132,7 +140,8 @@ fn best(scene: &str, request: &Request) -> Best {
 fn a_bar_is_balanced_with_every_seed() {
     for seed in 0..50 {
         let vary = ["stiffness=0..20000", "post=100..400 mm", "arm=50..300 mm"];
-        let found = best(BALANCE, &Request { seed, starts: 8, ..request(&vary, least("peak(motor.torque)"), &[]) });
+        let found =
+            best(BALANCE, &OptimizeRequest { seed, starts: 8, ..request(&vary, least("peak(motor.torque)"), &[]) });
         let value = found.values[1].unwrap();
         assert!(
             (value - BALANCED).abs() < 1e-6 && found.ended == Ended::Settled,
@@ -285,7 +294,7 @@ fn limits_are_met_and_cost_what_they_cost() {
     let vary = ["crank", "rod"];
     let asked = |stroke: &str| {
         let limits = [&*format!("range(slide.s) >= {stroke}"), "max(slide.s) <= 400 mm"];
-        best(CARRIAGE, &Request { starts: 6, ..request(&vary, least("max(link.angle)"), &limits) })
+        best(CARRIAGE, &OptimizeRequest { starts: 6, ..request(&vary, least("max(link.angle)"), &limits) })
     };
     let found = asked("100 mm");
     assert_eq!(found.ended, Ended::Settled);
@@ -301,8 +310,10 @@ fn limits_are_met_and_cost_what_they_cost() {
     assert!(found.limits[1].multiplier.is_some() && (found.limits[1].value - 0.4).abs() < 1e-6);
     // Large is the opposite of small.
     let limits = ["max(slide.s) <= 400 mm", "min(slide.s) >= 260 mm"];
-    let most =
-        best(CARRIAGE, &Request { starts: 6, ..request(&vary, Aim::Most("range(slide.s)".parse().unwrap()), &limits) });
+    let most = best(
+        CARRIAGE,
+        &OptimizeRequest { starts: 6, ..request(&vary, Aim::Most("range(slide.s)".parse().unwrap()), &limits) },
+    );
     assert!((goal(&most) - 0.14).abs() < 1e-6 && most.limits.iter().all(|own| own.multiplier.is_some()), "{most:?}");
     assert!((most.limits[0].multiplier.unwrap() - 1.0).abs() < 1e-6, "{:?}", most.limits);
 }
@@ -317,7 +328,7 @@ fn searches_follow_the_line_that_equations_leave() {
         .replace("[\"ground\", \"carriage\"]", "[\"ground.guide\", \"carriage\"]");
     let limits = ["max(slide.s) = 400 mm", "range(slide.s) = 100 mm"];
     let vary = ["crank", "rod", "offset"];
-    let found = best(&scene, &Request { starts: 8, ..request(&vary, least("max(link.angle)"), &limits) });
+    let found = best(&scene, &OptimizeRequest { starts: 8, ..request(&vary, least("max(link.angle)"), &limits) });
     let (far, near) = (0.4_f64.hypot(0.1), 0.3_f64.hypot(0.1));
     let known = [0.5 * (far - near), 0.5 * (far + near), -0.1];
     for own in &found.searches {
@@ -330,7 +341,8 @@ fn searches_follow_the_line_that_equations_leave() {
     let told = found.limits[1].multiplier.unwrap();
     let with = |stroke: &str| {
         let limits = [limits[0], &*format!("range(slide.s) = {stroke}")];
-        best(&scene, &Request { starts: 1, ..request(&vary, least("max(link.angle)"), &limits) }).values[1].unwrap()
+        best(&scene, &OptimizeRequest { starts: 1, ..request(&vary, least("max(link.angle)"), &limits) }).values[1]
+            .unwrap()
     };
     let slope = (with("100.1 mm") - with("99.9 mm")) / 2e-4;
     assert!((told / slope - 1.0).abs() < 1e-2, "{told} {slope}");
@@ -339,7 +351,7 @@ fn searches_follow_the_line_that_equations_leave() {
 /// The same request gives the same answer, in any number of threads; whoever stops it keeps the best values.
 #[test]
 fn threads_change_nothing_and_a_stop_keeps_the_best() {
-    let own = |threads| Request {
+    let own = |threads| OptimizeRequest {
         starts: 6,
         seed: 7,
         threads,
@@ -365,10 +377,11 @@ fn threads_change_nothing_and_a_stop_keeps_the_best() {
 
 #[test]
 fn what_cannot_be_asked_is_refused_with_its_reason() {
-    let refused = |request: &Request| watched(CARRIAGE, request, &|_| true).unwrap_err().to_string();
+    let refused = |request: &OptimizeRequest| watched(CARRIAGE, request, &|_| true).unwrap_err().to_string();
     let vary = ["crank", "rod"];
     let contradiction = ["range(slide.s) >= 120 mm", "range(slide.s) <= 100 mm"];
-    let message = refused(&Request { starts: 3, ..request(&vary, least("peak(motor.torque)"), &contradiction) });
+    let message =
+        refused(&OptimizeRequest { starts: 3, ..request(&vary, least("peak(motor.torque)"), &contradiction) });
     assert!(
         message.contains("no values were found that meet all limits") && message.contains("range(slide.s)"),
         "{message}"
@@ -381,7 +394,7 @@ fn what_cannot_be_asked_is_refused_with_its_reason() {
     assert!(message.contains("outside") || message.contains("no sum"), "{message}");
     let message = refused(&request(&vary, least("slide.s"), &["max(slide.s) <= 3 kg"]));
     assert!(message.contains("max(slide.s) <= 3 kg"), "{message}");
-    let message = refused(&Request { starts: 0, ..request(&vary, least("slide.s"), &[]) });
+    let message = refused(&OptimizeRequest { starts: 0, ..request(&vary, least("slide.s"), &[]) });
     assert!(message.contains("0 starts"), "{message}");
 }
 
@@ -397,7 +410,7 @@ fn a_crank_rocker_has_the_best_transmission_angle() {
         ("across", 0.1, -1.0, 1.0),
     ];
     let scene = four_bar(&names, "stop = 6.3", [0.8, 1.6]);
-    let turn = cotree_study::motion::Request {
+    let turn = cotree_study::motion::MotionRequest {
         input: Some("A".to_owned()),
         output: Some("D".to_owned()),
         ..Default::default()
@@ -406,7 +419,7 @@ fn a_crank_rocker_has_the_best_transmission_angle() {
     let aim = Aim::Most("min(transmission)".parse().unwrap());
     let found = best(
         &scene,
-        &Request { turn: Some(turn), starts: 2, ..request(&["crank_length", "rod", "swing"], aim, &limits) },
+        &OptimizeRequest { turn: Some(turn), starts: 2, ..request(&["crank_length", "rod", "swing"], aim, &limits) },
     );
     let value = found.values[1].unwrap().to_degrees();
     assert!((value - 31.854).abs() < 2e-3 && found.ended == Ended::Settled, "{value} {found:#?}");

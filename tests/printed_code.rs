@@ -17,7 +17,7 @@ use cotree::formulate::Formulated;
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 
 use command::printed;
 use run::{file, formulated, models, scene_of, sound};
@@ -358,7 +358,7 @@ fn numpy() -> Option<(PathBuf, PathBuf)> {
 }
 
 /// Calls `check` for every model with its equations, random points and what the kernels give there.
-fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool)) {
+fn for_all_models(notation: EquationFormat, check: impl Fn(&Case, &str, &[f64], bool)) {
     // Friction that sticks has no functions.
     let own =
         models().into_iter().filter(|name| !run::RUBBING.contains(&name.as_str())).map(|name| (scene_of(&name), name));
@@ -389,12 +389,12 @@ fn for_all_models(notation: Notation, check: impl Fn(&Case, &str, &[f64], bool))
 
 /// Do the equations need functions for which the languages have their own versions?
 fn is_elementary(formulated: &Formulated) -> bool {
-    use cotree::expr::{Binary, Node, Unary};
+    use cotree::expr::{Binary, ExprNode, Unary};
     let arena = &formulated.equations.system.arena;
     let foreign = |expr| {
         matches!(
             arena.node(expr),
-            Node::Unary(
+            ExprNode::Unary(
                 Unary::Sinh
                     | Unary::Cosh
                     | Unary::Tan
@@ -405,7 +405,7 @@ fn is_elementary(formulated: &Formulated) -> bool {
                     | Unary::Log
                     | Unary::Tanh,
                 _
-            ) | Node::Binary(Binary::Power | Binary::Atan2, ..)
+            ) | ExprNode::Binary(Binary::Power | Binary::Atan2, ..)
         )
     };
     !arena.all().any(foreign)
@@ -430,14 +430,14 @@ fn has_fortran() -> bool {
 
 #[test]
 fn c_gives_the_same_bits() {
-    for_all_models(Notation::C, |case, code, expected, elementary| {
+    for_all_models(EquationFormat::C, |case, code, expected, elementary| {
         assert_same(&format!("{} in C", case.name), &case.run_c(code), expected, elementary);
     });
 }
 
 #[test]
 fn rust_gives_the_same_bits() {
-    for_all_models(Notation::Rust, |case, code, expected, elementary| {
+    for_all_models(EquationFormat::Rust, |case, code, expected, elementary| {
         assert_same(&format!("{} in Rust", case.name), &case.run_rust(code), expected, elementary);
     });
 }
@@ -445,7 +445,7 @@ fn rust_gives_the_same_bits() {
 #[test]
 fn fortran_agrees() {
     if has_fortran() {
-        for_all_models(Notation::Fortran, |case, code, expected, _| {
+        for_all_models(EquationFormat::Fortran, |case, code, expected, _| {
             assert_close(&format!("{} in Fortran", case.name), &case.run_fortran(code), expected, 1e-11);
         });
     }
@@ -454,7 +454,7 @@ fn fortran_agrees() {
 #[test]
 fn python_agrees() {
     if numpy().is_some() {
-        for_all_models(Notation::Python, |case, code, expected, _| {
+        for_all_models(EquationFormat::Python, |case, code, expected, _| {
             assert_close(&format!("{} in Python", case.name), &case.run_python(code), expected, 1e-11);
         });
     }

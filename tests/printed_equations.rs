@@ -11,7 +11,7 @@ use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
 use cotree::model::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
 use cotree::scene::Scene;
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 use cotree_text::{self as text, Prose};
 use serde_json::Value;
 
@@ -31,7 +31,7 @@ fn model(name: &str) -> Scene {
 fn the_examples_of_the_paper_as_text() {
     for path in PAPER {
         let scene = scene(path);
-        let text = written::equations(&scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+        let text = written::equations(&scene, EquationFormat::Text).unwrap_or_else(|faults| panic!("{faults}"));
         insta::assert_snapshot!(format!("text_{}", &*scene.resolve().unwrap().mechanism.name), text);
     }
 }
@@ -40,7 +40,7 @@ fn the_examples_of_the_paper_as_text() {
 fn the_examples_of_the_paper_as_latex() {
     for path in PAPER {
         let scene = scene(path);
-        let text = written::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let text = written::equations(&scene, EquationFormat::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         insta::assert_snapshot!(format!("latex_{}", &*scene.resolve().unwrap().mechanism.name), text);
     }
 }
@@ -54,7 +54,7 @@ fn the_derivation_of_the_slider_crank() {
 /// Letter by letter, with the user's names for the paper's.
 #[test]
 fn eqs_57_to_62_look_as_in_the_paper() {
-    let text = written::equations(&scene(PAPER[0]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = written::equations(&scene(PAPER[0]), EquationFormat::Text).unwrap_or_else(|faults| panic!("{faults}"));
     for line in [
         "M[1,1] = I1 + m1*l5^2 + (m2 + m3)*(l5 + l6)^2",
         "M[1,2] = (m2*l7 + m3*(l7 + l8))*(l5 + l6)*(s1*c2 - c1*s2)",
@@ -69,7 +69,7 @@ fn eqs_57_to_62_look_as_in_the_paper() {
 
 #[test]
 fn eqs_38_39_and_42_look_as_in_the_paper() {
-    let text = written::equations(&scene(PAPER[1]), Notation::Text).unwrap_or_else(|faults| panic!("{faults}"));
+    let text = written::equations(&scene(PAPER[1]), EquationFormat::Text).unwrap_or_else(|faults| panic!("{faults}"));
     for line in [
         "Phi[1] = (l7 + l8)*(s1*c3 - c1*s3) - l2*c1",
         "Phi[2] = l1 + l2 - (l3 + l4)*s1 - (l5 + l6)*c2",
@@ -140,7 +140,7 @@ fn check_values(title: &str, equations: &mut Equations) -> usize {
     let mut names: HashMap<String, f64> = HashMap::new();
     let arena = &equations.system.arena;
     for expr in arena.all() {
-        if let cotree::expr::Node::Symbol(symbol) = arena.node(expr) {
+        if let cotree::expr::ExprNode::Symbol(symbol) = arena.node(expr) {
             names.insert(text::symbol_name(equations, symbol), value(symbol));
         }
     }
@@ -313,7 +313,7 @@ fn elements(html: &str) -> usize {
 fn pages_are_well_formed() {
     for name in models().into_iter().filter(|name| name != RUBBING_IN_DRIVEN) {
         let scene = model(&name);
-        let motion = written::equations(&scene, Notation::Html).unwrap_or_else(|faults| panic!("{faults}"));
+        let motion = written::equations(&scene, EquationFormat::Html).unwrap_or_else(|faults| panic!("{faults}"));
         let steps = written::steps(&scene, Prose::Html).unwrap_or_else(|faults| panic!("{faults}"));
         assert!(elements(&motion) > 60 && elements(&steps) > 60, "{name}");
         assert!(!motion.contains("http"), "{name}: the page needs the network");
@@ -327,7 +327,7 @@ fn pages_are_well_formed() {
 fn latex_documents_are_balanced() {
     for name in models().into_iter().filter(|name| name != RUBBING_IN_DRIVEN) {
         let scene = model(&name);
-        let motion = written::equations(&scene, Notation::Latex).unwrap_or_else(|faults| panic!("{faults}"));
+        let motion = written::equations(&scene, EquationFormat::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         let steps = written::steps(&scene, Prose::Latex).unwrap_or_else(|faults| panic!("{faults}"));
         for document in [motion, steps] {
             let count = |what: &str| document.matches(what).count();

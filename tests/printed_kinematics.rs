@@ -16,7 +16,7 @@ use cotree::network::{Direction, Held};
 use cotree::scene::{Resolved, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 
 use command::printed;
 
@@ -134,7 +134,7 @@ impl Case {
         Case { name: mechanism.name.clone(), scene, arguments, driven, reactions, slides, efforts, expected }
     }
 
-    fn code(&self, notation: Notation) -> String {
+    fn code(&self, notation: EquationFormat) -> String {
         written::equations(&self.scene, notation).unwrap()
     }
 
@@ -227,7 +227,7 @@ fn in_c(case: &Case, folder: &Path) -> Vec<f64> {
         let _ = writeln!(main, "for (int i = 0; i < {size}; i++) printf(\"%.17g\\n\", {array}[i]);");
     }
     main.push_str("return 0;\n}\n");
-    std::fs::write(folder.join("code.c"), case.code(Notation::C)).unwrap();
+    std::fs::write(folder.join("code.c"), case.code(EquationFormat::C)).unwrap();
     std::fs::write(folder.join("main.c"), main).unwrap();
     let flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-ffp-contract=off"];
     printed(Command::new("gcc").current_dir(folder).args(flags).args(["main.c", "-o", "main_c", "-lm"]));
@@ -253,7 +253,7 @@ fn in_rust(case: &Case, folder: &Path) -> Vec<f64> {
         let _ = writeln!(main, "code::{}_{function}({t:e}, &p, &[], &[], &q, {});", case.name, arrays.join(", "));
     }
     main.push_str("v.iter().chain(&a).chain(&lambda).chain(&s).chain(&effort).for_each(|x| println!(\"{x:e}\"));\n}\n");
-    std::fs::write(folder.join("code.rs"), case.code(Notation::Rust)).unwrap();
+    std::fs::write(folder.join("code.rs"), case.code(EquationFormat::Rust)).unwrap();
     std::fs::write(folder.join("main.rs"), main).unwrap();
     let flags = ["--edition", "2021", "-D", "warnings", "main.rs", "-o", "main_rust"];
     printed(Command::new("rustc").current_dir(folder).args(flags));
@@ -281,7 +281,7 @@ fn in_fortran(case: &Case, folder: &Path) -> Vec<f64> {
         let _ = writeln!(main, "  call {}_{function}({t:e}_real64, p, none, none, q, {arrays})", case.name);
     }
     main.push_str("  print '(es25.17e3)', v, a, lambda, s, effort\nend program test\n");
-    std::fs::write(folder.join("code.f90"), case.code(Notation::Fortran)).unwrap();
+    std::fs::write(folder.join("code.f90"), case.code(EquationFormat::Fortran)).unwrap();
     std::fs::write(folder.join("main.f90"), main).unwrap();
     let flags = ["-std=f2008", "-O1", "code.f90", "main.f90", "-o", "main_fortran"];
     printed(Command::new("gfortran").current_dir(folder).args(flags));
@@ -301,7 +301,7 @@ fn in_python(case: &Case, folder: &Path, python: &Path) -> Vec<f64> {
         let _ = writeln!(main, "{} = code.{}_{function}({t:e}, p, [], [], q{given})", found.join(", "), case.name);
     }
     let main = main.replace("lambda", "lambda_") + "for x in [*v, *a, *lambda_, *s, *effort]: print(repr(float(x)))\n";
-    std::fs::write(folder.join("code_.py"), case.code(Notation::Python)).unwrap();
+    std::fs::write(folder.join("code_.py"), case.code(EquationFormat::Python)).unwrap();
     std::fs::write(folder.join("main.py"), main).unwrap();
     numbers(Command::new(python).current_dir(folder).arg("main.py"))
 }
@@ -313,9 +313,11 @@ fn without_masses_their_matrices_are_zero() {
                 drivers.d = { joint = 'j', angle = 't' }\nname = 'bare'\n\
                 coordinates = { translation = ['j'], rotation = ['a'] }";
     let scene = Scene::from_toml(text).unwrap();
-    for (notation, load) in
-        [(Notation::C, "Q[0] = 0e0;"), (Notation::Rust, "Q[0] = 0e0_f64;"), (Notation::Fortran, "load(1) = 0e0_real64")]
-    {
+    for (notation, load) in [
+        (EquationFormat::C, "Q[0] = 0e0;"),
+        (EquationFormat::Rust, "Q[0] = 0e0_f64;"),
+        (EquationFormat::Fortran, "load(1) = 0e0_real64"),
+    ] {
         let code = written::equations(&scene, notation).unwrap();
         assert!(code.contains(load) && code.contains("The scene gives no masses"), "{code}");
     }

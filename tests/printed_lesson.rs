@@ -4,7 +4,7 @@ use crate::support::ROOT;
 use crate::support::run::RUBBING_IN_DRIVEN;
 use cotree::scene::Scene;
 use cotree_text::Prose;
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 
 fn scene(path: &str) -> Scene {
     Scene::read(format!("{ROOT}/{path}")).unwrap_or_else(|faults| panic!("{faults}"))
@@ -19,7 +19,7 @@ fn lesson(scene: &Scene) -> String {
 }
 
 fn equations(scene: &Scene) -> String {
-    written::equations(scene, Notation::Text).unwrap_or_else(|faults| panic!("{faults}"))
+    written::equations(scene, EquationFormat::Text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 /// Lines without the spaces that align their signs.
@@ -317,9 +317,9 @@ fn drivers_that_follow_an_input_are_explained() {
             "motor'' rad/s^2 acceleration of the driver `motor` = rate of the input `speed`",
         ],
     );
-    let code = written::equations(&written(&following), Notation::C).unwrap();
+    let code = written::equations(&written(&following), EquationFormat::C).unwrap();
     assert!(code.contains("motor (its rate is the input speed)"), "{code}");
-    let json = written::equations(&written(&following), Notation::Json).unwrap();
+    let json = written::equations(&written(&following), EquationFormat::Json).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["followers"][0]["driver"], "motor");
     assert_eq!(json["followers"][0]["rate"], "motor'");
@@ -335,7 +335,7 @@ fn parentheses_of_latex_pages_close_on_other_lines() {
         assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count(), "{model}");
         assert_eq!(page.matches(r"\left").count(), page.matches(r"\right").count(), "{model}");
     }
-    let page = written::equations(&written(&chain(6, "joint")), Notation::Latex).unwrap();
+    let page = written::equations(&written(&chain(6, "joint")), EquationFormat::Latex).unwrap();
     assert!(page.contains(r"\Bigl("), "long formulas are broken");
     assert_eq!(page.matches(r"\Bigl").count(), page.matches(r"\Bigr").count());
 }

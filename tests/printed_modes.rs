@@ -2,8 +2,8 @@
 
 use crate::support::run::{RUBBING, RUBBING_IN_DRIVEN, formulated, models, scene_of, sound};
 use cotree::scene::{Faults, Scene};
-use cotree_text::written::{self, Notation};
-use cotree_text::{Prose, Written};
+use cotree_text::written::{self, EquationFormat};
+use cotree_text::{Prose, SymbolNotation};
 use serde_json::Value;
 
 /// A slider-crank with friction in a pin and in a long guide, a limit, and a brake whose level is a law.
@@ -131,7 +131,7 @@ fn scene(text: &str) -> Scene {
 }
 
 fn named(scene: &Scene) -> String {
-    written::named(&mut formulated(&scene.resolve().unwrap()), Written::Prose(Prose::Text)).unwrap()
+    written::named(&mut formulated(&scene.resolve().unwrap()), SymbolNotation::Prose(Prose::Text)).unwrap()
 }
 
 /// Lines without the spaces that align them.
@@ -242,8 +242,9 @@ fn printed_laws_of_levels_give_the_levels_of_the_solution() {
 
 #[test]
 fn other_programs_read_the_modes() {
-    let json =
-        |scene: &Scene| -> Value { serde_json::from_str(&written::equations(scene, Notation::Json).unwrap()).unwrap() };
+    let json = |scene: &Scene| -> Value {
+        serde_json::from_str(&written::equations(scene, EquationFormat::Json).unwrap()).unwrap()
+    };
     let rubbing = json(&model("stick_slip"));
     let modes: Vec<&str> =
         rubbing["modes"].as_array().unwrap().iter().map(|own| own["mode"].as_str().unwrap()).collect();
@@ -312,10 +313,10 @@ fn graphs_name_what_has_modes() {
 
 #[test]
 fn code_says_what_its_factors_are_and_is_refused_where_friction_sticks() {
-    let code = written::equations(&model("end_stop"), Notation::C).unwrap();
+    let code = written::equations(&model("end_stop"), EquationFormat::C).unwrap();
     assert!(code.contains("guide.max.closed: 1 in the mode in which it holds, else 0"), "{code}");
     assert!(code.contains("lambda: reactions: guide, guide.max\n"), "{code}");
-    for notation in [Notation::C, Notation::Fortran, Notation::Rust, Notation::Python] {
+    for notation in [EquationFormat::C, EquationFormat::Fortran, EquationFormat::Rust, EquationFormat::Python] {
         let said = written::equations(&model("stick_slip"), notation).unwrap_err();
         assert_fault(&said, "equations::friction", "`rubbing.friction` sticks or slides");
     }
@@ -326,7 +327,7 @@ fn each_mode_has_reduced_equations_of_its_own() {
     for (name, what) in [("end_stop", "`guide.max` is held on one side only"), ("stick_slip", "sticks or slides")] {
         let scene = model(name);
         let mut formulated = formulated(&scene.resolve().unwrap());
-        let list = written::reduced(&mut formulated, Written::Prose(Prose::Text), false).unwrap_err();
+        let list = written::reduced(&mut formulated, SymbolNotation::Prose(Prose::Text), false).unwrap_err();
         assert_fault(&Faults::new(scene.source.clone(), list), "equations::modes", what);
     }
 }
@@ -341,7 +342,7 @@ fn assert_fault(faults: &Faults, code: &str, message: &str) {
 fn only_what_has_modes_prints_them() {
     for name in models().into_iter().filter(|name| name != RUBBING_IN_DRIVEN) {
         let scene = model(&name);
-        let text = written::equations(&scene, Notation::Text).unwrap();
+        let text = written::equations(&scene, EquationFormat::Text).unwrap();
         let has =
             ["end_stop", "play_train", "valve_train"].contains(&name.as_str()) || RUBBING.contains(&name.as_str());
         assert_eq!(text.contains("\nModes\n"), has, "{name}");

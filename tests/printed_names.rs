@@ -5,7 +5,7 @@ use std::process::Command;
 
 use cotree::scene::Scene;
 use cotree_text::Prose;
-use cotree_text::written::{self, Notation};
+use cotree_text::written::{self, EquationFormat};
 
 /// A led arm with an odd name whose parameters are called like matrices, reactions, cosines and shared parts.
 const ODD: &str = r#"
@@ -65,13 +65,13 @@ fn odd() -> Scene {
     Scene::from_toml(ODD).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-fn printed(notation: Notation) -> String {
+fn printed(notation: EquationFormat) -> String {
     written::equations(&odd(), notation).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
 #[test]
 fn the_own_symbols_of_plain_text_have_brackets_or_other_letters() {
-    let text = printed(Notation::Text);
+    let text = printed(EquationFormat::Text);
     for line in [
         "[M]*{a} + [Phi_q]^T*{lambda} = {Q}",
         "M[1,1] = q1 + M*Q_1^2*a^2/9",
@@ -105,7 +105,7 @@ fn the_letters_of_the_lesson_are_no_parameters() {
 
 #[test]
 fn json_names_are_those_of_the_text() {
-    let json: serde_json::Value = serde_json::from_str(&printed(Notation::Json)).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&printed(EquationFormat::Json)).unwrap();
     let names = |list: &str| -> Vec<String> {
         json[list].as_array().unwrap().iter().map(|own| own["name"].as_str().unwrap().to_owned()).collect()
     };
@@ -118,13 +118,13 @@ fn json_names_are_those_of_the_text() {
 
 #[test]
 fn latex_and_html_tell_matrices_from_parameters() {
-    let latex = printed(Notation::Latex);
+    let latex = printed(EquationFormat::Latex);
     assert!(
         latex.contains(r"\mathbf{M}\,\mathbf{a} + \boldsymbol{\Phi}_{q}^{T}\,\boldsymbol{\lambda} &= \mathbf{Q}"),
         "{latex}"
     );
     assert!(latex.contains(r"\mathit{lambda1}") && latex.contains(r"\mathit{Phi\_q}"), "{latex}");
-    let html = printed(Notation::Html);
+    let html = printed(EquationFormat::Html);
     assert!(html.contains("<mi>lambda1</mi>") && html.contains("<mi>Phi_q</mi>"), "{html}");
 }
 
@@ -138,7 +138,7 @@ fn compile(folder: &Path, page: &str) {
 #[test]
 fn pages_compile_whatever_the_scene_is_called() {
     let lesson = written::steps(&odd(), Prose::Latex).unwrap();
-    let equations = printed(Notation::Latex);
+    let equations = printed(EquationFormat::Latex);
     // Where there is no pdfLaTeX, at least every character that it does not know is explained to it.
     for page in [&equations, &lesson] {
         for declared in [r"{6ED1}{[U+6ED1]\allowbreak{}}", r"{03B1}{\ensuremath{\alpha}}", "{1F600}{", "{2014}{"] {

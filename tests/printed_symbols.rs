@@ -9,8 +9,8 @@ use cotree::compile;
 use cotree::run::Results;
 use cotree::scene::{Asked, Scene};
 use cotree_text::Prose;
-use cotree_text::Written;
-use cotree_text::written::{self, Notation};
+use cotree_text::SymbolNotation;
+use cotree_text::written::{self, EquationFormat};
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 
@@ -19,7 +19,7 @@ fn model(name: &str) -> Scene {
     Scene::read(path).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-fn named(scene: &Scene, written: Written) -> String {
+fn named(scene: &Scene, written: SymbolNotation) -> String {
     written::named(&mut formulated(&scene.resolve().unwrap()), written).unwrap()
 }
 
@@ -173,8 +173,8 @@ fn formulas_with_numbers_and_with_names_give_what_the_runtime_computes() {
         ("vibration", 0.4, 0),
     ] {
         let scene = model(name);
-        let plain = written::equations(&scene, Notation::Json).unwrap();
-        let symbols = named(&scene, Written::Json);
+        let plain = written::equations(&scene, EquationFormat::Json).unwrap();
+        let symbols = named(&scene, SymbolNotation::Json);
         assert!(symbols.len() > plain.len(), "{name}");
         for json in [plain, symbols] {
             let compared = agrees(name, &json, stop);
@@ -185,7 +185,7 @@ fn formulas_with_numbers_and_with_names_give_what_the_runtime_computes() {
 
 #[test]
 fn every_number_has_a_name_and_the_loads_are_apart() {
-    let text = named(&model("slider_crank"), Written::Prose(Prose::Text));
+    let text = named(&model("slider_crank"), SymbolNotation::Prose(Prose::Text));
     for line in [
         "M[1,1] = I_crank + m_crank*l6^2 + (l6 + l7)^2*(m_rod + m_slider)",
         "M[1,2] = (l6 + l7)*(m_rod*l8 + m_slider*(l8 + l9))*(c1*c2 + s1*s2)",
@@ -198,14 +198,15 @@ fn every_number_has_a_name_and_the_loads_are_apart() {
     // Behind the values there is no number but factors, powers and indices.
     let equations = text.split("\nEquations\n").nth(1).unwrap();
     assert!(!equations.contains("9.81") && !equations.contains("0.25") && !equations.contains("0.5625"), "{equations}");
-    let text = named(&model("vibration"), Written::Prose(Prose::Text));
+    let text = named(&model("vibration"), SymbolNotation::Prose(Prose::Text));
     assert!(text.contains("M[2,2] = m2 + m3 + m4") && text.contains("K[1,2] = -k9 - k10"), "{text}");
-    let latex = named(&model("slider_crank"), Written::Prose(Prose::Latex));
+    let latex = named(&model("slider_crank"), SymbolNotation::Prose(Prose::Latex));
     assert!(latex.contains(r"m_{\mathrm{rod}}") && latex.contains(r"Q_{\mathrm{1, gravity}}"), "{latex}");
 }
 
 fn reduced(scene: &Scene, symbols: bool) -> Value {
-    let json = written::reduced(&mut formulated(&scene.resolve().unwrap()), Written::Json, symbols).unwrap().unwrap();
+    let json =
+        written::reduced(&mut formulated(&scene.resolve().unwrap()), SymbolNotation::Json, symbols).unwrap().unwrap();
     serde_json::from_str(&json).unwrap()
 }
 
@@ -296,7 +297,7 @@ fn a_force_in_the_axes_of_a_body_does_not_get_the_name_of_one_in_those_of_the_wo
             "name = \"push\"\n[inputs]\nu = 0\n[bodies.rod]\nmass = 1\ninertia = 0.1\npoints = {{ tip = [1, 0] }}\n[joints.pin]\ntype = \"revolute\"\n\
              between = [\"ground\", \"rod\"]\n[loads.push]\ntype = \"force\"\non = \"rod.tip\"\nvector = [\"2*u\", \"3*u + sin(u)\"]\nframe = \"{frame}\"\n"
         );
-        named(&Scene::from_toml(&scene).unwrap(), Written::Prose(Prose::Text))
+        named(&Scene::from_toml(&scene).unwrap(), SymbolNotation::Prose(Prose::Text))
     };
     assert!(text("world").contains("push.fy") && !text("body").contains("push.fy"), "{}", text("body"));
 }

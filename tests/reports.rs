@@ -2,7 +2,7 @@
 
 use cotree::compile::unit;
 use cotree::model::Units;
-use cotree::report::data::{Accuracy, Report, Table, composed, named, number, per, plain, unit as unit_of};
+use cotree::report::data::{ReliableDigits, Report, Table, composed, named, number, per, plain, unit as unit_of};
 use cotree::{line, row};
 use serde_json::json;
 
@@ -58,7 +58,7 @@ fn spreadsheets_read_exact_numbers() {
 
 #[test]
 fn numbers_have_the_digits_that_they_are_worth() {
-    let numbers = [Accuracy::Noise(0.01), Accuracy::Noise(1e-9), Accuracy::Error(1e-4)];
+    let numbers = [ReliableDigits::Noise(0.01), ReliableDigits::Noise(1e-9), ReliableDigits::Error(1e-4)];
     let rows = numbers.map(|accuracy| row!["x", number(1.0 / 300.0, "m").within(accuracy)]);
     let report = Report { tables: vec![Table::new(row![], rows)], ..Report::default() };
     assert_eq!(report.text(&Units::default()), "x           0\nx  0.00333333\nx    0.003333\n");

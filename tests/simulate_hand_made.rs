@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cotree::export::description::{Causality, Description, ScalarVariable};
 use cotree::model::{Experiment, Unit};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::{Run, RunError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program as data;
@@ -94,7 +94,7 @@ fn description() -> Description {
 }
 
 /// Time, position, acceleration at every communication point.
-fn simulate(settings: Vec<(usize, f64)>, table: Option<&Table>, step: f64) -> Result<Vec<[f64; 3]>, RunError> {
+fn simulate(settings: Vec<(usize, f64)>, table: Option<&CsvTable>, step: f64) -> Result<Vec<[f64; 3]>, RunError> {
     let description = description();
     let run = Run {
         description: &description,
@@ -126,7 +126,7 @@ fn a_constant_push_swings() {
 /// constant.
 #[test]
 fn rows_of_the_table_need_not_be_communication_points() {
-    let table = Table::parse("time,push\n0,0\n0.35,0.7\n0.35,3\n1,3\n").unwrap();
+    let table = CsvTable::parse("time,push\n0,0\n0.35,0.7\n0.35,3\n1,3\n").unwrap();
     for step in [0.1, 1.0, 0.03] {
         let rows = simulate(vec![(STIFFNESS, 0.0)], Some(&table), step).unwrap();
         for [time, x, _] in rows {

@@ -13,7 +13,7 @@ use cotree::scene::{Body, Joint, Load, Scene, State};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use cotree_study::analysis::{At, Study};
+use cotree_study::analysis::{LinearisedAt, Study};
 use nalgebra::{Complex, Matrix2, Matrix3, Vector2};
 
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
@@ -181,7 +181,8 @@ fn sensitivities_go_through_states() {
 
 #[test]
 fn the_linear_system_has_the_states() {
-    let system = Study::new(&Scene::from_toml(MOTOR).unwrap()).unwrap().linearize(&At::Times(vec![0.0])).unwrap();
+    let system =
+        Study::new(&Scene::from_toml(MOTOR).unwrap()).unwrap().linearize(&LinearisedAt::Times(vec![0.0])).unwrap();
     let system = &system.points[0];
     let names: Vec<&str> = system.states.iter().map(|state| state.name.as_str()).collect();
     assert_eq!(names, ["wheel.angle", "wheel.omega", "current"]);
@@ -327,7 +328,7 @@ fn what_a_rate_and_a_driver_may_not_use_is_said() {
 #[test]
 fn printed_linear_systems_show_small_numbers_beside_pressures() {
     let scene = Scene::from_toml(&crate::support::run::scene_of("hydraulic_lever")).unwrap();
-    let system = Study::new(&scene).unwrap().linearize(&At::Times(vec![0.0])).unwrap();
+    let system = Study::new(&scene).unwrap().linearize(&LinearisedAt::Times(vec![0.0])).unwrap();
     let exact = system.points[0].a[(1, 2)];
     assert!(exact.abs() < 1e-4 && exact != 0.0, "{exact}");
     let text = system.report().text(&cotree::model::Units::default());

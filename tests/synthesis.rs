@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use command::{code, cotree, stderr, stdout};
-use cotree::task::{Kind, Task};
+use cotree::task::{Task, TaskKind};
 use cotree_study::synthesis::{Answer, synthesize};
 use cotree_synthesis::{Dyad, Linkage, Point, Pose, Random};
 use serde_json::Value;
@@ -229,10 +229,12 @@ fn tables_of_poses_and_points_are_read() {
     put("poses.csv", "x [mm]; y [mm]; angle [deg]; weight\n0;0;0;1\n35;120;20;1\n130;260;52;2\n");
     put("curve.csv", "x,y,crank [deg]\n0,0,10\n1,0,40\n1,1,70\n");
     let read = |text: &str| Task::read(&put("task.toml", text));
-    let Kind::Poses { at, tolerance, weight } = read("[poses]\nat = \"poses.csv\"\n").unwrap().kind else { panic!() };
+    let TaskKind::Poses { at, tolerance, weight } = read("[poses]\nat = \"poses.csv\"\n").unwrap().kind else {
+        panic!()
+    };
     assert!((at[2][0] - 0.13).abs() < 1e-15 && (at[2][2] - 52f64.to_radians()).abs() < 1e-15, "{at:?}");
     assert_eq!((tolerance, weight), (None, Some(vec![1.0, 1.0, 2.0])));
-    let Kind::Path { points, crank, .. } = read("[path]\npoints = \"curve.csv\"\n").unwrap().kind else { panic!() };
+    let TaskKind::Path { points, crank, .. } = read("[path]\npoints = \"curve.csv\"\n").unwrap().kind else { panic!() };
     assert_eq!(points, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
     assert!((crank.unwrap()[2] - 60f64.to_radians()).abs() < 1e-15);
     let refused = |table: &str, more: &str| {

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use cotree::scene::Scene;
 use cotree_fmu::model::{Model, State};
-use cotree_text::written::{Notation, equations};
+use cotree_text::written::{EquationFormat, equations};
 
 use crate::Failure;
 
@@ -16,7 +16,7 @@ pub fn accelerations(text: &str, model: &Model, state: &State) -> Result<Option<
     if !(program.inputs.is_empty() && program.followers.is_empty()) {
         return Ok(None);
     }
-    let code = equations(&scene, Notation::C).map_err(|faults| faults.render(false, 100))?;
+    let code = equations(&scene, EquationFormat::C).map_err(|faults| faults.render(false, 100))?;
     let folder = tempfile::tempdir()?;
     let [source, binary] = ["timed.c", "timed"].map(|name| folder.path().join(name));
     std::fs::write(&source, code + &driver(&program.name, model, state))?;

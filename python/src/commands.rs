@@ -9,14 +9,14 @@ use cotree::compile::{compile_asking, everything, quantity};
 use cotree::diagnostic::suggest;
 use cotree::export::runtime::{Platform, Runtime, default_folder};
 use cotree::export::{ExportError, FmiVersion};
-use cotree::formulate::assemblies::{Value as Placed, assemblies as found_from};
+use cotree::formulate::assemblies::{CoordinateValue as Placed, assemblies as found_from};
 use cotree::formulate::{Formulated, formulate_written};
 use cotree::import::import;
 use cotree::model::{Unit, Units, identifier};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::report::data::Report;
 use cotree::report::inspect::Contents;
-use cotree::report::statistics::{Figures, Statistics};
+use cotree::report::statistics::{VariableFigures, Statistics};
 use cotree::scene::Asked;
 use cotree::task::Task;
 use cotree_draw::graph::GraphDrawing;
@@ -24,14 +24,14 @@ use cotree_draw::png::{Size, png as drawn_as_png};
 use cotree_draw::pose::{draw, draw_at};
 use cotree_draw::{dxf, study};
 use cotree_page::film::{self, Take, Taken};
-use cotree_page::moving::Origin;
+use cotree_page::moving::MotionOrigin;
 use cotree_page::{accuracy, documentation, moving, overview};
 use cotree_study::analysis::{Study, state_at};
 use cotree_study::compare;
 use cotree_study::fit::Vary;
-use cotree_study::motion::{self, MotionError, Request};
+use cotree_study::motion::{self, MotionError, MotionRequest};
 use cotree_study::optimize::{self, Aim, Goal, Limit, OptimizeError};
-use cotree_study::sweep::{Design, Factor, Sampling};
+use cotree_study::sweep::{Design, DesignFactor, Sampling};
 use cotree_study::synthesis;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -80,7 +80,7 @@ pub fn turned(
     let core = core.get();
     let study = core.study(None, &settings, None)?;
     let (input, output, point) = names;
-    let request = Request { input, output, point, ..Request::default() };
+    let request = MotionRequest { input, output, point, ..MotionRequest::default() };
     let [own, of_output] = motion::units(core.scene(), &request).map_err(|error| refused(error, &settings))?;
     let number = |name: &str, value: &Value, unit: &Unit| {
         value.read(unit).map_err(|message| wrong(format!("{name}: {message}")))
@@ -90,7 +90,7 @@ pub fn turned(
     };
     let range = range.map(|(from, to)| Ok::<_, PyErr>([number("range", &from, &own)?, number("range", &to, &own)?]));
     let units = study.display().clone().before(&motion::usual());
-    let request = Request {
+    let request = MotionRequest {
         speed: given("speed", &speed, &own.per_second())?,
         range: range.transpose()?,
         every: given("every", &every, &own)?,
@@ -185,7 +185,7 @@ pub fn imported(py: Python<'_>, name: &str, text: &str) -> PyResult<(String, Vec
 /// A run in figures.
 #[pyfunction]
 pub fn summary(times: Vec<f64>, columns: Vec<(String, String, Vec<f64>)>) -> PyResult<Told> {
-    let figures = columns.iter().filter_map(|(name, unit, values)| Figures::of(name, unit, &times, values));
+    let figures = columns.iter().filter_map(|(name, unit, values)| VariableFigures::of(name, unit, &times, values));
     let span = [times.first(), times.last()].map(|time| time.copied().unwrap_or_default());
     let found = Statistics { time_unit: "s".to_owned(), span, variables: figures.collect() };
     let data = serde_json::to_string(&found).map_err(file_error)?;
@@ -205,7 +205,7 @@ pub fn design<'py>(
         factors.iter().filter_map(|text| text.split_once('=')).map(|(name, _)| name.trim().to_owned()).collect();
     let ready = core.get().ready_for(py, None, &[], &names)?;
     let description = &ready.compiled.description;
-    let read = |text: &String| Factor::read(description, text).map_err(|message| format!("{text}: {message}"));
+    let read = |text: &String| DesignFactor::read(description, text).map_err(|message| format!("{text}: {message}"));
     let factors =
         cotree::diagnostic::every(factors.iter().map(read)).map_err(|faults: Vec<String>| wrong(faults.join("\n")))?;
     let design = match drawn {
@@ -289,10 +289,10 @@ pub fn export(
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
         let affordable = accuracy::affordable(&compiled, &accuracy);
-        let origin = module.map_or(Origin::Stored(affordable), Origin::Solver);
+        let origin = module.map_or(MotionOrigin::Stored(affordable), MotionOrigin::Solver);
         let live = moving::documentation(scene, &compiled, origin);
         let (drawing, facts) = (&overview.drawing, &overview.facts);
-        let page = documentation::Page { drawing, facts, accuracy: &accuracy, live: &live };
+        let page = documentation::DocumentationPage { drawing, facts, accuracy: &accuracy, live: &live };
         let written = page.files(&compiled.description, version).map_err(ExportError::from);
         Ok(written.and_then(|extras| compiled.write_fmu(version, extras, &runtimes, &path)))
     });
@@ -386,11 +386,11 @@ pub fn optimized(
         .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
     let limit =
         |text: &String| text.parse::<Limit>().map_err(|message| wrong(format!("subject_to: {text}: {message}")));
-    let request = optimize::Request {
+    let request = optimize::OptimizeRequest {
         vary: vary.collect(),
         aim: aimed(aim)?,
         limits: limits.iter().map(limit).collect::<PyResult<_>>()?,
-        turn: turn.map(|(input, output)| Request { input: Some(input), output, ..Request::default() }),
+        turn: turn.map(|(input, output)| MotionRequest { input: Some(input), output, ..MotionRequest::default() }),
         starts,
         seed,
         threads,
@@ -415,7 +415,7 @@ pub fn optimized(
 
 fn aimed((kind, goal, table): (String, Option<String>, Option<Columns>)) -> PyResult<Aim> {
     if let Some((times, names, columns)) = table {
-        let table = Table::new(names, times, columns);
+        let table = CsvTable::new(names, times, columns);
         return Ok(Aim::Match(table.map_err(|message| wrong(format!("{kind}: {message}")))?));
     }
     let goal = goal.unwrap_or_default();

@@ -4,7 +4,7 @@ use std::ffi::CString;
 
 use cotree::{Faults, Severity};
 use cotree_fmu::instance::Inaccuracy;
-use cotree_study::analysis::{Failure, StudyError};
+use cotree_study::analysis::{AnalysisFailure, StudyError};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyOSError, PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
@@ -43,7 +43,7 @@ pub fn file_error(error: impl ToString) -> PyErr {
 pub fn study_error(error: StudyError, settings: &[(String, Value)]) -> PyErr {
     match error {
         StudyError::Scene(faults) => unlike_the_scene(&faults, settings).unwrap_or_else(|| scene_error(&faults)),
-        StudyError::Analysis(error @ Failure::Unknown(_)) => wrong(error.to_string()),
+        StudyError::Analysis(error @ AnalysisFailure::Unknown(_)) => wrong(error.to_string()),
         StudyError::Analysis(error) => RunError::new_err(error.to_string()),
     }
 }

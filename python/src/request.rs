@@ -6,7 +6,7 @@ use cotree::compile::quantity;
 use cotree::diagnostic::every;
 use cotree::export::description::Description;
 use cotree::model::{Experiment, Unit};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run as simulate;
 use cotree::run::settings;
 use pyo3::prelude::*;
@@ -125,7 +125,7 @@ pub fn inputs(
     description: &Description,
     columns: Option<Columns>,
     settings: &[(String, Value)],
-) -> PyResult<Option<(Table, Vec<usize>)>> {
+) -> PyResult<Option<(CsvTable, Vec<usize>)>> {
     let Some((times, names, columns)) = columns else { return Ok(None) };
     apart(&names, settings)?;
     let known = settings::Inputs::new(description);
@@ -143,6 +143,6 @@ pub fn apart(names: &[String], settings: &[(String, Value)]) -> PyResult<()> {
 }
 
 /// Inputs over time as a table.
-pub fn table(names: Vec<String>, times: Vec<f64>, columns: Vec<Vec<f64>>) -> PyResult<Table> {
-    Table::new(names, times, columns).map_err(|message| wrong(format!("inputs: {message}")))
+pub fn table(names: Vec<String>, times: Vec<f64>, columns: Vec<Vec<f64>>) -> PyResult<CsvTable> {
+    CsvTable::new(names, times, columns).map_err(|message| wrong(format!("inputs: {message}")))
 }

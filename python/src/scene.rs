@@ -8,18 +8,18 @@ use cotree::compile::compile_asking;
 use cotree::diagnostic::every;
 use cotree::export::runtime;
 use cotree::model::Experiment;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
 use cotree::run::{Ended, Ensemble, Measure, Run};
 use cotree::scene::{Asked, EditError};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
-use cotree_study::analysis::{At, Sensitivities, Study};
+use cotree_study::analysis::{LinearisedAt, Sensitivities, Study};
 use cotree_study::bench;
-use cotree_study::fit::{FitError, Request, Vary, fit};
+use cotree_study::fit::{FitError, FitRequest, Vary, fit};
 use cotree_text::Prose;
-use cotree_text::written::Notation;
+use cotree_text::written::EquationFormat;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -241,7 +241,7 @@ impl Core {
 
     /// The equations of motion in a notation.
     fn equations(&self, py: Python<'_>, notation: &str) -> PyResult<String> {
-        let notation = request::word("notation", notation, &Notation::WORDS)?;
+        let notation = request::word("notation", notation, &EquationFormat::WORDS)?;
         py.detach(|| cotree_text::written::equations(&self.scene, notation)).map_err(|faults| scene_error(&faults))
     }
 
@@ -283,13 +283,13 @@ impl Core {
         let mut study = self.study(None, &settings, inputs)?;
         let start = study.experiment().start;
         let at = match times {
-            None => At::Equilibrium,
-            Some(times) if times.is_empty() => At::Times(vec![start]),
+            None => LinearisedAt::Equilibrium,
+            Some(times) if times.is_empty() => LinearisedAt::Times(vec![start]),
             Some(times) => {
                 if times.iter().any(|time| !time.is_finite() || *time < start) || !times.is_sorted() {
                     return Err(wrong(format!("times are to be ascending, from the start, {start:?} s, on")));
                 }
-                At::Times(times)
+                LinearisedAt::Times(times)
             }
         };
         let found = interruptible(py, || study.linearize(&at))?.map_err(|error| study_error(error, &settings))?;
@@ -408,7 +408,7 @@ impl Core {
             let mut study = self.study_of(&Asked::these(&names), &settings, inputs)?;
             study.set_experiment(times.experiment(study.experiment())?);
             studies.push(study);
-            let table = Table::with_gaps(names, at, columns);
+            let table = CsvTable::with_gaps(names, at, columns);
             tables.push(table.map_err(|message| wrong(format!("measured: {message}")))?);
             set.extend(settings);
         }
@@ -416,7 +416,7 @@ impl Core {
             .into_iter()
             .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
         let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
-        let request = Request { tables, vary: vary.collect(), deviations };
+        let request = FitRequest { tables, vary: vary.collect(), deviations };
         let found = interruptible(py, || fit(&mut studies, &request))?.map_err(|error| match error {
             FitError::Study(error) => study_error(error, &set),
             FitError::Request(faults) => wrong(faults.join("\n")),

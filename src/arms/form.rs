@@ -9,9 +9,9 @@ use cotree_fmu::program::arm_form::{
 
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
-use super::{Arm, ArmEquations, Arms, Factor, Load, LoopEquation, Reason};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Load, LoopEquation, Reason};
 use crate::equations::{Constraint, Equations, FrameId};
-use crate::expr::{Arena, Expr, Node, Order, Property, Symbol, Unary, Values};
+use crate::expr::{Arena, Expr, ExprNode, Order, Property, Symbol, Unary, Values};
 
 /// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
 const EXACTLY: f64 = 1e-13;
@@ -182,11 +182,11 @@ impl Lowering<'_> {
         used.extend(arms.lines.iter().flat_map(|(_, _, across)| across.keys().copied()));
         let borne: BTreeSet<usize> = used.iter().filter_map(Arm::displacement).collect();
         for (index, _) in angular.iter().enumerate().filter(|(index, angular)| !**angular && !borne.contains(index)) {
-            used.insert(Arm { frame: FrameId::WORLD, factor: Factor::Displacement(index) });
+            used.insert(Arm { frame: FrameId::WORLD, factor: ArmFactor::Displacement(index) });
         }
         let frames = arms.frames.iter().map(|turning| turning.frame).chain(arms.rods.iter().map(|rod| rod.frame));
         let frames = frames.map(Arm::of);
-        let changing = used.iter().copied().filter(|arm| arm.factor != Factor::One);
+        let changing = used.iter().copied().filter(|arm| arm.factor != ArmFactor::One);
         let (world, products): (Vec<Arm>, Vec<Arm>) = changing.partition(|arm| arm.frame == FrameId::WORLD);
         for (number, arm) in frames.chain(products).chain(world).enumerate() {
             self.numbers.insert(arm, number as u32);
@@ -265,7 +265,7 @@ impl Lowering<'_> {
             self.form.frames.push(Frame { unknown, signal, inertia });
             for (unit, source) in turning.unit.into_iter().zip([Source::X(index as u32), Source::Y(index as u32)]) {
                 let (unit, sign) = match self.arena.node(unit) {
-                    Node::Unary(Unary::Negate, inner) => (inner, self.arena.constant(-1.0)),
+                    ExprNode::Unary(Unary::Negate, inner) => (inner, self.arena.constant(-1.0)),
                     _ => (unit, Expr::ONE),
                 };
                 self.builder.define(unit, vec![(source, sign)]);
@@ -280,9 +280,9 @@ impl Lowering<'_> {
         ordered.sort_unstable();
         for (_, arm) in ordered {
             let factor = match arm.factor {
-                Factor::One => continue,
-                Factor::Displacement(_) => FactorData::Unknown,
-                Factor::Signal(signal) => {
+                ArmFactor::One => continue,
+                ArmFactor::Displacement(_) => FactorData::Unknown,
+                ArmFactor::Signal(signal) => {
                     FactorData::Signal(self.builder.slot(self.arena, &mut self.coefficients, signal)?)
                 }
             };
@@ -468,8 +468,8 @@ impl Lowering<'_> {
         for (arm, &z) in &load.across {
             let Some(&number) = self.numbers.get(arm) else { continue };
             let moves = match arm.frame == FrameId::WORLD {
-                true => matches!(arm.factor, Factor::Displacement(_)),
-                false => self.angle(arm.frame).is_some() || matches!(arm.factor, Factor::Displacement(_)),
+                true => matches!(arm.factor, ArmFactor::Displacement(_)),
+                false => self.angle(arm.frame).is_some() || matches!(arm.factor, ArmFactor::Displacement(_)),
             };
             let along = conjugate_product(self.arena, z, force);
             if moves && along != [Expr::ZERO; 2] {
@@ -503,8 +503,8 @@ impl Lowering<'_> {
 impl Arm {
     fn displacement(&self) -> Option<usize> {
         match self.factor {
-            Factor::Displacement(index) => Some(index),
-            Factor::One | Factor::Signal(_) => None,
+            ArmFactor::Displacement(index) => Some(index),
+            ArmFactor::One | ArmFactor::Signal(_) => None,
         }
     }
 }

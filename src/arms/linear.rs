@@ -1,10 +1,10 @@
 //! Vectors and angles as constant combinations of arms and of displacements.
 
-use super::{Arm, Arms, Equations, Factor, Reason};
+use super::{Arm, ArmFactor, Arms, Equations, Reason};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::is_constant;
 use crate::equations::vector::Vector;
-use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 impl Equations {
     pub(super) fn decompose(&mut self, vector: &Vector) -> Result<Arms, Reason> {
@@ -35,44 +35,44 @@ pub(super) fn linear(
     arena: &mut Arena,
     expr: Expr,
     coefficient: Expr,
-    terms: &mut Vec<(Factor, Expr)>,
+    terms: &mut Vec<(ArmFactor, Expr)>,
 ) -> Result<(), Reason> {
     if is_constant(arena, expr) {
         let term = arena.multiply(coefficient, expr);
         if !term.is_zero() {
-            terms.push((Factor::One, term));
+            terms.push((ArmFactor::One, term));
         }
         return Ok(());
     }
     match arena.node(expr) {
-        Node::Symbol(Symbol::Coordinate(index, Order::Position)) => {
-            terms.push((Factor::Displacement(index), coefficient));
+        ExprNode::Symbol(Symbol::Coordinate(index, Order::Position)) => {
+            terms.push((ArmFactor::Displacement(index), coefficient));
             Ok(())
         }
-        Node::Unary(Unary::Negate, a) => {
+        ExprNode::Unary(Unary::Negate, a) => {
             let minus = arena.negate(coefficient);
             linear(arena, a, minus, terms)
         }
-        Node::Binary(Binary::Add, a, b) => {
+        ExprNode::Binary(Binary::Add, a, b) => {
             linear(arena, a, coefficient, terms)?;
             linear(arena, b, coefficient, terms)
         }
-        Node::Binary(Binary::Subtract, a, b) => {
+        ExprNode::Binary(Binary::Subtract, a, b) => {
             linear(arena, a, coefficient, terms)?;
             let minus = arena.negate(coefficient);
             linear(arena, b, minus, terms)
         }
-        Node::Binary(Binary::Multiply, a, b) if is_constant(arena, a) || is_constant(arena, b) => {
+        ExprNode::Binary(Binary::Multiply, a, b) if is_constant(arena, a) || is_constant(arena, b) => {
             let (constant, moving) = if is_constant(arena, a) { (a, b) } else { (b, a) };
             let product = arena.multiply(coefficient, constant);
             linear(arena, moving, product, terms)
         }
-        Node::Binary(Binary::Divide, a, b) if is_constant(arena, b) => {
+        ExprNode::Binary(Binary::Divide, a, b) if is_constant(arena, b) => {
             let quotient = arena.divide(coefficient, b);
             linear(arena, a, quotient, terms)
         }
         _ if arena.symbols([expr]).iter().all(|symbol| !matches!(symbol, Symbol::Coordinate(..))) => {
-            terms.push((Factor::Signal(expr), coefficient));
+            terms.push((ArmFactor::Signal(expr), coefficient));
             Ok(())
         }
         _ => Err("a displacement is no linear function of the coordinates".into()),

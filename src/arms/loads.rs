@@ -1,7 +1,7 @@
 //! Applied forces and torques by arms: the displacements that they work along, and their values.
 
 use super::linear::conjugate_product;
-use super::{Arm, ArmEquations, Arms, Equations, Factor, Load, MOST, Push, Reason, TOO_MANY};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, Load, MOST, Push, Reason, TOO_MANY};
 use crate::equations::dynamics::resisting_force;
 use crate::equations::form::Coefficient;
 use crate::equations::inertias::mass;
@@ -103,7 +103,7 @@ impl Equations {
             if !same || !beside.is_zero() {
                 return None;
             }
-            if let Factor::Displacement(index) = arm.factor {
+            if let ArmFactor::Displacement(index) = arm.factor {
                 slides.push((index, parallel));
             }
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmEquations, Arms, Equations, Factor, Reason, Turning};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, Reason, Turning};
 use crate::equations::inertias::{inertia, mass};
 use crate::expr::Expr;
 use crate::model::BodyId;
@@ -20,16 +20,16 @@ impl Equations {
                 Turning { frame, coordinates: BTreeMap::new(), signal: Expr::ZERO, inertia: Expr::ZERO, unit };
             for (factor, coefficient) in terms {
                 match (factor, self.system.arena.as_constant(coefficient)) {
-                    (Factor::Displacement(index), Some(sign)) => {
+                    (ArmFactor::Displacement(index), Some(sign)) => {
                         part.coordinates.insert(index, sign);
                     }
-                    (Factor::Signal(signal), _) => {
+                    (ArmFactor::Signal(signal), _) => {
                         let arena = &mut self.system.arena;
                         part.signal = arena.add_product(part.signal, coefficient, signal);
                     }
                     // The constant part of a function of time.
-                    (Factor::One, _) => part.signal = self.system.arena.add(part.signal, coefficient),
-                    (Factor::Displacement(_), None) => return Err("an angle is scaled by a parameter".into()),
+                    (ArmFactor::One, _) => part.signal = self.system.arena.add(part.signal, coefficient),
+                    (ArmFactor::Displacement(_), None) => return Err("an angle is scaled by a parameter".into()),
                 }
             }
             turning.push(part);

@@ -22,7 +22,7 @@ use crate::network::ElementId;
 
 pub(crate) use form::{arm_form, mass_form, repeat_exactly};
 pub use linear::conjugate_product;
-pub use tree::Link;
+pub use tree::ArmLink;
 
 /// Why there is no arm form: a clause about the mechanism.
 pub type Reason = String;
@@ -34,7 +34,7 @@ pub const TOO_MANY: &str = "its equations are many and weakly coupled";
 const MOST: usize = 1_000_000;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Factor {
+pub enum ArmFactor {
     /// 1
     One,
     /// A displacement: that coordinate, beyond their number the integral of a state, and beyond these an auxiliary one.
@@ -45,12 +45,12 @@ pub enum Factor {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Arm {
     pub frame: FrameId,
-    pub factor: Factor,
+    pub factor: ArmFactor,
 }
 
 impl Arm {
     pub fn of(frame: FrameId) -> Self {
-        Arm { frame, factor: Factor::One }
+        Arm { frame, factor: ArmFactor::One }
     }
 
     pub fn is_constant(&self) -> bool {
@@ -125,7 +125,7 @@ pub struct ArmEquations {
     pub frames: Vec<Turning>,
     pub coupling: BTreeMap<(Arm, Arm), [Expr; 2]>,
     /// Instead of the masses of every two arms, where many bodies hang from each other without a loop.
-    pub links: Vec<Link>,
+    pub links: Vec<ArmLink>,
     /// Arms that loads work along, at most.
     spanned: usize,
     pub rows: Vec<LoopEquation>,
@@ -187,11 +187,11 @@ impl Equations {
         }
         self.rows(counts, &mut arms)?;
         // Each displacement along the arm that it has in the loop equations.
-        let used: BTreeMap<Factor, Arm> =
+        let used: BTreeMap<ArmFactor, Arm> =
             arms.rows.iter().flat_map(|row| row.arms.keys()).map(|arm| (arm.factor, *arm)).collect();
         let mass = self.system.arena.constant(1.0 / (length * length));
         for (index, _) in self.coordinates.iter().enumerate().filter(|(_, coordinate)| !coordinate.angular) {
-            let factor = Factor::Displacement(index);
+            let factor = ArmFactor::Displacement(index);
             let arm = used.get(&factor).copied().unwrap_or(Arm { frame: FrameId::WORLD, factor });
             arms.coupling.insert((arm, arm), [mass, Expr::ZERO]);
         }

@@ -1,7 +1,7 @@
 //! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmEquations, Arms, Auxiliary, Equations, Factor, LoopEquation, Reason, Rod};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Auxiliary, Equations, LoopEquation, Reason, Rod};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
@@ -151,7 +151,7 @@ impl Equations {
         let first = self.coordinates.len() + self.states.len() + arms.auxiliary.len();
         for (displacement, &free) in (first..).zip(directions) {
             arms.auxiliary.push(Auxiliary { displacement, free, row: arms.rows.len() });
-            gap.insert(Arm { frame, factor: Factor::Displacement(displacement) }, free);
+            gap.insert(Arm { frame, factor: ArmFactor::Displacement(displacement) }, free);
         }
         self.vanishes(constraint, gap, arms);
         first
@@ -215,17 +215,17 @@ impl Equations {
         linear(arena, known, Expr::ONE, &mut terms)?;
         for ((frame, offset), sign) in ends.into_iter().zip([1.0, -1.0]) {
             let sign = arena.constant(sign);
-            terms.push((Factor::One, arena.multiply(sign, offset)));
+            terms.push((ArmFactor::One, arena.multiply(sign, offset)));
             if let Some(turning) = arms.place(frame).map(|place| &arms.frames[place]) {
                 row.angles.push((frame, sign));
-                terms.push((Factor::Signal(turning.signal), sign));
+                terms.push((ArmFactor::Signal(turning.signal), sign));
             }
         }
         for (factor, coefficient) in terms {
             match factor {
-                Factor::One => row.constant.push(coefficient),
-                Factor::Signal(signal) => row.signals.push((signal, coefficient)),
-                Factor::Displacement(_) => return Err("a prescribed angle depends on a coordinate".into()),
+                ArmFactor::One => row.constant.push(coefficient),
+                ArmFactor::Signal(signal) => row.signals.push((signal, coefficient)),
+                ArmFactor::Displacement(_) => return Err("a prescribed angle depends on a coordinate".into()),
             }
         }
         arms.rows.push(row);
@@ -287,9 +287,9 @@ fn row_in_frame(
         }
         let [factor, _] = conjugate_product(arena, along, z);
         match arm.factor {
-            Factor::One => row.constant.push(factor),
-            Factor::Displacement(index) => row.displacements.push((index, factor)),
-            Factor::Signal(signal) => row.signals.push((signal, factor)),
+            ArmFactor::One => row.constant.push(factor),
+            ArmFactor::Displacement(index) => row.displacements.push((index, factor)),
+            ArmFactor::Signal(signal) => row.signals.push((signal, factor)),
         }
     }
     Some(row)

@@ -6,24 +6,24 @@ use cotree_fmu::program::arm_form::MAX_SWITCHES;
 use cotree_fmu::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
 
 use super::Reason;
-use crate::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 /// Series of deeper expressions are not sought: each sum along a path would repeat those before it.
 const DEEPEST: usize = 600;
 
 /// What a series depends on; later levels may depend on earlier ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Level {
+enum SeriesLevel {
     Signals,
     Positions,
     Rates,
 }
 
 #[derive(Clone, Debug)]
-enum Series {
+enum ArmSeries {
     Constant(Expr),
     /// constant + sum of coefficient x source
-    Sum(Expr, Vec<(Source, Expr)>, Level),
+    Sum(Expr, Vec<(Source, Expr)>, SeriesLevel),
 }
 
 #[derive(Debug, Default)]
@@ -48,9 +48,9 @@ impl Coefficients {
 #[derive(Debug, Default)]
 pub struct SeriesBuilder {
     tape: SeriesTape,
-    levels: Vec<Level>,
+    levels: Vec<SeriesLevel>,
     known: HashMap<Expr, Slot>,
-    series: HashMap<Expr, Series>,
+    series: HashMap<Expr, ArmSeries>,
     /// Unknowns and arms that stand for expressions: coordinates and the unit vectors of frames.
     sources: HashMap<Expr, Vec<(Source, Expr)>>,
     constants: HashMap<Expr, bool>,
@@ -85,8 +85,8 @@ impl SeriesBuilder {
                 continue;
             }
             let constant = match node {
-                Node::Constant(_) => true,
-                Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+                ExprNode::Constant(_) => true,
+                ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
                 node => node.operands().all(|operand| self.constants[&operand]),
             };
             self.constants.insert(next, constant);
@@ -124,43 +124,43 @@ impl SeriesBuilder {
             return Err("a law depends on too long a path".into());
         }
         let slot = match self.series(arena, c, expr)? {
-            Series::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {
+            ArmSeries::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {
                 let Source::Slot(slot) = terms[0].0 else { return Err("a series has no source".into()) };
                 slot
             }
-            Series::Constant(value) => self.linear(c, value, &[], Level::Signals),
-            Series::Sum(constant, terms, level) => self.linear(c, constant, &terms, level),
+            ArmSeries::Constant(value) => self.linear(c, value, &[], SeriesLevel::Signals),
+            ArmSeries::Sum(constant, terms, level) => self.linear(c, constant, &terms, level),
         };
         self.known.insert(expr, slot);
         Ok(slot)
     }
 
     pub fn sum(&mut self, c: &mut Coefficients, constant: Expr, terms: &[(Source, Expr)]) -> Slot {
-        let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(Level::Signals);
+        let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(SeriesLevel::Signals);
         self.linear(c, constant, terms, level)
     }
 
     pub fn operate(&mut self, operation: Operation) -> Slot {
-        let mut level = Level::Signals;
+        let mut level = SeriesLevel::Signals;
         self.tape.each_read(&SeriesStep { target: 0, operation }, |slot| level = level.max(self.levels[slot as usize]));
         if matches!(operation, Operation::Rate(_)) {
-            level = Level::Rates;
+            level = SeriesLevel::Rates;
         }
         self.push(operation, level)
     }
 
-    fn push(&mut self, operation: Operation, level: Level) -> Slot {
+    fn push(&mut self, operation: Operation, level: SeriesLevel) -> Slot {
         let target = self.allocate(level);
         let steps = match level {
-            Level::Signals => &mut self.tape.signals,
-            Level::Positions => &mut self.tape.positions,
-            Level::Rates => &mut self.tape.rates,
+            SeriesLevel::Signals => &mut self.tape.signals,
+            SeriesLevel::Positions => &mut self.tape.positions,
+            SeriesLevel::Rates => &mut self.tape.rates,
         };
         steps.push(SeriesStep { target, operation });
         target
     }
 
-    fn allocate(&mut self, level: Level) -> Slot {
+    fn allocate(&mut self, level: SeriesLevel) -> Slot {
         self.levels.push(level);
         self.tape.slots += 1;
         self.tape.slots - 1
@@ -171,7 +171,7 @@ impl SeriesBuilder {
         [self.operate(operation(a, second)), second]
     }
 
-    fn linear(&mut self, c: &mut Coefficients, constant: Expr, terms: &[(Source, Expr)], level: Level) -> Slot {
+    fn linear(&mut self, c: &mut Coefficients, constant: Expr, terms: &[(Source, Expr)], level: SeriesLevel) -> Slot {
         let first = self.tape.terms.len() as u32;
         self.tape
             .terms
@@ -180,24 +180,24 @@ impl SeriesBuilder {
         self.push(Operation::Linear { first, count: terms.len() as u32, constant }, level)
     }
 
-    fn level(&self, source: Source) -> Level {
+    fn level(&self, source: Source) -> SeriesLevel {
         match source {
             Source::Slot(slot) => self.levels[slot as usize],
-            Source::X(_) | Source::Y(_) | Source::Unknown(_) => Level::Positions,
-            Source::UnknownRate(_) => Level::Rates,
+            Source::X(_) | Source::Y(_) | Source::Unknown(_) => SeriesLevel::Positions,
+            Source::UnknownRate(_) => SeriesLevel::Rates,
         }
     }
 
-    fn of_sources(&self, terms: Vec<(Source, Expr)>) -> Series {
-        let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(Level::Signals);
-        Series::Sum(Expr::ZERO, terms, level)
+    fn of_sources(&self, terms: Vec<(Source, Expr)>) -> ArmSeries {
+        let level = terms.iter().map(|(source, _)| self.level(*source)).max().unwrap_or(SeriesLevel::Signals);
+        ArmSeries::Sum(Expr::ZERO, terms, level)
     }
 
-    fn of_slot(&self, slot: Slot) -> Series {
-        Series::Sum(Expr::ZERO, vec![(Source::Slot(slot), Expr::ONE)], self.levels[slot as usize])
+    fn of_slot(&self, slot: Slot) -> ArmSeries {
+        ArmSeries::Sum(Expr::ZERO, vec![(Source::Slot(slot), Expr::ONE)], self.levels[slot as usize])
     }
 
-    fn series(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Series, Reason> {
+    fn series(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<ArmSeries, Reason> {
         if let Some(series) = self.series.get(&expr) {
             return Ok(series.clone());
         }
@@ -206,9 +206,9 @@ impl SeriesBuilder {
         Ok(series)
     }
 
-    fn find(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Series, Reason> {
+    fn find(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<ArmSeries, Reason> {
         if self.is_constant(arena, expr) {
-            return Ok(Series::Constant(expr));
+            return Ok(ArmSeries::Constant(expr));
         }
         if let Some(sum) = self.sources.get(&expr) {
             return Ok(self.of_sources(sum.clone()));
@@ -217,15 +217,15 @@ impl SeriesBuilder {
             return Ok(self.of_slot(slot));
         }
         match arena.node(expr) {
-            Node::Symbol(symbol) => self.given(symbol),
-            Node::Unary(function, a) => self.unary(arena, c, function, a),
-            Node::Binary(function, a, b) => self.binary(arena, c, function, a, b),
-            Node::Constant(_) => Ok(Series::Constant(expr)),
-            Node::Select(condition, yes, no) => self.select(arena, c, condition, [yes, no]),
+            ExprNode::Symbol(symbol) => self.given(symbol),
+            ExprNode::Unary(function, a) => self.unary(arena, c, function, a),
+            ExprNode::Binary(function, a, b) => self.binary(arena, c, function, a, b),
+            ExprNode::Constant(_) => Ok(ArmSeries::Constant(expr)),
+            ExprNode::Select(condition, yes, no) => self.select(arena, c, condition, [yes, no]),
         }
     }
 
-    fn given(&mut self, symbol: Symbol) -> Result<Series, Reason> {
+    fn given(&mut self, symbol: Symbol) -> Result<ArmSeries, Reason> {
         let times = |order: Order| match order {
             Order::Position => 0,
             Order::Velocity => 1,
@@ -246,12 +246,18 @@ impl SeriesBuilder {
                 return Err("a law depends on something that is no series".into());
             }
         };
-        let slot = self.allocate(Level::Signals);
+        let slot = self.allocate(SeriesLevel::Signals);
         self.tape.given.push((slot, given));
         Ok(self.of_slot(slot))
     }
 
-    fn unary(&mut self, arena: &mut Arena, c: &mut Coefficients, function: Unary, a: Expr) -> Result<Series, Reason> {
+    fn unary(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        function: Unary,
+        a: Expr,
+    ) -> Result<ArmSeries, Reason> {
         let direct: fn(Slot) -> Operation = match function {
             Unary::Negate => {
                 let minus = arena.constant(-1.0);
@@ -297,10 +303,10 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         condition: Expr,
         [yes, no]: [Expr; 2],
-    ) -> Result<Series, Reason> {
+    ) -> Result<ArmSeries, Reason> {
         let (function, pieces) = match arena.node(condition) {
-            Node::Binary(Binary::Less, a, b) => (arena.subtract(b, a), [yes, no, no]),
-            Node::Binary(Binary::LessEqual, a, b) => (arena.subtract(b, a), [yes, yes, no]),
+            ExprNode::Binary(Binary::Less, a, b) => (arena.subtract(b, a), [yes, no, no]),
+            ExprNode::Binary(Binary::LessEqual, a, b) => (arena.subtract(b, a), [yes, yes, no]),
             _ => (condition, [yes, no, yes]),
         };
         self.choose(arena, c, function, pieces)
@@ -313,7 +319,7 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         function: Expr,
         pieces: [Expr; 3],
-    ) -> Result<Series, Reason> {
+    ) -> Result<ArmSeries, Reason> {
         let function = self.slot(arena, c, function)?;
         let [first, second, third] = pieces;
         let [above, equal, below] =
@@ -324,7 +330,7 @@ impl SeriesBuilder {
     }
 
     /// The integer below, with a switching function of its own.
-    fn floor(&mut self, arena: &mut Arena, c: &mut Coefficients, a: Expr) -> Result<Series, Reason> {
+    fn floor(&mut self, arena: &mut Arena, c: &mut Coefficients, a: Expr) -> Result<ArmSeries, Reason> {
         let argument = self.slot(arena, c, a)?;
         let function = self.allocate(self.levels[argument as usize]);
         let switch = self.switch(function)?;
@@ -344,7 +350,7 @@ impl SeriesBuilder {
         Ok(switch as u32)
     }
 
-    fn arc_tangent(&mut self, arena: &mut Arena, c: &mut Coefficients, y: Expr, x: Expr) -> Result<Series, Reason> {
+    fn arc_tangent(&mut self, arena: &mut Arena, c: &mut Coefficients, y: Expr, x: Expr) -> Result<ArmSeries, Reason> {
         let (y, x) = (self.slot(arena, c, y)?, self.slot(arena, c, x)?);
         let square = self.operate(Operation::SquareSum(x, y));
         let slot = self.operate(Operation::ArcTangent(y, x, square));
@@ -358,7 +364,7 @@ impl SeriesBuilder {
         function: Binary,
         a: Expr,
         b: Expr,
-    ) -> Result<Series, Reason> {
+    ) -> Result<ArmSeries, Reason> {
         match function {
             Binary::Add => self.added(arena, c, [(a, 1.0), (b, 1.0)]),
             Binary::Subtract => self.added(arena, c, [(a, 1.0), (b, -1.0)]),
@@ -388,13 +394,18 @@ impl SeriesBuilder {
         }
     }
 
-    fn added(&mut self, arena: &mut Arena, c: &mut Coefficients, operands: [(Expr, f64); 2]) -> Result<Series, Reason> {
-        let (mut constant, mut all, mut highest) = (Expr::ZERO, Vec::new(), Level::Signals);
+    fn added(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        operands: [(Expr, f64); 2],
+    ) -> Result<ArmSeries, Reason> {
+        let (mut constant, mut all, mut highest) = (Expr::ZERO, Vec::new(), SeriesLevel::Signals);
         for (operand, sign) in operands {
             let sign = arena.constant(sign);
             match self.series(arena, c, operand)? {
-                Series::Constant(value) => constant = arena.add_product(constant, sign, value),
-                Series::Sum(value, terms, level) => {
+                ArmSeries::Constant(value) => constant = arena.add_product(constant, sign, value),
+                ArmSeries::Sum(value, terms, level) => {
                     constant = arena.add_product(constant, sign, value);
                     for (source, coefficient) in terms {
                         all.push((source, arena.multiply(sign, coefficient)));
@@ -403,7 +414,7 @@ impl SeriesBuilder {
                 }
             }
         }
-        Ok(Series::Sum(constant, all, highest))
+        Ok(ArmSeries::Sum(constant, all, highest))
     }
 
     fn scaled(
@@ -412,13 +423,13 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         operand: Expr,
         factor: Expr,
-    ) -> Result<Series, Reason> {
+    ) -> Result<ArmSeries, Reason> {
         Ok(match self.series(arena, c, operand)? {
-            Series::Constant(value) => Series::Constant(arena.multiply(factor, value)),
-            Series::Sum(constant, terms, level) => {
+            ArmSeries::Constant(value) => ArmSeries::Constant(arena.multiply(factor, value)),
+            ArmSeries::Sum(constant, terms, level) => {
                 let constant = arena.multiply(factor, constant);
                 let scaled = terms.into_iter().map(|(source, value)| (source, arena.multiply(factor, value))).collect();
-                Series::Sum(constant, scaled, level)
+                ArmSeries::Sum(constant, scaled, level)
             }
         })
     }

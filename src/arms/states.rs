@@ -2,7 +2,7 @@
 //! nobody asks. So states are in every series, and in all that is made of them.
 
 use super::tree::Carried;
-use super::{Arm, ArmEquations, Equations, Factor, Link, Push};
+use super::{Arm, ArmEquations, ArmFactor, ArmLink, Equations, Push};
 use crate::equations::vector::FrameId;
 use crate::expr::Expr;
 
@@ -12,13 +12,13 @@ impl Equations {
         let mass = self.system.arena.constant(mass);
         let along = [mass, Expr::ZERO];
         for (index, &rate) in (self.coordinates.len()..).zip(&self.states) {
-            let arm = Arm { frame: FrameId::WORLD, factor: Factor::Displacement(index) };
+            let arm = Arm { frame: FrameId::WORLD, factor: ArmFactor::Displacement(index) };
             if arms.links.is_empty() {
                 arms.coupling.insert((arm, arm), along);
             } else {
                 let carried = Carried { mass, moment: along, inertia: mass };
                 let begin = [Expr::ZERO; 2];
-                arms.links.push(Link { arm, parent: None, begin, carried, heavy: Carried::default() });
+                arms.links.push(ArmLink { arm, parent: None, begin, carried, heavy: Carried::default() });
             }
             arms.pushes.push(Push { on: Err(index), value: rate, factor: mass });
         }

@@ -8,7 +8,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::linear::conjugate_product;
-use super::{Arm, ArmEquations, Equations, Factor, Reason};
+use super::{Arm, ArmEquations, ArmFactor, Equations, Reason};
 use crate::equations::inertias::mass;
 use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
@@ -19,7 +19,7 @@ const FEW: usize = 12;
 
 /// An arm, and all that hangs from it.
 #[derive(Clone, Debug)]
-pub struct Link {
+pub struct ArmLink {
     pub arm: Arm,
     /// The place of the link that it hangs from, which comes before it.
     pub parent: Option<usize>,
@@ -65,12 +65,12 @@ struct Seat {
 
 /// Links by their arms.
 #[derive(Debug, Default)]
-struct Tree {
-    links: Vec<Link>,
+struct ArmTree {
+    links: Vec<ArmLink>,
     places: HashMap<Arm, usize>,
 }
 
-impl Tree {
+impl ArmTree {
     /// The seat after another part of a path; none if the arm is elsewhere already.
     fn enter(&mut self, arena: &mut Arena, seat: Seat, arm: Arm, z: [Expr; 2]) -> Option<Seat> {
         if seat.link.is_some_and(|link| self.links[link].arm == arm) {
@@ -84,7 +84,7 @@ impl Tree {
             None => {
                 self.places.insert(arm, self.links.len());
                 let (parent, empty) = (seat.link, Carried::default());
-                self.links.push(Link { arm, parent, begin: seat.at, carried: empty, heavy: empty });
+                self.links.push(ArmLink { arm, parent, begin: seat.at, carried: empty, heavy: empty });
                 self.links.len() - 1
             }
         };
@@ -94,7 +94,7 @@ impl Tree {
     /// What a link carries is carried by the one that it hangs from.
     fn sum(&mut self, arena: &mut Arena) {
         for link in (0..self.links.len()).rev() {
-            let Link { parent, begin, carried, heavy, .. } = self.links[link];
+            let ArmLink { parent, begin, carried, heavy, .. } = self.links[link];
             if let Some(parent) = parent.and_then(|parent| self.links.get_mut(parent)) {
                 parent.carried.add(arena, carried.mass, begin);
                 parent.heavy.add(arena, heavy.mass, begin);
@@ -105,10 +105,10 @@ impl Tree {
     /// Is it deep, is every arm a frame of constant length or moves along a line of the world, and is there a link for each displacement?
     fn serves(&self, displacements: usize) -> bool {
         let simple = |arm: &Arm| match arm.factor {
-            Factor::One => arm.frame != FrameId::WORLD,
-            Factor::Displacement(_) | Factor::Signal(_) => arm.frame == FrameId::WORLD,
+            ArmFactor::One => arm.frame != FrameId::WORLD,
+            ArmFactor::Displacement(_) | ArmFactor::Signal(_) => arm.frame == FrameId::WORLD,
         };
-        let moved = self.links.iter().filter(|link| matches!(link.arm.factor, Factor::Displacement(_))).count();
+        let moved = self.links.iter().filter(|link| matches!(link.arm.factor, ArmFactor::Displacement(_))).count();
         self.is_deep() && self.links.iter().all(|link| simple(&link.arm)) && moved == displacements
     }
 
@@ -122,7 +122,7 @@ impl Tree {
     }
 
     /// Links in an order in which the first that hangs from another one follows it.
-    fn in_rows(self) -> Vec<Link> {
+    fn in_rows(self) -> Vec<ArmLink> {
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); self.links.len()];
         let mut next: Vec<usize> = Vec::new();
         for (index, link) in self.links.iter().enumerate().rev() {
@@ -136,7 +136,7 @@ impl Tree {
             places[index] = Some(sorted.len());
             next.append(&mut children[index]);
             let link = &self.links[index];
-            sorted.push(Link { parent: link.parent.and_then(|parent| places[parent]), ..link.clone() });
+            sorted.push(ArmLink { parent: link.parent.and_then(|parent| places[parent]), ..link.clone() });
         }
         sorted
     }
@@ -155,7 +155,7 @@ impl Equations {
         if own.len() + driven.saturating_sub(1) != arms.frames.len() {
             return Ok(());
         }
-        let mut tree = Tree::default();
+        let mut tree = ArmTree::default();
         let Some(seats) = self.seats(&mut tree)? else { return Ok(()) };
         self.seat_masses(&mut tree, &seats);
         tree.sum(&mut self.system.arena);
@@ -173,7 +173,7 @@ impl Equations {
                     turning.inertia = self.system.arena.add(turning.inertia, links[place].carried.inertia);
                 }
                 // It turns about its own centre, and nothing hangs from it.
-                None => links.push(Link {
+                None => links.push(ArmLink {
                     arm: Arm::of(turning.frame),
                     parent: None,
                     begin: [Expr::ZERO; 2],
@@ -187,7 +187,7 @@ impl Equations {
     }
 
     /// Where each node of the translational graph lies; none if the arms are no tree.
-    fn seats(&mut self, tree: &mut Tree) -> Result<Option<Vec<Seat>>, Reason> {
+    fn seats(&mut self, tree: &mut ArmTree) -> Result<Option<Vec<Seat>>, Reason> {
         let nodes: Vec<_> =
             self.kinematics.outward().map(|(node, before, vector)| (node, before, vector.clone())).collect();
         let mut seats = vec![Seat { link: None, at: [Expr::ZERO; 2] }; self.system.translation.nodes()];
@@ -205,7 +205,7 @@ impl Equations {
         Ok(Some(seats))
     }
 
-    fn seat_masses(&mut self, tree: &mut Tree, seats: &[Seat]) {
+    fn seat_masses(&mut self, tree: &mut ArmTree, seats: &[Seat]) {
         for body in (0..self.system.mechanism.bodies.len()).map(BodyId) {
             let centre = self.system.t_node(Place::Centre(body)).index();
             let Seat { link: Some(link), at } = seats[centre] else { continue };

@@ -4,14 +4,14 @@
 //! says what that makes of its keys, so that none can be forgotten; where its ends are is the business of names.
 
 use crate::expr::Unary;
-use crate::model::{BodyId, Formula, Motion, Part, Place, Value};
+use crate::model::{BodyId, Formula, KeyValue, Motion, Part, Place};
 use crate::scene::constant::number;
 
 pub(super) const ZERO: Formula = Formula::Number(0.0);
 
 /// How the ground of a part lies in that of the scene, or in a body: a place p of the part is at + R(angle) F p there, with F = diag(-1, 1) in a mirror.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
+pub struct PartFrame {
     /// Are left and right exchanged?
     pub mirror: bool,
     /// By how much it is turned then.
@@ -24,16 +24,16 @@ pub struct Frame {
     pub origin: Place,
 }
 
-impl Default for Frame {
-    fn default() -> Frame {
-        Frame { mirror: false, angle: ZERO, at: [ZERO, ZERO], on: None, origin: Place::Origin }
+impl Default for PartFrame {
+    fn default() -> PartFrame {
+        PartFrame { mirror: false, angle: ZERO, at: [ZERO, ZERO], on: None, origin: Place::Origin }
     }
 }
 
-impl Frame {
+impl PartFrame {
     /// This frame of a part of a part, in what the other frame lies in.
-    pub fn within(self, outer: &Frame) -> Frame {
-        Frame {
+    pub fn within(self, outer: &PartFrame) -> PartFrame {
+        PartFrame {
             mirror: self.mirror != outer.mirror,
             angle: sum(outer.signed(self.angle), outer.angle.clone()),
             at: outer.place(self.at),
@@ -120,7 +120,7 @@ pub(crate) type Refusal = (&'static str, &'static str, &'static str);
 
 /// An element that is being placed.
 pub struct Placed<'a> {
-    pub frame: &'a Frame,
+    pub frame: &'a PartFrame,
     pub part: &'a mut Part,
     /// What is added to the angle that it calls its own.
     pub turned: Formula,
@@ -152,13 +152,13 @@ impl Placed<'_> {
 
     /// The limits of the angle of its second end against its first: a mirror exchanges them.
     pub fn limits(&mut self, key: &'static str) {
-        let Some(Value::Limits(mut limits)) = self.part.value(key).cloned() else { return };
+        let Some(KeyValue::Limits(mut limits)) = self.part.value(key).cloned() else { return };
         let turned = self.turned.clone();
         limits.ends = limits.ends.map(|end| end.map(|end| sum(turned.clone(), self.frame.signed(end))));
         if self.frame.mirror {
             limits.ends.reverse();
         }
-        self.part.set(key, Value::Limits(limits));
+        self.part.set(key, KeyValue::Limits(limits));
     }
 
     /// A value that a mirror makes its opposite.
@@ -169,7 +169,7 @@ impl Placed<'_> {
     /// One of two words, of which a mirror makes the other; the first if it is absent.
     pub fn side(&mut self, key: &'static str, words: [&'static str; 2]) {
         if self.frame.mirror && self.part.choice(key).is_none() {
-            self.part.set(key, Value::Choice(words[1]));
+            self.part.set(key, KeyValue::Choice(words[1]));
         } else {
             self.exchange(key, words);
         }
@@ -179,23 +179,23 @@ impl Placed<'_> {
     pub fn exchange(&mut self, key: &'static str, words: [&'static str; 2]) {
         let place = words.iter().position(|word| self.part.choice(key) == Some(word));
         if let Some(place) = place.filter(|_| self.frame.mirror) {
-            self.part.set(key, Value::Choice(words[1 - place]));
+            self.part.set(key, KeyValue::Choice(words[1 - place]));
         }
     }
 
     /// A value by a map; one that is not there stays so unless the map makes it another than zero.
-    pub fn number(&mut self, key: &'static str, map: impl FnOnce(&Frame, Formula) -> Formula) {
+    pub fn number(&mut self, key: &'static str, map: impl FnOnce(&PartFrame, Formula) -> Formula) {
         let value = self.part.key(key);
         let made = map(self.frame, value.clone());
         if made != value {
-            self.part.set(key, Value::Formula(made));
+            self.part.set(key, KeyValue::Formula(made));
         }
     }
 
     /// Two components by a map.
     pub fn vector(&mut self, key: &'static str, map: impl FnOnce([Formula; 2]) -> [Formula; 2]) {
         if self.part.value(key).is_some() {
-            self.part.set(key, Value::Vector(map(self.part.vector(key))));
+            self.part.set(key, KeyValue::Vector(map(self.part.vector(key))));
         }
     }
 
@@ -203,9 +203,9 @@ impl Placed<'_> {
     pub fn motion(&mut self, key: &'static str) {
         let turned = self.turned.clone();
         match self.part.value(key).cloned() {
-            Some(Value::Motion(Motion::Given(angle))) => {
+            Some(KeyValue::Motion(Motion::Given(angle))) => {
                 let angle = sum(turned, self.frame.signed(angle));
-                self.part.set(key, Value::Motion(Motion::Given(angle)));
+                self.part.set(key, KeyValue::Motion(Motion::Given(angle)));
             }
             Some(_) if self.frame.mirror || turned != ZERO => self.refuse(
                 key,

@@ -40,22 +40,22 @@ pub enum Icon {
 }
 
 /// The strokes of a sign of this length, from (0, 0) to (length, 0). One is the radius of a pin.
-pub type Glyph = fn(f64) -> Vec<Stroke>;
+pub type Glyph = fn(f64) -> Vec<IconStroke>;
 
 /// The strokes of a sign around (0, 0), y up. One is the radius of a pin.
-pub type RoundGlyph = fn() -> Vec<Stroke>;
+pub type RoundGlyph = fn() -> Vec<IconStroke>;
 
 /// A line of a sign.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stroke {
+pub struct IconStroke {
     pub points: Vec<[f64; 2]>,
     /// Is it an area with this outline? Else a line.
     pub closed: bool,
 }
 
-impl Stroke {
+impl IconStroke {
     /// An arc about (0, 0) from one radius and angle \[rad\] to another.
-    pub fn arc(radii: [f64; 2], angles: [f64; 2]) -> Stroke {
+    pub fn arc(radii: [f64; 2], angles: [f64; 2]) -> IconStroke {
         let steps = 4 + (12.0 * (angles[1] - angles[0]).abs()) as usize;
         let at = |[from, to]: [f64; 2], share: f64| from + share * (to - from);
         let point = |step: usize| {
@@ -63,10 +63,10 @@ impl Stroke {
             let (sine, cosine) = libm::sincos(at(angles, share));
             [at(radii, share) * cosine, at(radii, share) * sine]
         };
-        Stroke::open((0..=steps).map(point).collect())
+        IconStroke::open((0..=steps).map(point).collect())
     }
 
-    pub fn open(points: Vec<[f64; 2]>) -> Stroke {
-        Stroke { points, closed: false }
+    pub fn open(points: Vec<[f64; 2]>) -> IconStroke {
+        IconStroke { points, closed: false }
     }
 }

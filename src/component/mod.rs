@@ -15,8 +15,8 @@ mod slide;
 mod torsion;
 pub(crate) mod transfer;
 
-pub(crate) use frame::{Frame, Placed, minus, sum};
-pub use icon::{Glyph, Icon, RoundGlyph, Stroke};
+pub(crate) use frame::{PartFrame, Placed, minus, sum};
+pub use icon::{Glyph, Icon, IconStroke, RoundGlyph};
 pub(crate) use kinds::ALL;
 pub use kinds::{Phase, Profile};
 pub use reference::{examples, reference};
@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
 use crate::model::{
-    Dimension, Formula, Friction, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit, Value,
+    Dimension, Formula, Friction, KeyValue, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit,
     Variable,
 };
 use crate::network::{Coupling, Rows, System};
@@ -218,7 +218,7 @@ impl Component {
     }
 
     /// One of this kind, which belongs to nothing yet.
-    pub(crate) fn part(&self, name: &str, between: [Place; 2], values: Vec<(&'static str, Value)>) -> Part {
+    pub(crate) fn part(&self, name: &str, between: [Place; 2], values: Vec<(&'static str, KeyValue)>) -> Part {
         let owner = Owner::System;
         Part { name: name.to_owned(), kind: self.kind(), owner, between, values, span: Span::default() }
     }

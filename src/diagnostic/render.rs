@@ -28,7 +28,7 @@ impl Faults {
         let mut text = String::new();
         for fault in self.list.iter().take(MOST_RENDERED) {
             let (fault, source) = in_its_file(fault, &source);
-            let report = Report { fault: &fault, source: &source };
+            let report = FaultReport { fault: &fault, source: &source };
             if handler.render_report(&mut text, &report).is_err() {
                 // The layout failed: the message alone is better than nothing.
                 text.push_str(&visible(&fault.message));
@@ -89,20 +89,20 @@ fn in_its_file<'f>(fault: &'f Fault, source: &Source) -> (Cow<'f, Fault>, Source
 }
 
 #[derive(Debug)]
-struct Report<'a> {
+struct FaultReport<'a> {
     fault: &'a Fault,
     source: &'a Source,
 }
 
-impl fmt::Display for Report<'_> {
+impl fmt::Display for FaultReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&visible(&self.fault.message))
     }
 }
 
-impl std::error::Error for Report<'_> {}
+impl std::error::Error for FaultReport<'_> {}
 
-impl Diagnostic for Report<'_> {
+impl Diagnostic for FaultReport<'_> {
     fn code(&self) -> Option<Box<dyn fmt::Display + '_>> {
         Some(Box::new(self.fault.code))
     }

@@ -3,7 +3,7 @@
 //! and are as smooth as the motion.
 
 use super::Equations;
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use super::vector::{FrameId, Vector};
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::{Dimension, Formula};
@@ -23,8 +23,8 @@ pub struct Centred {
 }
 
 impl Centred {
-    pub fn force(&self, arena: &mut Arena) -> Form<Vector> {
-        let mut force = Form::term(arena, self.density, &self.across);
+    pub fn force(&self, arena: &mut Arena) -> LinearForm<Vector> {
+        let mut force = LinearForm::term(arena, self.density, &self.across);
         self.damped.iter().for_each(|(value, along)| force.add_term(arena, *value, along));
         force
     }

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use super::Equations;
 use super::couplings::{self, CoupledChord};
 use super::feedback;
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
-use crate::expr::{Arena, Expr, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
 use crate::network::{Angle, Direction, ElementId, Held, Rotation, System, Translation, Tree};
 
 /// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
@@ -266,8 +266,8 @@ pub(super) fn assemble(
     kinematics: &Kinematics,
     (element, held): (ElementId, Held),
     value: Expr,
-    velocity: &Form<Scalar>,
-    acceleration: &Form<Scalar>,
+    velocity: &LinearForm<Scalar>,
+    acceleration: &LinearForm<Scalar>,
 ) -> Constraint {
     let (rates, time_rate) = split(arena, kinematics, velocity, Order::Velocity);
     let (_, rest) = split(arena, kinematics, acceleration, Order::Acceleration);
@@ -293,15 +293,15 @@ pub(super) fn assemble(
 pub fn split(
     arena: &mut Arena,
     kinematics: &Kinematics,
-    form: &Form<Scalar>,
+    form: &LinearForm<Scalar>,
     order: Order,
 ) -> (Vec<(usize, Expr)>, Expr) {
     let mut entries = Vec::new();
-    let mut rest: Form<Expr> = Form::default();
+    let mut rest: LinearForm<Expr> = LinearForm::default();
     for (key, coefficient) in form.terms() {
         let total = coefficient.total(arena, &kinematics.frames);
         match arena.node(key) {
-            Node::Symbol(Symbol::Coordinate(index, of)) if of == order => entries.push((index, total)),
+            ExprNode::Symbol(Symbol::Coordinate(index, of)) if of == order => entries.push((index, total)),
             _ => rest.add_term(arena, key, &total),
         }
     }
@@ -310,10 +310,10 @@ pub fn split(
     (entries, rest.total(arena))
 }
 
-fn follower_rates(arena: &mut Arena, kinematics: &Kinematics, velocity: &Form<Scalar>) -> Vec<(usize, Expr)> {
+fn follower_rates(arena: &mut Arena, kinematics: &Kinematics, velocity: &LinearForm<Scalar>) -> Vec<(usize, Expr)> {
     let mut entries: BTreeMap<usize, Expr> = BTreeMap::new();
     for (key, coefficient) in velocity.terms() {
-        if let Node::Symbol(Symbol::Follower(index, Order::Velocity)) = arena.node(key) {
+        if let ExprNode::Symbol(Symbol::Follower(index, Order::Velocity)) = arena.node(key) {
             entries.insert(index, coefficient.total(arena, &kinematics.frames));
         }
     }

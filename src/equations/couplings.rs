@@ -4,12 +4,12 @@
 use std::collections::HashMap;
 
 use super::constraints::{Constraint, Gap, Slipping, Standing, assemble};
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
 use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 use crate::model::BodyId;
-use crate::network::{Coupling, Curve, ElementId, Port, RNode, System, TNode, Term};
+use crate::network::{Coupling, CouplingTerm, Curve, ElementId, Port, RNode, System, TNode};
 
 /// How the reaction of a coupling acts between two nodes, on the second from the first.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub enum CoupledChord {
 }
 
 /// Value, rate and acceleration of a scalar across variable.
-type ScalarMotion = (Expr, Form<Scalar>, Form<Scalar>);
+type ScalarMotion = (Expr, LinearForm<Scalar>, LinearForm<Scalar>);
 
 /// Appends the relations of all couplings to the loop equations.
 pub(super) fn append(system: &mut System, kinematics: &Kinematics, rows: &mut Vec<Constraint>) {
@@ -39,7 +39,7 @@ fn relation(
     coupling: &Coupling,
 ) -> Option<Constraint> {
     let held = coupling.terms.first()?.port.held();
-    let (mut value, mut velocity, mut acceleration) = (coupling.offset, Form::default(), Form::default());
+    let (mut value, mut velocity, mut acceleration) = (coupling.offset, LinearForm::default(), LinearForm::default());
     let mut coupled = Vec::new();
     for term in &coupling.terms {
         let ((position, rate, second), chord) = across(system, kinematics, term.port, term.factor);
@@ -55,12 +55,12 @@ fn relation(
 }
 
 /// A derivative of a sum of factor x across.
-pub(super) fn along(system: &mut System, kinematics: &Kinematics, terms: &[Term], order: Order) -> Expr {
+pub(super) fn along(system: &mut System, kinematics: &Kinematics, terms: &[CouplingTerm], order: Order) -> Expr {
     let mut total = Expr::ZERO;
     for term in terms {
         let ((position, rate, second), _) = across(system, kinematics, term.port, term.factor);
         let arena = &mut system.arena;
-        let of = |arena: &mut Arena, form: &Form<Scalar>| {
+        let of = |arena: &mut Arena, form: &LinearForm<Scalar>| {
             form.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena)
         };
         let value = match order {
@@ -195,9 +195,9 @@ fn heading(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (
 /// The contributions of the couplings to the cutset equations: sums at the nodes of both graphs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Couplings {
-    pub forces: HashMap<usize, Form<Vector>>,
-    pub torques: HashMap<usize, Form<Scalar>>,
-    turning: Vec<(BodyId, [TNode; 2], Form<Vector>)>,
+    pub forces: HashMap<usize, LinearForm<Vector>>,
+    pub torques: HashMap<usize, LinearForm<Scalar>>,
+    turning: Vec<(BodyId, [TNode; 2], LinearForm<Vector>)>,
 }
 
 impl Couplings {
@@ -221,13 +221,13 @@ impl Couplings {
         match chord {
             CoupledChord::Force(ends, vector, carrier) => {
                 let vector = vector.scaled(arena, share);
-                let force = Form::term(arena, reaction, &vector);
+                let force = LinearForm::term(arena, reaction, &vector);
                 add(arena, &mut self.forces, ends.map(TNode::index), &force);
                 self.turning.extend(carrier.map(|body| (body, *ends, force)));
             }
             CoupledChord::Torque(ends, factor) => {
                 let factor = arena.multiply(share, *factor);
-                let torque = Form::term(arena, reaction, &Scalar::plain(factor));
+                let torque = LinearForm::term(arena, reaction, &Scalar::plain(factor));
                 add(arena, &mut self.torques, ends.map(RNode::index), &torque);
             }
         }
@@ -238,7 +238,7 @@ impl Couplings {
         &self,
         system: &mut System,
         kinematics: &Kinematics,
-        moments: &mut HashMap<BodyId, Form<Scalar>>,
+        moments: &mut HashMap<BodyId, LinearForm<Scalar>>,
     ) {
         let arena = &mut system.arena;
         for (body, ends, force) in &self.turning {
@@ -252,9 +252,9 @@ impl Couplings {
 /// A chord's through variable at its two nodes: positive at the second, negative at the first.
 pub(super) fn add<C: Coefficient>(
     arena: &mut Arena,
-    sums: &mut HashMap<usize, Form<C>>,
+    sums: &mut HashMap<usize, LinearForm<C>>,
     [a, b]: [usize; 2],
-    through: &Form<C>,
+    through: &LinearForm<C>,
 ) {
     let minus = arena.constant(-1.0);
     sums.entry(b).or_default().accumulate(arena, Expr::ONE, through);

@@ -8,12 +8,12 @@ use std::collections::HashMap;
 
 use super::constraints::{Constraint, Standing, split};
 use super::couplings::{self, Couplings};
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use super::inertias::{inertia, mass};
 use super::kinematics::Kinematics;
 use super::shares::Share;
 use super::vector::{FrameId, Scalar, Vector};
-use crate::expr::{Arena, Expr, Node, Order, Symbol};
+use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{
     Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, System, Topology, Torque,
@@ -23,8 +23,8 @@ use crate::network::{
 /// Forces and torques of all elements, and the projected cutset equations.
 #[derive(Clone, Debug, Default)]
 pub struct Dynamics {
-    forces: HashMap<ElementId, Form<Vector>>,
-    torques: HashMap<ElementId, Form<Scalar>>,
+    forces: HashMap<ElementId, LinearForm<Vector>>,
+    torques: HashMap<ElementId, LinearForm<Scalar>>,
     /// \[M\], by rows: (column, entry).
     pub mass: Vec<Vec<(usize, Expr)>>,
     /// The coefficients of the reactions in the cutset equations, by rows: (constraint, entry). Equal to \[Phi_q\]^T.
@@ -36,7 +36,7 @@ pub struct Dynamics {
 /// Constitutive loads as expressions of positions and velocities: the terminal equations of loads.
 #[derive(Clone, Debug, Default)]
 pub struct Laws {
-    pub forces: HashMap<ElementId, Form<Vector>>,
+    pub forces: HashMap<ElementId, LinearForm<Vector>>,
     pub torques: HashMap<ElementId, Expr>,
     /// What is left of all forces and torques; everything if there is nothing.
     pub only: Option<Share>,
@@ -55,23 +55,23 @@ pub(super) enum Sums {
 }
 
 impl Sums {
-    fn of_force(self, system: &mut System, kinematics: &Kinematics, force: Form<Vector>) -> Form<Vector> {
+    fn of_force(self, system: &mut System, kinematics: &Kinematics, force: LinearForm<Vector>) -> LinearForm<Vector> {
         match self {
             Sums::ByKey => force,
             Sums::InWorld => {
                 let components = [Vector::x(), Vector::y()].map(|axis| kinematics.component(system, &force, &axis));
-                Form::term(&mut system.arena, Expr::ONE, &Vector::fixed(FrameId::WORLD, components))
+                LinearForm::term(&mut system.arena, Expr::ONE, &Vector::fixed(FrameId::WORLD, components))
             }
         }
     }
 
-    fn of_torque(self, system: &mut System, kinematics: &Kinematics, torque: Form<Scalar>) -> Form<Scalar> {
+    fn of_torque(self, system: &mut System, kinematics: &Kinematics, torque: LinearForm<Scalar>) -> LinearForm<Scalar> {
         match self {
             Sums::ByKey => torque,
             Sums::InWorld => {
                 let arena = &mut system.arena;
                 let total = torque.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena);
-                Form::term(arena, Expr::ONE, &Scalar::plain(total))
+                LinearForm::term(arena, Expr::ONE, &Scalar::plain(total))
             }
         }
     }
@@ -131,7 +131,7 @@ impl Dynamics {
         constraints: &[Constraint],
         laws: &Laws,
         sums: Sums,
-    ) -> (Self, HashMap<BodyId, Form<Scalar>>) {
+    ) -> (Self, HashMap<BodyId, LinearForm<Scalar>>) {
         let mut dynamics = Dynamics::default();
         let held = by_chord(constraints);
         let of = |chord: ElementId| held.get(&chord).into_iter().flatten().map(|&index| (index, &constraints[index]));
@@ -162,18 +162,18 @@ impl Dynamics {
     }
 
     /// Force that an element exerts on its second node: for a branch from its cutset.
-    pub fn force(&self, element: ElementId) -> Option<&Form<Vector>> {
+    pub fn force(&self, element: ElementId) -> Option<&LinearForm<Vector>> {
         self.forces.get(&element)
     }
 
     /// Torque that an element exerts on its second body: for a branch from its cutset.
-    pub fn torque(&self, element: ElementId) -> Option<&Form<Scalar>> {
+    pub fn torque(&self, element: ElementId) -> Option<&LinearForm<Scalar>> {
         self.torques.get(&element)
     }
 
     /// sum r x F over the arms of each body and the slides whose axis is fixed in it (Eq. 6).
-    fn moments(&self, system: &mut System, kinematics: &Kinematics) -> HashMap<BodyId, Form<Scalar>> {
-        let mut moments: HashMap<BodyId, Form<Scalar>> = HashMap::new();
+    fn moments(&self, system: &mut System, kinematics: &Kinematics) -> HashMap<BodyId, LinearForm<Scalar>> {
+        let mut moments: HashMap<BodyId, LinearForm<Scalar>> = HashMap::new();
         for index in 0..system.elements.len() {
             let Some(row) = &system.elements[index].translation else { continue };
             let (Some(body), Some(force)) = (row.carrier(), self.forces.get(&ElementId(index))) else {
@@ -206,7 +206,7 @@ impl Dynamics {
         system: &mut System,
         kinematics: &Kinematics,
         laws: &Laws,
-        moments: &HashMap<BodyId, Form<Scalar>>,
+        moments: &HashMap<BodyId, LinearForm<Scalar>>,
         branch: ElementId,
     ) {
         let free = system.elements[branch.0].rotation.as_ref().is_some_and(|row| matches!(row.angle, Angle::Free(_)));
@@ -219,11 +219,11 @@ impl Dynamics {
     }
 
     /// Splits 0 = -M a - Phi_q^T lambda + Q.
-    fn push_row(&mut self, arena: &mut Arena, kinematics: &Kinematics, balance: &Form<Scalar>) {
+    fn push_row(&mut self, arena: &mut Arena, kinematics: &Kinematics, balance: &LinearForm<Scalar>) {
         let (accelerations, rest) = split(arena, kinematics, balance, Order::Acceleration);
         let mut reactions = Vec::new();
         for (key, coefficient) in balance.terms() {
-            if let Node::Symbol(Symbol::Reaction(index)) = arena.node(key) {
+            if let ExprNode::Symbol(Symbol::Reaction(index)) = arena.node(key) {
                 let total = coefficient.total(arena, &kinematics.frames);
                 reactions.push((index, arena.negate(total)));
             }
@@ -240,8 +240,8 @@ pub(super) fn chord_transformation<D, C: Coefficient>(
     arena: &mut Arena,
     tree: &Tree<D>,
     topology: &Topology<D>,
-    coupled: &HashMap<usize, Form<C>>,
-    through: &mut HashMap<ElementId, Form<C>>,
+    coupled: &HashMap<usize, LinearForm<C>>,
+    through: &mut HashMap<ElementId, LinearForm<C>>,
 ) {
     let mut sums = coupled.clone();
     for &chord in &tree.chords {
@@ -256,13 +256,13 @@ pub(super) fn chord_transformation<D, C: Coefficient>(
 }
 
 /// The loads: the balance without accelerations and reactions.
-fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Form<Scalar>, rest: Expr) -> Expr {
-    if !balance.terms().any(|(key, _)| matches!(arena.node(key), Node::Symbol(Symbol::Reaction(_)))) {
+fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &LinearForm<Scalar>, rest: Expr) -> Expr {
+    if !balance.terms().any(|(key, _)| matches!(arena.node(key), ExprNode::Symbol(Symbol::Reaction(_)))) {
         return rest;
     }
-    let mut load: Form<Expr> = Form::default();
+    let mut load: LinearForm<Expr> = LinearForm::default();
     for (key, coefficient) in balance.terms() {
-        let solved = matches!(arena.node(key), Node::Symbol(symbol) if symbol.is_solved());
+        let solved = matches!(arena.node(key), ExprNode::Symbol(symbol) if symbol.is_solved());
         if !solved {
             let total = coefficient.total(arena, &kinematics.frames);
             load.add_term(arena, key, &total);
@@ -287,7 +287,7 @@ fn add_reaction(
     system: &mut System,
     kinematics: &Kinematics,
     (index, constraint): (usize, &Constraint),
-    force: &mut Form<Vector>,
+    force: &mut LinearForm<Vector>,
 ) {
     if let Held::Along(direction) = constraint.held {
         let (_, along) = kinematics.direction(system, direction);
@@ -297,29 +297,29 @@ fn add_reaction(
 }
 
 /// The constitutive part of a force.
-fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> Form<Vector> {
-    let Some(row) = system.elements[id.0].translation.clone() else { return Form::default() };
+fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> LinearForm<Vector> {
+    let Some(row) = system.elements[id.0].translation.clone() else { return LinearForm::default() };
     match &row.through {
-        Force::None => Form::default(),
+        Force::None => LinearForm::default(),
         Force::Inertia(body) => {
             let counts = [Share::Velocity, Share::Gravity].map(|share| laws.counts(id, share));
             let node = kinematics.node(&mut system.arena, row.ends[1]);
-            inertia_force(system, &if counts[0] { node.acceleration } else { Form::default() }, *body, counts[1])
+            inertia_force(system, &if counts[0] { node.acceleration } else { LinearForm::default() }, *body, counts[1])
         }
-        Force::Resistance(_) if !laws.counts(id, Share::Resistance) => Form::default(),
+        Force::Resistance(_) if !laws.counts(id, Share::Resistance) => LinearForm::default(),
         Force::Resistance(law) => resisting_force(system, kinematics, &row, *law),
         Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
     }
 }
 
 /// The same, with the acceleration of a body's centre in the axes of the world.
-fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> Form<Vector> {
+fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> LinearForm<Vector> {
     let row = system.elements[id.0].translation.clone();
     match row.as_ref().map(|row| (row, &row.through)) {
         Some((row, &Force::Inertia(body))) => match kinematics.known_total(row.ends[1], Order::Acceleration) {
             Some(acceleration) => {
                 let acceleration = Vector::fixed(FrameId::WORLD, acceleration);
-                let acceleration = Form::term(&mut system.arena, Expr::ONE, &acceleration);
+                let acceleration = LinearForm::term(&mut system.arena, Expr::ONE, &acceleration);
                 inertia_force(system, &acceleration, body, true)
             }
             None => constitutive_force(system, kinematics, laws, id),
@@ -331,7 +331,12 @@ fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: E
 }
 
 /// F = -m (a - g) (Eq. 5; gravity is a force actuator beside the body).
-fn inertia_force(system: &mut System, acceleration: &Form<Vector>, body: BodyId, falls: bool) -> Form<Vector> {
+fn inertia_force(
+    system: &mut System,
+    acceleration: &LinearForm<Vector>,
+    body: BodyId,
+    falls: bool,
+) -> LinearForm<Vector> {
     let mass = mass(system, body);
     let weightless = system.mechanism.bodies[body.0].weightless;
     let gravity = system.mechanism.clone().gravity.each_ref().map(|component| system.value(component));
@@ -355,12 +360,12 @@ pub fn resisting_force(
     kinematics: &Kinematics,
     row: &TranslationalRow,
     law: Resistance,
-) -> Form<Vector> {
+) -> LinearForm<Vector> {
     let direction = row.motion.first().map_or(Direction::X, |(direction, _)| *direction);
     let speed = kinematics.speed_along(system, row.ends, direction);
     let (_, along) = kinematics.direction(system, direction);
     let resisting = law.at(&mut system.arena, speed);
-    Form::term(&mut system.arena, resisting, &along)
+    LinearForm::term(&mut system.arena, resisting, &along)
 }
 
 /// The constitutive part of a torque.
@@ -368,18 +373,18 @@ fn constitutive_torque(
     system: &mut System,
     kinematics: &Kinematics,
     laws: &Laws,
-    moments: &HashMap<BodyId, Form<Scalar>>,
+    moments: &HashMap<BodyId, LinearForm<Scalar>>,
     id: ElementId,
-) -> Form<Scalar> {
-    let Some(row) = system.elements[id.0].rotation.clone() else { return Form::default() };
-    let plain = |arena: &mut Arena, value: Expr| Form::term(arena, value, &Scalar::plain(Expr::ONE));
+) -> LinearForm<Scalar> {
+    let Some(row) = system.elements[id.0].rotation.clone() else { return LinearForm::default() };
+    let plain = |arena: &mut Arena, value: Expr| LinearForm::term(arena, value, &Scalar::plain(Expr::ONE));
     match row.through {
-        Torque::None => Form::default(),
+        Torque::None => LinearForm::default(),
         Torque::Inertia(body) => {
             let turns = laws.counts(id, Share::Velocity);
             inertia_torque(system, kinematics, (row.ends[1], turns), body, moments)
         }
-        Torque::Resistance(_) if !laws.counts(id, Share::Resistance) => Form::default(),
+        Torque::Resistance(_) if !laws.counts(id, Share::Resistance) => LinearForm::default(),
         Torque::Resistance(law) => {
             let arena = &mut system.arena;
             let omega = kinematics.angle_across(arena, row.ends).velocity.total(arena);
@@ -399,8 +404,8 @@ fn inertia_torque(
     kinematics: &Kinematics,
     (node, turns): (crate::network::RNode, bool),
     body: BodyId,
-    moments: &HashMap<BodyId, Form<Scalar>>,
-) -> Form<Scalar> {
+    moments: &HashMap<BodyId, LinearForm<Scalar>>,
+) -> LinearForm<Scalar> {
     let inertia = if turns { inertia(system, body) } else { Expr::ZERO };
     let arena = &mut system.arena;
     let minus_inertia = arena.negate(inertia);

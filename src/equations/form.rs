@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::expr::{Arena, Binary, Expr, Node, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Unary};
 
 pub trait Coefficient: Clone {
     fn zero() -> Self;
@@ -30,17 +30,17 @@ impl Coefficient for Expr {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Form<C>(BTreeMap<Expr, C>);
+pub struct LinearForm<C>(BTreeMap<Expr, C>);
 
-impl<C> Default for Form<C> {
+impl<C> Default for LinearForm<C> {
     fn default() -> Self {
-        Form(BTreeMap::new())
+        LinearForm(BTreeMap::new())
     }
 }
 
-impl<C: Coefficient> Form<C> {
+impl<C: Coefficient> LinearForm<C> {
     pub fn term(arena: &mut Arena, key: Expr, coefficient: &C) -> Self {
-        let mut form = Form::default();
+        let mut form = LinearForm::default();
         form.add_term(arena, key, coefficient);
         form
     }
@@ -73,14 +73,14 @@ impl<C: Coefficient> Form<C> {
 
     /// factor x self, in the coefficients.
     pub fn scaled(&self, arena: &mut Arena, factor: Expr) -> Self {
-        let mut form = Form::default();
+        let mut form = LinearForm::default();
         form.accumulate(arena, factor, self);
         form
     }
 
     /// factor x self, in the keys: for factors that change with the motion.
     pub fn times(&self, arena: &mut Arena, factor: Expr) -> Self {
-        let mut form = Form::default();
+        let mut form = LinearForm::default();
         for (&key, coefficient) in &self.0 {
             let key = arena.multiply(key, factor);
             form.add_term(arena, key, coefficient);
@@ -88,8 +88,8 @@ impl<C: Coefficient> Form<C> {
         form
     }
 
-    pub fn map<D: Coefficient>(&self, arena: &mut Arena, mut linear: impl FnMut(&mut Arena, &C) -> D) -> Form<D> {
-        let mut form = Form::default();
+    pub fn map<D: Coefficient>(&self, arena: &mut Arena, mut linear: impl FnMut(&mut Arena, &C) -> D) -> LinearForm<D> {
+        let mut form = LinearForm::default();
         for (&key, coefficient) in &self.0 {
             let image = linear(arena, coefficient);
             form.add_term(arena, key, &image);
@@ -102,7 +102,7 @@ impl<C: Coefficient> Form<C> {
     }
 }
 
-impl Form<Expr> {
+impl LinearForm<Expr> {
     pub fn total(&self, arena: &mut Arena) -> Expr {
         let mut total = Expr::ZERO;
         for (key, coefficient) in self.terms() {
@@ -117,12 +117,12 @@ fn split_number(arena: &mut Arena, key: Expr) -> (Expr, Expr) {
         return (key, Expr::ONE);
     }
     match arena.node(key) {
-        Node::Unary(Unary::Negate, inner) => {
+        ExprNode::Unary(Unary::Negate, inner) => {
             let (number, rest) = split_number(arena, inner);
             (arena.negate(number), rest)
         }
-        Node::Binary(Binary::Multiply, a, b) if arena.as_constant(a).is_some() => (a, b),
-        Node::Binary(Binary::Multiply, a, b) if arena.as_constant(b).is_some() => (b, a),
+        ExprNode::Binary(Binary::Multiply, a, b) if arena.as_constant(a).is_some() => (a, b),
+        ExprNode::Binary(Binary::Multiply, a, b) if arena.as_constant(b).is_some() => (b, a),
         _ => (Expr::ONE, key),
     }
 }

@@ -1,7 +1,7 @@
 //! Loads as functions of positions, velocities, inputs and time.
 
 use super::Equations;
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use super::vector::Vector;
 use crate::expr::Expr;
 use crate::model::translate::translate;
@@ -29,7 +29,7 @@ impl Equations {
     }
 
     /// The force of a law; none of what exerts none by a law.
-    fn force_of_law(&mut self, id: ElementId, through: &Force, ends: [TNode; 2]) -> Option<Form<Vector>> {
+    fn force_of_law(&mut self, id: ElementId, through: &Force, ends: [TNode; 2]) -> Option<LinearForm<Vector>> {
         match through {
             Force::World(vector) => Some(self.components(id, None, vector)),
             Force::InBody(body, vector) => Some(self.components(id, Some(*body), vector)),
@@ -40,7 +40,7 @@ impl Equations {
 
     /// The values of all laws: forces, torques, damping and friction.
     pub fn law_values(&mut self) -> Vec<Expr> {
-        let mut values: Vec<Expr> = self.laws.forces.values().flat_map(Form::keys).collect();
+        let mut values: Vec<Expr> = self.laws.forces.values().flat_map(LinearForm::keys).collect();
         values.extend(self.laws.torques.values());
         values.extend(&self.states);
         values.extend(self.feedback().iter().map(|law| law.value));
@@ -66,8 +66,8 @@ impl Equations {
         })
     }
 
-    fn components(&mut self, id: ElementId, body: Option<BodyId>, vector: &[Formula; 2]) -> Form<Vector> {
-        let mut force = Form::default();
+    fn components(&mut self, id: ElementId, body: Option<BodyId>, vector: &[Formula; 2]) -> LinearForm<Vector> {
+        let mut force = LinearForm::default();
         let axes = [(Direction::X, [Expr::ONE, Expr::ZERO]), (Direction::Y, [Expr::ZERO, Expr::ONE])];
         for (component, (along, axis)) in vector.iter().zip(axes) {
             let value = self.law(id, Held::Along(along), component);
@@ -78,7 +78,7 @@ impl Equations {
     }
 
     /// F = f d / |d|
-    fn line_force(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> Form<Vector> {
+    fn line_force(&mut self, id: ElementId, ends: [TNode; 2], law: &Formula) -> LinearForm<Vector> {
         if let Some(centred) = self.centred(id) {
             return centred.force(&mut self.system.arena);
         }
@@ -90,10 +90,10 @@ impl Equations {
             let arena = &mut self.system.arena;
             let along = arena.divide(Expr::ONE, length);
             let along = across.scaled(arena, along);
-            return Form::term(arena, value, &along);
+            return LinearForm::term(arena, value, &along);
         }
         let (density, across) = self.density(id, ends, law);
-        Form::term(&mut self.system.arena, density, &across)
+        LinearForm::term(&mut self.system.arena, density, &across)
     }
 
     /// f / |d| and d

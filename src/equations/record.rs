@@ -4,9 +4,9 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::dynamics::chord_transformation;
-use super::form::Form;
+use super::form::LinearForm;
 use super::{Equations, couplings};
-use crate::expr::{Arena, Expr, Node as Operation, Symbol};
+use crate::expr::{Arena, Expr, ExprNode as Operation, Symbol};
 use crate::model::BodyId;
 use crate::network::{
     CoupledEdge, Element, ElementId, LinearGraph, Node, Port, Rotation, System, Topology, Translation,
@@ -115,7 +115,7 @@ fn cutsets<D>(
     let (mut through, mut coupled) = (HashMap::new(), HashMap::new());
     for &chord in chords {
         let (edge, load) = (&edges[chord], arena.symbol(Symbol::Reaction(chord)));
-        let load = Form::term(arena, load, &Expr::ONE);
+        let load = LinearForm::term(arena, load, &Expr::ONE);
         match edge.term {
             None => drop(through.insert(edge.element, load)),
             Some(_) => couplings::add(arena, &mut coupled, edge.ends.map(Node::index), &load),

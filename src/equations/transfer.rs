@@ -1,11 +1,11 @@
 //! Coordinates of other trees in terms of these.
 
 use super::constraints::split;
-use super::form::Form;
+use super::form::LinearForm;
 use super::kinematics::{PointMotion, ScalarMotion};
 use super::vector::Scalar;
 use super::{Coordinate, Equations};
-use crate::expr::{Expr, Node, Order, Symbol};
+use crate::expr::{Expr, ExprNode, Order, Symbol};
 use crate::model::{BodyId, Place};
 use crate::network::{Direction, Known, TNode};
 
@@ -63,11 +63,11 @@ impl Equations {
     }
 
     /// alpha, or s'' = a . u + s omega^2 along an axis that turns.
-    fn acceleration_form(&mut self, coordinate: &Coordinate) -> Form<Scalar> {
+    fn acceleration_form(&mut self, coordinate: &Coordinate) -> LinearForm<Scalar> {
         if let Some(angle) = self.angle_of(coordinate) {
             return angle.acceleration.map(&mut self.system.arena, |_, &coefficient| Scalar::plain(coefficient));
         }
-        let Some((across, direction)) = self.free_motion(coordinate) else { return Form::default() };
+        let Some((across, direction)) = self.free_motion(coordinate) else { return LinearForm::default() };
         let (frame, axis) = self.kinematics.direction(&mut self.system, direction);
         let arena = &mut self.system.arena;
         let mut form = across.acceleration.map(arena, |arena, vector| vector.dot(arena, &axis));
@@ -85,7 +85,7 @@ impl Equations {
         let keys = velocity.terms().map(|(key, _)| key).chain(turning.terms().map(|(key, _)| key));
         let mut coordinates: Vec<usize> = keys
             .filter_map(|key| match self.system.arena.node(key) {
-                Node::Symbol(Symbol::Coordinate(index, _)) => Some(index),
+                ExprNode::Symbol(Symbol::Coordinate(index, _)) => Some(index),
                 _ => None,
             })
             .collect();

@@ -1,7 +1,7 @@
 //! Every variable of the naming table as an expression of time, inputs, coordinates, rates, accelerations and reactions.
 
 use super::couplings;
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
 use super::vector::Vector;
@@ -614,7 +614,7 @@ impl Equations {
         vector.dot(arena, direction).total(arena, &self.kinematics.frames)
     }
 
-    pub(super) fn component(&mut self, form: &Form<Vector>, direction: &Vector) -> Expr {
+    pub(super) fn component(&mut self, form: &LinearForm<Vector>, direction: &Vector) -> Expr {
         self.kinematics.component(&mut self.system, form, direction)
     }
 
@@ -636,7 +636,7 @@ impl Equations {
 
 impl Kinematics {
     /// The component of a linear form along a direction, as one expression.
-    pub(super) fn component(&self, system: &mut System, form: &Form<Vector>, direction: &Vector) -> Expr {
+    pub(super) fn component(&self, system: &mut System, form: &LinearForm<Vector>, direction: &Vector) -> Expr {
         let arena = &mut system.arena;
         let projected = form.map(arena, |arena, vector| vector.dot(arena, direction));
         projected.map(arena, |arena, scalar| scalar.total(arena, &self.frames)).total(arena)

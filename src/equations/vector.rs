@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::form::{Coefficient, Form};
+use super::form::{Coefficient, LinearForm};
 use crate::expr::{Arena, Expr};
 
 /// Index of a frame; 0 is the world.
@@ -19,9 +19,9 @@ impl FrameId {
 pub struct Frame {
     pub unit: [Expr; 2],
     /// omega, linear in the rates.
-    pub rate: Form<Expr>,
+    pub rate: LinearForm<Expr>,
     /// alpha, linear in the accelerations.
-    pub acceleration: Form<Expr>,
+    pub acceleration: LinearForm<Expr>,
     /// omega as one expression.
     pub omega: Expr,
     /// Its angle, without constants.
@@ -35,8 +35,8 @@ impl Default for Frames {
     fn default() -> Self {
         let world = Frame {
             unit: [Expr::ONE, Expr::ZERO],
-            rate: Form::default(),
-            acceleration: Form::default(),
+            rate: LinearForm::default(),
+            acceleration: LinearForm::default(),
             omega: Expr::ZERO,
             angle: Expr::ZERO,
         };

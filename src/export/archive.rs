@@ -55,11 +55,11 @@ pub fn pack(package: &Package) -> Result<Vec<u8>, ExportError> {
     for (name, content) in entries(package)? {
         let permissions = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
         match content {
-            Content::Bytes(bytes) => {
+            MemberContent::Bytes(bytes) => {
                 zip.start_file(name, options.unix_permissions(permissions))?;
                 zip.write_all(&bytes).map_err(ZipError::from)?;
             }
-            Content::OwnRuntime => {
+            MemberContent::OwnRuntime => {
                 let mut packed = ZipArchive::new(Cursor::new(packed()?))?;
                 zip.raw_copy_file_rename(packed.by_index_raw(0)?, name)?;
             }
@@ -90,14 +90,14 @@ fn options() -> SimpleFileOptions {
 }
 
 /// A file of the FMU.
-enum Content<'a> {
+enum MemberContent<'a> {
     Bytes(Cow<'a, [u8]>),
     /// The runtime that cotree was built with, which is compressed already.
     OwnRuntime,
 }
 
 /// Every file of the FMU, by name.
-fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, ExportError> {
+fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a>>, ExportError> {
     let Package { version, description, extras, .. } = package;
     let files: [(&str, Cow<[u8]>); 4] = [
         ("resources/program.bin", package.program.into()),
@@ -108,24 +108,25 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, Content<'a>>, Ex
         ("documentation/licenses/sbom.cdx.json", libraries::bill_of_materials().into_bytes().into()),
         ("documentation/licenses/apache-2.0.txt", APACHE.as_bytes().into()),
     ];
-    let mut entries: BTreeMap<String, Content> =
-        files.into_iter().map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes))).collect();
-    entries.extend(extras.iter().map(|own| (own.name.to_owned(), Content::Bytes((&*own.bytes).into()))));
+    let mut entries: BTreeMap<String, MemberContent> =
+        files.into_iter().map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes))).collect();
+    entries.extend(extras.iter().map(|own| (own.name.to_owned(), MemberContent::Bytes((&*own.bytes).into()))));
     let described = described(package)?.into_iter();
-    entries.extend(described.map(|(name, bytes)| (name.to_owned(), Content::Bytes(bytes.into()))));
+    entries.extend(described.map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes.into()))));
     for runtime in package.runtimes {
         let (folder, Platform { extension, .. }) = (runtime.platform.folder(*version), runtime.platform);
         let name = format!("binaries/{folder}/{}.{extension}", description.identifier);
-        let content = if runtime.is_own() { Content::OwnRuntime } else { Content::Bytes((&*runtime.library).into()) };
+        let content =
+            if runtime.is_own() { MemberContent::OwnRuntime } else { MemberContent::Bytes((&*runtime.library).into()) };
         entries.insert(name, content);
     }
     let scene = package.scene.map(SceneText::files).unwrap_or_default();
     let related = related(&scene, extras);
     if !related.is_empty() {
         let text = xml::related::manifest(&related).map_err(ExportError::Description)?;
-        entries.insert(xml::related::PLACE.to_owned(), Content::Bytes(text.into()));
+        entries.insert(xml::related::PLACE.to_owned(), MemberContent::Bytes(text.into()));
     }
-    entries.extend(scene.into_iter().map(|(name, text)| (name, Content::Bytes(text.into_bytes().into()))));
+    entries.extend(scene.into_iter().map(|(name, text)| (name, MemberContent::Bytes(text.into_bytes().into()))));
     Ok(entries)
 }
 

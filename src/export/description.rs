@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::model::{Credits, Experiment, Unit};
-pub use crate::program::{Causality, ScalarVariable, Start, Type, Variability};
+pub use crate::program::{Causality, ScalarVariable, StartValue, Type, Variability};
 
 /// An FMU's description.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,7 +111,7 @@ impl Description {
         }
         wanted.retain(|&index| {
             let variable = &self.variables[index];
-            variable.causality.range().is_none() && !matches!(variable.start, Some(Start::Exact(_)))
+            variable.causality.range().is_none() && !matches!(variable.start, Some(StartValue::Exact(_)))
         });
         wanted.sort_unstable();
         wanted.dedup();

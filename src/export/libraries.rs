@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 const VERSIONS: &str = include_str!(concat!(env!("OUT_DIR"), "/versions"));
 
 /// A library inside the runtime.
-struct Library {
+struct LinkedLibrary {
     /// Its name as a crate.
     name: &'static str,
     /// Under what it comes, as an SPDX expression.
@@ -15,8 +15,8 @@ struct Library {
     copyright: &'static str,
 }
 
-const fn library(name: &'static str, license: &'static str, copyright: &'static str) -> Library {
-    Library { name, license, copyright }
+const fn library(name: &'static str, license: &'static str, copyright: &'static str) -> LinkedLibrary {
+    LinkedLibrary { name, license, copyright }
 }
 
 const MIT_OR_APACHE: &str = "MIT OR Apache-2.0";
@@ -24,7 +24,7 @@ const ZLIB_TOO: &str = "Zlib OR Apache-2.0 OR MIT";
 const NUM: &str = "Copyright (c) 2014 The Rust Project Developers";
 
 /// All of them, without the standard library of Rust.
-const LIBRARIES: [Library; 19] = [
+const LIBRARIES: [LinkedLibrary; 19] = [
     library("approx", "Apache-2.0", "Copyright 2015 Brendan Zabarauskas"),
     library("bytemuck", ZLIB_TOO, "Copyright (c) 2019 Daniel \"Lokathor\" Gee."),
     library("cobs", MIT_OR_APACHE, "Copyright (c) 2015 The cobs.rs Developers"),
@@ -50,7 +50,7 @@ const LIBRARIES: [Library; 19] = [
     library("wide", ZLIB_TOO, "Copyright (c) 2020 Daniel \"Lokathor\" Gee"),
 ];
 
-impl Library {
+impl LinkedLibrary {
     /// The version in the lock file of this build.
     fn version(&self) -> &'static str {
         let mut lines = VERSIONS.lines().filter_map(|line| line.split_once(' '));
@@ -60,7 +60,8 @@ impl Library {
 
 /// A line or two for each library, for the licence text.
 pub(super) fn notices() -> String {
-    let one = |own: &Library| format!("  {} {}, {}\n      {}\n", own.name, own.version(), own.license, own.copyright);
+    let one =
+        |own: &LinkedLibrary| format!("  {} {}, {}\n      {}\n", own.name, own.version(), own.license, own.copyright);
     let standard = library("the Rust standard library", MIT_OR_APACHE, "Copyright (c) The Rust Project Contributors");
     let last = format!("  {}, {}\n      {}\n", standard.name, standard.license, standard.copyright);
     LIBRARIES.iter().map(one).chain([last]).collect()
@@ -88,7 +89,7 @@ pub(super) fn bill_of_materials() -> String {
     format!("{bill:#}\n")
 }
 
-fn component(own: &Library) -> Value {
+fn component(own: &LinkedLibrary) -> Value {
     let reference = format!("pkg:cargo/{}@{}", own.name, own.version());
     json!({
         "type": "library",

@@ -33,12 +33,12 @@ pub struct Platform {
     /// Operating system and processor in the words of Rust's standard library.
     host: [&'static str; 2],
     /// The kind of shared library, and the number of the processor in its header.
-    format: (Format, u32),
+    format: (LibraryFormat, u32),
 }
 
 /// A kind of shared library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
+enum LibraryFormat {
     Elf,
     Pe,
     MachO,
@@ -47,20 +47,20 @@ enum Format {
 /// Every platform that importers have a name for. FMI 2.0 names the x86 platforms; the others go by their FMI 3.0 names,
 /// as importers expect.
 pub static PLATFORMS: [Platform; 7] = [
-    platform(["linux64", "x86_64-linux"], "so", ["linux", "x86_64"], (Format::Elf, 62)),
-    platform(["linux32", "x86-linux"], "so", ["linux", "x86"], (Format::Elf, 3)),
-    platform(["aarch64-linux", "aarch64-linux"], "so", ["linux", "aarch64"], (Format::Elf, 183)),
-    platform(["win64", "x86_64-windows"], "dll", ["windows", "x86_64"], (Format::Pe, 0x8664)),
-    platform(["win32", "x86-windows"], "dll", ["windows", "x86"], (Format::Pe, 0x14c)),
-    platform(["darwin64", "x86_64-darwin"], "dylib", ["macos", "x86_64"], (Format::MachO, 0x0100_0007)),
-    platform(["aarch64-darwin", "aarch64-darwin"], "dylib", ["macos", "aarch64"], (Format::MachO, 0x0100_000c)),
+    platform(["linux64", "x86_64-linux"], "so", ["linux", "x86_64"], (LibraryFormat::Elf, 62)),
+    platform(["linux32", "x86-linux"], "so", ["linux", "x86"], (LibraryFormat::Elf, 3)),
+    platform(["aarch64-linux", "aarch64-linux"], "so", ["linux", "aarch64"], (LibraryFormat::Elf, 183)),
+    platform(["win64", "x86_64-windows"], "dll", ["windows", "x86_64"], (LibraryFormat::Pe, 0x8664)),
+    platform(["win32", "x86-windows"], "dll", ["windows", "x86"], (LibraryFormat::Pe, 0x14c)),
+    platform(["darwin64", "x86_64-darwin"], "dylib", ["macos", "x86_64"], (LibraryFormat::MachO, 0x0100_0007)),
+    platform(["aarch64-darwin", "aarch64-darwin"], "dylib", ["macos", "aarch64"], (LibraryFormat::MachO, 0x0100_000c)),
 ];
 
 const fn platform(
     [folder, tuple]: [&'static str; 2],
     extension: &'static str,
     host: [&'static str; 2],
-    format: (Format, u32),
+    format: (LibraryFormat, u32),
 ) -> Platform {
     Platform { folder, tuple, extension, host, format }
 }
@@ -98,9 +98,11 @@ impl Platform {
     fn accepts(&self, library: &[u8]) -> bool {
         let (format, processor) = self.format;
         match format {
-            Format::Elf => library.starts_with(b"\x7fELF") && number(library, 18, 2) == Some(processor),
-            Format::MachO => library.starts_with(b"\xcf\xfa\xed\xfe") && number(library, 4, 4) == Some(processor),
-            Format::Pe => {
+            LibraryFormat::Elf => library.starts_with(b"\x7fELF") && number(library, 18, 2) == Some(processor),
+            LibraryFormat::MachO => {
+                library.starts_with(b"\xcf\xfa\xed\xfe") && number(library, 4, 4) == Some(processor)
+            }
+            LibraryFormat::Pe => {
                 let header = number(library, 60, 4).map_or(usize::MAX, |offset| offset as usize);
                 let marked = header.checked_add(4).and_then(|end| library.get(header..end)) == Some(b"PE\0\0");
                 library.starts_with(b"MZ") && marked && number(library, header + 4, 2) == Some(processor)
@@ -180,7 +182,7 @@ impl Runtime {
     /// The embedded library as FMUs have it. Its messages say where in the source something is impossible; dots stand there for the folder of whoever built
     /// cotree. Libraries of macOS are signed and stay as they are.
     pub(super) fn own_library() -> Cow<'static, [u8]> {
-        let signed = Platform::host().is_none_or(|platform| platform.format.0 == Format::MachO);
+        let signed = Platform::host().is_none_or(|platform| platform.format.0 == LibraryFormat::MachO);
         if signed { LIBRARY.into() } else { without(LIBRARY, PACKAGES.as_bytes()) }
     }
 

@@ -15,7 +15,7 @@ pub struct SceneText<'a> {
 }
 
 /// A file of a scene.
-struct Place {
+struct SceneFile {
     /// Where its author has it, without detours.
     own: PathBuf,
     /// Where the FMU has it.
@@ -33,7 +33,7 @@ impl SceneText<'_> {
         renamed.collect()
     }
 
-    fn places(self) -> Vec<Place> {
+    fn places(self) -> Vec<SceneFile> {
         let folder = normal(Path::new(&self.source.name)).parent().map(Path::to_owned).unwrap_or_default();
         let mut taken = HashSet::from([PathBuf::from(cotree_fmu::PROGRAM_FILE)]);
         let mut places = Vec::new();
@@ -48,7 +48,7 @@ impl SceneText<'_> {
                 _ => Path::new("resources/elsewhere").join(index.to_string()).join(own.file_name().unwrap_or_default()),
             };
             taken.insert(inside.clone());
-            places.push(Place { own, inside });
+            places.push(SceneFile { own, inside });
         }
         places
     }
@@ -79,7 +79,7 @@ fn spelled(path: &Path) -> String {
 
 /// The text of a file with the names of others as they are from its place in the FMU. They stand in quotation marks, alone or in a law; what would lead to the
 /// same place there stays as its author wrote it.
-fn references(text: &str, of: &Place, places: &[Place]) -> String {
+fn references(text: &str, of: &SceneFile, places: &[SceneFile]) -> String {
     let mut written = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(start) = rest.find(['"', '\'']) {
@@ -101,7 +101,7 @@ fn references(text: &str, of: &Place, places: &[Place]) -> String {
 }
 
 /// What a name must be inside the FMU, if it is one of a file there and would lead elsewhere.
-fn renamed(name: &str, of: &Place, places: &[Place]) -> Option<String> {
+fn renamed(name: &str, of: &SceneFile, places: &[SceneFile]) -> Option<String> {
     let from = |folder: &Path, name: &str| normal(&folder.parent().unwrap_or(Path::new("")).join(name));
     let plain = name.replace("\\\\", "\\");
     let named = from(&of.own, &plain);

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use cotree_fmu::program::Source;
 
 use super::description::{Flow, Member, Terminal};
-use crate::model::{Formula, Mechanism, Motion, Output, Owner, Part, Unit, Value, Variable};
+use crate::model::{Formula, KeyValue, Mechanism, Motion, Output, Owner, Part, Unit, Variable};
 use crate::program::{Of, TableRow};
 
 /// The terminals of a mechanism, in the order of the outputs, then of the inputs.
@@ -16,7 +16,7 @@ pub(super) fn terminals(mechanism: &Mechanism, outputs: &[Output], rows: &[Table
     };
     let places: HashMap<Variable, usize> =
         rows.iter().enumerate().filter_map(|(place, row)| Some((known(row)?, place))).collect();
-    let mut found = Found::default();
+    let mut found = TerminalList::default();
     for output in outputs {
         // The energy of the whole mechanism is nobody's.
         let variable = mechanism.variable_of(output).filter(|variable| variable.owner != Owner::System);
@@ -51,9 +51,9 @@ fn is_effort(unit: &Unit) -> bool {
 fn inputs(part: &Part) -> Vec<(String, usize)> {
     let input = |formula: &Formula| if let Formula::Input(input) = formula { Some(input.0) } else { None };
     let found = part.values.iter().flat_map(|(_, value)| match value {
-        Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => vec![("", input(formula))],
-        Value::Motion(Motion::Velocity(own) | Motion::Acceleration(own)) => vec![("", Some(own.0))],
-        Value::Vector([x, y]) => vec![("_x", input(x)), ("_y", input(y))],
+        KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => vec![("", input(formula))],
+        KeyValue::Motion(Motion::Velocity(own) | Motion::Acceleration(own)) => vec![("", Some(own.0))],
+        KeyValue::Vector([x, y]) => vec![("_x", input(x)), ("_y", input(y))],
         _ => vec![],
     });
     found.filter_map(|(end, input)| Some((format!("{}{end}", part.name), input?))).collect()
@@ -61,14 +61,14 @@ fn inputs(part: &Part) -> Vec<(String, usize)> {
 
 /// Terminals under way.
 #[derive(Default)]
-struct Found {
+struct TerminalList {
     terminals: Vec<Terminal>,
     places: HashMap<String, usize>,
     /// Variables that are members of one.
     taken: HashSet<usize>,
 }
 
-impl Found {
+impl TerminalList {
     /// A variable becomes a member, once; names within a terminal differ.
     fn add(&mut self, owner: &str, mut member: String, variable: usize, flow: Flow) {
         if !self.taken.insert(variable) {

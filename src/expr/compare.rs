@@ -3,7 +3,7 @@
 //! The sides of `1 - exp(-t) < 1` come closer to each other than numbers are apart, and those of `poly4567(t) < 1` long before the rise is over. What is left between them is known exactly if it
 //! is written so: exp(-t), and poly4567(1 - t), for the laws of cams are symmetric. Its sign is then the same in every method.
 
-use super::{Arena, Binary, Expr, Node, Unary};
+use super::{Arena, Binary, Expr, ExprNode, Unary};
 
 /// Numbers that differ by less than this share of their sizes are meant to be the same.
 const SAME: f64 = 4.0 * f64::EPSILON;
@@ -12,7 +12,7 @@ const DEEPEST: usize = 16;
 
 /// constant + sum of factor x term, where the sizes of all constants add up to `size`.
 #[derive(Default)]
-struct Sum {
+struct WeightedSum {
     constant: f64,
     size: f64,
     terms: Vec<(f64, Expr)>,
@@ -31,10 +31,10 @@ impl Arena {
 
     /// b - a without what cancels; none if nothing does.
     fn difference(&mut self, a: Expr, b: Expr) -> Option<Expr> {
-        let mut sum = Sum::default();
+        let mut sum = WeightedSum::default();
         self.gather(&mut sum, b, 1.0, 0);
         self.gather(&mut sum, a, -1.0, 0);
-        let Sum { constant, size, terms } = sum;
+        let WeightedSum { constant, size, terms } = sum;
         let same = |one: f64, other: f64, size: f64| (one - other).abs() <= SAME * size;
         match terms[..] {
             [] => None,
@@ -66,37 +66,37 @@ impl Arena {
     }
 
     /// Adds a factor times an expression to a sum.
-    fn gather(&self, sum: &mut Sum, expr: Expr, factor: f64, depth: usize) {
-        let deeper = |sum: &mut Sum, inner: Expr, factor: f64| self.gather(sum, inner, factor, depth + 1);
+    fn gather(&self, sum: &mut WeightedSum, expr: Expr, factor: f64, depth: usize) {
+        let deeper = |sum: &mut WeightedSum, inner: Expr, factor: f64| self.gather(sum, inner, factor, depth + 1);
         match self.node(expr) {
-            Node::Constant(bits) => {
+            ExprNode::Constant(bits) => {
                 let value = factor * f64::from_bits(bits);
                 sum.constant += value;
                 sum.size += value.abs();
                 return;
             }
-            Node::Unary(Unary::Negate, a) if depth < DEEPEST => return deeper(sum, a, -factor),
-            Node::Binary(Binary::Add, a, b) if depth < DEEPEST => {
+            ExprNode::Unary(Unary::Negate, a) if depth < DEEPEST => return deeper(sum, a, -factor),
+            ExprNode::Binary(Binary::Add, a, b) if depth < DEEPEST => {
                 deeper(sum, a, factor);
                 return deeper(sum, b, factor);
             }
-            Node::Binary(Binary::Subtract, a, b) if depth < DEEPEST => {
+            ExprNode::Binary(Binary::Subtract, a, b) if depth < DEEPEST => {
                 deeper(sum, a, factor);
                 return deeper(sum, b, -factor);
             }
-            Node::Binary(Binary::Multiply, a, b) if depth < DEEPEST => {
+            ExprNode::Binary(Binary::Multiply, a, b) if depth < DEEPEST => {
                 for (number, rest) in [(a, b), (b, a)] {
                     if let Some(number) = self.as_constant(number) {
                         return deeper(sum, rest, factor * number);
                     }
                 }
             }
-            Node::Binary(Binary::Divide, a, b) if depth < DEEPEST => {
+            ExprNode::Binary(Binary::Divide, a, b) if depth < DEEPEST => {
                 if let Some(number) = self.as_constant(b) {
                     return deeper(sum, a, factor / number);
                 }
             }
-            Node::Symbol(_) | Node::Unary(..) | Node::Binary(..) | Node::Select(..) => {}
+            ExprNode::Symbol(_) | ExprNode::Unary(..) | ExprNode::Binary(..) | ExprNode::Select(..) => {}
         }
         match sum.terms.iter().position(|(_, term)| *term == expr) {
             Some(place) => {
@@ -112,8 +112,8 @@ impl Arena {
     /// The other factor of a product.
     fn factor(&self, product: Expr, of: Expr) -> Option<Expr> {
         match self.node(product) {
-            Node::Binary(Binary::Multiply, a, b) if a == of => Some(b),
-            Node::Binary(Binary::Multiply, a, b) if b == of => Some(a),
+            ExprNode::Binary(Binary::Multiply, a, b) if a == of => Some(b),
+            ExprNode::Binary(Binary::Multiply, a, b) if b == of => Some(a),
             _ => None,
         }
     }
@@ -121,10 +121,10 @@ impl Arena {
     /// What is left between a function and its upper limit 1, or its lower one, -1: a positive number stands for what never vanishes. None if it has no such limit.
     fn rest(&mut self, expr: Expr, up: bool) -> Option<Expr> {
         match self.node(expr) {
-            Node::Unary(Unary::Tanh, _) => Some(Expr::ONE),
-            Node::Unary(function, a) if up && function.is_rise() => {
+            ExprNode::Unary(Unary::Tanh, _) => Some(Expr::ONE),
+            ExprNode::Unary(function, a) if up && function.is_rise() => {
                 let rest = match self.node(a) {
-                    Node::Unary(inner, _) if inner.is_rise() => self.rest(a, true)?,
+                    ExprNode::Unary(inner, _) if inner.is_rise() => self.rest(a, true)?,
                     _ => self.subtract(Expr::ONE, a),
                 };
                 Some(self.apply_unary(function, rest))
@@ -136,10 +136,10 @@ impl Arena {
     /// Is an expression positive, or negative, everywhere?
     fn sign(&self, expr: Expr) -> Option<bool> {
         match self.node(expr) {
-            Node::Constant(bits) => Some(f64::from_bits(bits) > 0.0),
-            Node::Unary(Unary::Exp | Unary::Cosh, _) => Some(true),
-            Node::Unary(Unary::Negate, a) => self.sign(a).map(|positive| !positive),
-            Node::Binary(Binary::Multiply, a, b) => Some(self.sign(a)? == self.sign(b)?),
+            ExprNode::Constant(bits) => Some(f64::from_bits(bits) > 0.0),
+            ExprNode::Unary(Unary::Exp | Unary::Cosh, _) => Some(true),
+            ExprNode::Unary(Unary::Negate, a) => self.sign(a).map(|positive| !positive),
+            ExprNode::Binary(Binary::Multiply, a, b) => Some(self.sign(a)? == self.sign(b)?),
             _ => None,
         }
     }
@@ -232,7 +232,7 @@ mod tests {
             let sine = arena.sin(time);
             [sine, arena.constant(0.5)]
         });
-        assert!(matches!(arena.node(found), Node::Binary(Binary::Less, ..)));
+        assert!(matches!(arena.node(found), ExprNode::Binary(Binary::Less, ..)));
         assert_eq!(arena.evaluate(&[found], &|_| 0.1)[0], 1.0);
         let (arena, found) = less(|arena, time| {
             let half = arena.constant(0.5);

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::term::build;
-use super::{Arena, Expr, Node, Order, Symbol};
+use super::{Arena, Expr, ExprNode, Order, Symbol};
 
 impl Arena {
     /// d expr / d symbol.
@@ -48,21 +48,21 @@ impl Arena {
         let mut known: HashMap<Expr, Expr> = HashMap::new();
         for inner in self.reachable(roots.iter().copied()) {
             let derivative = match self.node(inner) {
-                Node::Constant(_) => Expr::ZERO,
-                Node::Symbol(symbol) => of_symbol(self, symbol),
-                Node::Unary(_, a) if known[&a] == Expr::ZERO => Expr::ZERO,
-                Node::Unary(function, a) => {
+                ExprNode::Constant(_) => Expr::ZERO,
+                ExprNode::Symbol(symbol) => of_symbol(self, symbol),
+                ExprNode::Unary(_, a) if known[&a] == Expr::ZERO => Expr::ZERO,
+                ExprNode::Unary(function, a) => {
                     let rule = function.definition().derivative;
                     build(self, [a, known[&a], inner], |[a, da, value]| rule([a], [da], value))
                 }
-                Node::Binary(_, a, b) if known[&a] == Expr::ZERO && known[&b] == Expr::ZERO => Expr::ZERO,
-                Node::Binary(function, a, b) => {
+                ExprNode::Binary(_, a, b) if known[&a] == Expr::ZERO && known[&b] == Expr::ZERO => Expr::ZERO,
+                ExprNode::Binary(function, a, b) => {
                     let rule = function.definition().derivative;
                     build(self, [a, b, known[&a], known[&b], inner], |[a, b, da, db, value]| {
                         rule([a, b], [da, db], value)
                     })
                 }
-                Node::Select(condition, a, b) => {
+                ExprNode::Select(condition, a, b) => {
                     let (da, db) = (known[&a], known[&b]);
                     self.select(condition, da, db)
                 }

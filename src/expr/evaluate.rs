@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use cotree_fmu::model::State;
 
-use super::{Arena, Expr, Node, Order, Symbol};
+use super::{Arena, Expr, ExprNode, Order, Symbol};
 
 pub trait Values {
     fn value(&self, symbol: Symbol) -> f64;
@@ -72,11 +72,11 @@ impl Arena {
     /// The value of an expression from those of its operands.
     fn value(&self, expr: Expr, values: &impl Values, of: impl Fn(Expr) -> f64) -> f64 {
         match self.node(expr) {
-            Node::Constant(bits) => f64::from_bits(bits),
-            Node::Symbol(symbol) => values.value(symbol),
-            Node::Unary(function, a) => function.definition().value([of(a)]),
-            Node::Binary(function, a, b) => function.definition().value([of(a), of(b)]),
-            Node::Select(a, b, c) => of(if of(a) != 0.0 { b } else { c }),
+            ExprNode::Constant(bits) => f64::from_bits(bits),
+            ExprNode::Symbol(symbol) => values.value(symbol),
+            ExprNode::Unary(function, a) => function.definition().value([of(a)]),
+            ExprNode::Binary(function, a, b) => function.definition().value([of(a), of(b)]),
+            ExprNode::Select(a, b, c) => of(if of(a) != 0.0 { b } else { c }),
         }
     }
 }

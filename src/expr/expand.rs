@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use super::function::Run;
+use super::function::Evaluation;
 use super::term::build;
-use super::{Arena, Binary, Expr, Node, Symbol, Unary};
+use super::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 /// Expressions without composed functions, by the original ones.
 #[derive(Clone, Debug, Default)]
@@ -21,13 +21,13 @@ impl Arena {
     /// The composition of a function; none for a function with an operation of its own.
     fn composed(&mut self, expr: Expr) -> Option<Expr> {
         match self.node(expr) {
-            Node::Unary(function, a) => match function.definition().run {
-                Run::As(formula) => Some(build(self, [a], formula)),
-                Run::Own(..) => None,
+            ExprNode::Unary(function, a) => match function.definition().run {
+                Evaluation::As(formula) => Some(build(self, [a], formula)),
+                Evaluation::Own(..) => None,
             },
-            Node::Binary(function, a, b) => match function.definition().run {
-                Run::As(formula) => Some(build(self, [a, b], formula)),
-                Run::Own(..) => None,
+            ExprNode::Binary(function, a, b) => match function.definition().run {
+                Evaluation::As(formula) => Some(build(self, [a, b], formula)),
+                Evaluation::Own(..) => None,
             },
             _ => None,
         }
@@ -68,10 +68,10 @@ impl Arena {
                 continue;
             }
             let rebuilt = match self.node(inner) {
-                Node::Unary(function, a) => self.apply_unary(function, of(a)),
-                Node::Binary(function, a, b) => self.apply_binary(function, of(a), of(b)),
-                Node::Select(a, b, c) => self.select(of(a), of(b), of(c)),
-                Node::Constant(_) | Node::Symbol(_) => inner,
+                ExprNode::Unary(function, a) => self.apply_unary(function, of(a)),
+                ExprNode::Binary(function, a, b) => self.apply_binary(function, of(a), of(b)),
+                ExprNode::Select(a, b, c) => self.select(of(a), of(b), of(c)),
+                ExprNode::Constant(_) | ExprNode::Symbol(_) => inner,
             };
             known.insert(inner, rebuilt);
         }
@@ -80,8 +80,8 @@ impl Arena {
 
     fn is_composed(&self, expr: Expr) -> bool {
         match self.node(expr) {
-            Node::Unary(function, _) => matches!(function.definition().run, Run::As(_)),
-            Node::Binary(function, ..) => matches!(function.definition().run, Run::As(_)),
+            ExprNode::Unary(function, _) => matches!(function.definition().run, Evaluation::As(_)),
+            ExprNode::Binary(function, ..) => matches!(function.definition().run, Evaluation::As(_)),
             _ => false,
         }
     }
@@ -94,9 +94,9 @@ impl Arena {
             let of = |operand: Expr| known.get(&operand).copied().unwrap_or(operand);
             let changed = self.node(expr).operands().any(|operand| of(operand) != operand);
             let rebuilt = match self.node(expr) {
-                Node::Unary(function, a) if changed => self.apply_unary(function, of(a)),
-                Node::Binary(function, a, b) if changed => self.apply_binary(function, of(a), of(b)),
-                Node::Select(a, b, c) if changed => self.select(of(a), of(b), of(c)),
+                ExprNode::Unary(function, a) if changed => self.apply_unary(function, of(a)),
+                ExprNode::Binary(function, a, b) if changed => self.apply_binary(function, of(a), of(b)),
+                ExprNode::Select(a, b, c) if changed => self.select(of(a), of(b), of(c)),
                 _ => expr,
             };
             let mut meaning = rebuilt;

@@ -6,25 +6,25 @@
 use cotree_fmu::math;
 use cotree_fmu::tape::Operation;
 
-use super::term::{Term, build};
+use super::term::{ArenaTerm, build};
 use super::{Arena, cam};
 
 /// An operation of `N` operands.
 #[derive(Debug)]
-pub struct Definition<const N: usize> {
+pub struct OperationDefinition<const N: usize> {
     /// Its name in scenes and in plain text; an operator's sign.
     pub name: &'static str,
     pub shown: Shown,
-    pub units: Units,
+    pub units: UnitRule,
     /// Its derivative from operands, their derivatives and its value.
-    pub derivative: for<'a> fn([Term<'a>; N], [Term<'a>; N], Term<'a>) -> Term<'a>,
-    pub run: Run<N>,
+    pub derivative: for<'a> fn([ArenaTerm<'a>; N], [ArenaTerm<'a>; N], ArenaTerm<'a>) -> ArenaTerm<'a>,
+    pub run: Evaluation<N>,
 }
 
-pub type Composed<const N: usize> = for<'a> fn([Term<'a>; N]) -> Term<'a>;
+pub type Composed<const N: usize> = for<'a> fn([ArenaTerm<'a>; N]) -> ArenaTerm<'a>;
 
 #[derive(Clone, Copy, Debug)]
-pub enum Run<const N: usize> {
+pub enum Evaluation<const N: usize> {
     /// By an operation of its own. Its value; what it is for Taylor series, unless they have an operation for it; and in C, Fortran, Rust and
     /// Python its name, empty if it is the same, or a pattern of the operands `{a}` and `{b}`.
     Own(Operation, fn([f64; N]) -> f64, Option<Composed<N>>, [&'static str; 4]),
@@ -42,7 +42,7 @@ pub enum Shown {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Units {
+pub enum UnitRule {
     Kept,
     Halved,
     /// Any unit, the same of both operands; an angle.
@@ -75,11 +75,11 @@ macro_rules! operations {
         impl $kind {
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            pub fn definition(self) -> &'static Definition<$count> {
+            pub fn definition(self) -> &'static OperationDefinition<$count> {
                 match self {
                     $(Self::$variant => {
-                        const LINE: &Definition<$count> = &Definition {
-                            name: $name, shown: $shown, units: Units::$units, derivative: $derivative, run: $run,
+                        const LINE: &OperationDefinition<$count> = &OperationDefinition {
+                            name: $name, shown: $shown, units: UnitRule::$units, derivative: $derivative, run: $run,
                         };
                         LINE
                     })*
@@ -91,8 +91,8 @@ macro_rules! operations {
 
 use self::Binary::{Atan2, Less, LessEqual};
 use self::Unary::{Cosh, Exp, Log, Sign, Sinh, Sqrt, Tanh};
+use Evaluation::{As, Own};
 use Operation as Op;
-use Run::{As, Own};
 use Shown::{Between, Command, Operator, Word};
 
 // Columns: name, shown as, units, derivative; then either the operation of the runtime, the value, what it is for series (unless they have an
@@ -140,32 +140,32 @@ operations! {
 }
 
 /// d a^b = b a^(b-1) da + a^b ln(a) db
-fn power_derivative<'a>([a, b]: [Term<'a>; 2], [d, e]: [Term<'a>; 2], value: Term<'a>) -> Term<'a> {
+fn power_derivative<'a>([a, b]: [ArenaTerm<'a>; 2], [d, e]: [ArenaTerm<'a>; 2], value: ArenaTerm<'a>) -> ArenaTerm<'a> {
     let base = b * a.power(b - b.number(1.0)) * d;
     if e.is_zero() { base } else { base + value * a.of(Log) * e }
 }
 
-impl<const N: usize> Definition<N> {
+impl<const N: usize> OperationDefinition<N> {
     /// Its composition for Taylor series, if they have no operation for it.
     pub fn for_series(&self) -> Option<Composed<N>> {
         match self.run {
-            Run::Own(_, _, series, _) => series,
-            Run::As(composed) => Some(composed),
+            Evaluation::Own(_, _, series, _) => series,
+            Evaluation::As(composed) => Some(composed),
         }
     }
 
     /// How a language writes it: the name of a function, or a pattern of the operands.
     pub fn in_code(&self, language: usize) -> &'static str {
         match self.run {
-            Run::Own(.., code) if !code[language].is_empty() => code[language],
+            Evaluation::Own(.., code) if !code[language].is_empty() => code[language],
             _ => self.name,
         }
     }
 
     pub fn value(&self, operands: [f64; N]) -> f64 {
         match self.run {
-            Run::Own(_, value, ..) => value(operands),
-            Run::As(composed) => {
+            Evaluation::Own(_, value, ..) => value(operands),
+            Evaluation::As(composed) => {
                 let mut scratch = Arena::default();
                 let operands = operands.map(|operand| scratch.constant(operand));
                 let value = build(&mut scratch, operands, composed);
@@ -201,7 +201,7 @@ impl Function {
         }
     }
 
-    pub fn units(self) -> Units {
+    pub fn units(self) -> UnitRule {
         match self {
             Function::One(function) => function.definition().units,
             Function::Two(function) => function.definition().units,

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Arena, Binary, Expr, Node, Symbol, Unary};
+use super::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 impl Arena {
     /// The same expressions in this arena, with substitutions for symbols.
@@ -10,11 +10,11 @@ impl Arena {
         let mut here: HashMap<Expr, Expr> = HashMap::new();
         for expr in from.reachable(roots.iter().copied()) {
             let copy = match from.node(expr) {
-                Node::Constant(bits) => self.constant(f64::from_bits(bits)),
-                Node::Symbol(symbol) => given.get(&symbol).copied().unwrap_or_else(|| self.symbol(symbol)),
-                Node::Unary(function, a) => self.apply_unary(function, here[&a]),
-                Node::Binary(function, a, b) => self.apply_binary(function, here[&a], here[&b]),
-                Node::Select(a, b, c) => self.select(here[&a], here[&b], here[&c]),
+                ExprNode::Constant(bits) => self.constant(f64::from_bits(bits)),
+                ExprNode::Symbol(symbol) => given.get(&symbol).copied().unwrap_or_else(|| self.symbol(symbol)),
+                ExprNode::Unary(function, a) => self.apply_unary(function, here[&a]),
+                ExprNode::Binary(function, a, b) => self.apply_binary(function, here[&a], here[&b]),
+                ExprNode::Select(a, b, c) => self.select(here[&a], here[&b], here[&c]),
             };
             here.insert(expr, copy);
         }

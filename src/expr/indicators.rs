@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use super::{Arena, Binary, Expr, Node, Symbol, Unary};
+use super::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 /// Indicators of all subexpressions of the given results: differences of compared expressions, arguments of absolute values and
 /// signs. Those that only parameters move are left out.
@@ -16,9 +16,11 @@ pub fn indicators(arena: &mut Arena, results: &[Expr]) -> Vec<Expr> {
 
 fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
     match arena.node(expr) {
-        Node::Binary(Binary::Less | Binary::LessEqual | Binary::Min | Binary::Max, a, b) => Some(arena.subtract(a, b)),
-        Node::Unary(Unary::Abs | Unary::Sign, a) => Some(a),
-        Node::Unary(Unary::Floor, a) => {
+        ExprNode::Binary(Binary::Less | Binary::LessEqual | Binary::Min | Binary::Max, a, b) => {
+            Some(arena.subtract(a, b))
+        }
+        ExprNode::Unary(Unary::Abs | Unary::Sign, a) => Some(a),
+        ExprNode::Unary(Unary::Floor, a) => {
             // Changes sign at every whole number.
             let pi = arena.constant(PI);
             let turns = arena.multiply(pi, a);

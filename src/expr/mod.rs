@@ -15,9 +15,9 @@ use std::collections::{BinaryHeap, HashMap};
 
 pub use evaluate::Values;
 pub use expand::Expansions;
-pub use function::{Binary, Function, Run, Shown, Unary, Units};
+pub use function::{Binary, Evaluation, Function, Shown, Unary, UnitRule};
 pub use indicators::indicators;
-pub use term::{Term, build, build_all};
+pub use term::{ArenaTerm, build, build_all};
 
 /// Handle of an expression in an [`Arena`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -81,7 +81,7 @@ pub enum Symbol {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Node {
+pub enum ExprNode {
     Constant(u64),
     Symbol(Symbol),
     Unary(Unary, Expr),
@@ -90,13 +90,13 @@ pub enum Node {
     Select(Expr, Expr, Expr),
 }
 
-impl Node {
+impl ExprNode {
     pub fn operands(self) -> impl Iterator<Item = Expr> {
         let operands = match self {
-            Node::Constant(_) | Node::Symbol(_) => [None; 3],
-            Node::Unary(_, a) => [Some(a), None, None],
-            Node::Binary(_, a, b) => [Some(a), Some(b), None],
-            Node::Select(a, b, c) => [Some(a), Some(b), Some(c)],
+            ExprNode::Constant(_) | ExprNode::Symbol(_) => [None; 3],
+            ExprNode::Unary(_, a) => [Some(a), None, None],
+            ExprNode::Binary(_, a, b) => [Some(a), Some(b), None],
+            ExprNode::Select(a, b, c) => [Some(a), Some(b), Some(c)],
         };
         operands.into_iter().flatten()
     }
@@ -105,21 +105,21 @@ impl Node {
 /// Owns expressions. An operand always has a smaller index than what uses it.
 #[derive(Clone, Debug)]
 pub struct Arena {
-    nodes: Vec<Node>,
-    known: HashMap<Node, Expr>,
+    nodes: Vec<ExprNode>,
+    known: HashMap<ExprNode, Expr>,
 }
 
 impl Default for Arena {
     fn default() -> Self {
         let mut arena = Arena { nodes: Vec::new(), known: HashMap::new() };
-        arena.intern(Node::Constant(0.0_f64.to_bits()));
-        arena.intern(Node::Constant(1.0_f64.to_bits()));
+        arena.intern(ExprNode::Constant(0.0_f64.to_bits()));
+        arena.intern(ExprNode::Constant(1.0_f64.to_bits()));
         arena
     }
 }
 
 impl Arena {
-    pub fn node(&self, expr: Expr) -> Node {
+    pub fn node(&self, expr: Expr) -> ExprNode {
         self.nodes[expr.index()]
     }
 
@@ -135,7 +135,7 @@ impl Arena {
     /// The value of a constant.
     pub fn as_constant(&self, expr: Expr) -> Option<f64> {
         match self.node(expr) {
-            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            ExprNode::Constant(bits) => Some(f64::from_bits(bits)),
             _ => None,
         }
     }
@@ -143,11 +143,11 @@ impl Arena {
     pub fn constant(&mut self, value: f64) -> Expr {
         // One zero: -0 and 0 must be the same handle.
         let value = if value == 0.0 { 0.0 } else { value };
-        self.intern(Node::Constant(value.to_bits()))
+        self.intern(ExprNode::Constant(value.to_bits()))
     }
 
     pub fn symbol(&mut self, symbol: Symbol) -> Expr {
-        self.intern(Node::Symbol(symbol))
+        self.intern(ExprNode::Symbol(symbol))
     }
 
     pub fn sum(&mut self, terms: impl IntoIterator<Item = Expr>) -> Expr {
@@ -197,7 +197,7 @@ impl Arena {
             .reachable(roots)
             .into_iter()
             .filter_map(|expr| match self.node(expr) {
-                Node::Symbol(symbol) => Some(symbol),
+                ExprNode::Symbol(symbol) => Some(symbol),
                 _ => None,
             })
             .collect();
@@ -210,11 +210,11 @@ impl Arena {
     }
 
     /// The handle of an operation that was made before.
-    pub fn existing(&self, node: Node) -> Option<Expr> {
+    pub fn existing(&self, node: ExprNode) -> Option<Expr> {
         self.known.get(&node).copied()
     }
 
-    fn intern(&mut self, node: Node) -> Expr {
+    fn intern(&mut self, node: ExprNode) -> Expr {
         if let Some(&expr) = self.known.get(&node) {
             return expr;
         }

@@ -1,7 +1,7 @@
 //! Building expressions: constants are folded and neutral elements dropped as they are made, and sums and products have
 //! one order of operands, so that equal things meet.
 
-use super::{Arena, Binary, Expr, Node, Unary};
+use super::{Arena, Binary, Expr, ExprNode, Unary};
 
 impl Arena {
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
@@ -56,7 +56,7 @@ impl Arena {
             let factor = self.constant(x - y);
             return self.multiply(factor, term);
         }
-        if let Some(opposite) = self.existing(Node::Binary(Binary::Subtract, b, a)) {
+        if let Some(opposite) = self.existing(ExprNode::Binary(Binary::Subtract, b, a)) {
             return self.negate(opposite);
         }
         self.binary(Binary::Subtract, a, b)
@@ -67,8 +67,8 @@ impl Arena {
             return self.constant(-value);
         }
         match self.node(a) {
-            Node::Unary(Unary::Negate, inner) => inner,
-            _ => self.intern(Node::Unary(Unary::Negate, a)),
+            ExprNode::Unary(Unary::Negate, inner) => inner,
+            _ => self.intern(ExprNode::Unary(Unary::Negate, a)),
         }
     }
 
@@ -117,7 +117,7 @@ impl Arena {
         if let Some(inverse) = self.exact_inverse(b) {
             return self.multiply(a, inverse);
         }
-        if let Node::Binary(Binary::Multiply, x, y) = self.node(a) {
+        if let ExprNode::Binary(Binary::Multiply, x, y) = self.node(a) {
             if x == b {
                 return y;
             }
@@ -179,7 +179,7 @@ impl Arena {
             return self.negate(a);
         }
         let value = self.as_constant(a).map(|value| function.definition().value([value]));
-        self.folded(value, Node::Unary(function, a))
+        self.folded(value, ExprNode::Unary(function, a))
     }
 
     /// Any function of two arguments, without the rules of [`Arena::add`] and its kin.
@@ -188,11 +188,11 @@ impl Arena {
             (Some(x), Some(y)) => Some(function.definition().value([x, y])),
             _ => None,
         };
-        self.folded(value, Node::Binary(function, a, b))
+        self.folded(value, ExprNode::Binary(function, a, b))
     }
 
     /// A number that is known. What has none, such as 1/0, stays as it is written: whoever evaluates it sees that, and nobody else needs to.
-    fn folded(&mut self, value: Option<f64>, node: Node) -> Expr {
+    fn folded(&mut self, value: Option<f64>, node: ExprNode) -> Expr {
         match value {
             Some(value) if value.is_finite() => self.constant(value),
             _ => self.intern(node),
@@ -207,15 +207,15 @@ impl Arena {
         match self.as_constant(condition) {
             Some(0.0) => otherwise,
             Some(_) => then,
-            None => self.intern(Node::Select(condition, then, otherwise)),
+            None => self.intern(ExprNode::Select(condition, then, otherwise)),
         }
     }
 
     /// x, if the expression is -x (a negative number counts as one).
     fn negated(&mut self, expr: Expr) -> Option<Expr> {
         match self.node(expr) {
-            Node::Unary(Unary::Negate, inner) => Some(inner),
-            Node::Constant(bits) if f64::from_bits(bits) < 0.0 => Some(self.constant(-f64::from_bits(bits))),
+            ExprNode::Unary(Unary::Negate, inner) => Some(inner),
+            ExprNode::Constant(bits) if f64::from_bits(bits) < 0.0 => Some(self.constant(-f64::from_bits(bits))),
             _ => None,
         }
     }
@@ -227,7 +227,7 @@ impl Arena {
     }
 
     fn scaled_term(&self, expr: Expr) -> (f64, Expr) {
-        let Node::Binary(Binary::Multiply, a, b) = self.node(expr) else { return (1.0, expr) };
+        let ExprNode::Binary(Binary::Multiply, a, b) = self.node(expr) else { return (1.0, expr) };
         match (self.as_constant(a), self.as_constant(b)) {
             (Some(factor), None) => (factor, b),
             (None, Some(factor)) => (factor, a),
@@ -238,7 +238,7 @@ impl Arena {
     /// As [`Arena::scaled_term`], with the sign in the number; a number is itself x 1.
     fn signed_term(&self, expr: Expr) -> (f64, Expr) {
         match self.node(expr) {
-            Node::Unary(Unary::Negate, inner) => {
+            ExprNode::Unary(Unary::Negate, inner) => {
                 let (number, rest) = self.signed_term(inner);
                 (-number, rest)
             }

@@ -8,12 +8,12 @@ use super::{Arena, Binary, Expr, Unary};
 
 /// An expression, with the arena in which others are made of it.
 #[derive(Clone, Copy)]
-pub struct Term<'a> {
+pub struct ArenaTerm<'a> {
     arena: &'a RefCell<&'a mut Arena>,
     expr: Expr,
 }
 
-impl fmt::Debug for Term<'_> {
+impl fmt::Debug for ArenaTerm<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.expr.fmt(f)
     }
@@ -23,7 +23,7 @@ impl fmt::Debug for Term<'_> {
 pub fn build<const N: usize>(
     arena: &mut Arena,
     operands: [Expr; N],
-    formula: impl for<'a> FnOnce([Term<'a>; N]) -> Term<'a>,
+    formula: impl for<'a> FnOnce([ArenaTerm<'a>; N]) -> ArenaTerm<'a>,
 ) -> Expr {
     let [made] = build_all(arena, operands, |operands| [formula(operands)]);
     made
@@ -33,16 +33,16 @@ pub fn build<const N: usize>(
 pub fn build_all<const N: usize, const M: usize>(
     arena: &mut Arena,
     operands: [Expr; N],
-    formulas: impl for<'a> FnOnce([Term<'a>; N]) -> [Term<'a>; M],
+    formulas: impl for<'a> FnOnce([ArenaTerm<'a>; N]) -> [ArenaTerm<'a>; M],
 ) -> [Expr; M] {
     let arena = RefCell::new(arena);
-    formulas(operands.map(|expr| Term { arena: &arena, expr })).map(|term| term.expr)
+    formulas(operands.map(|expr| ArenaTerm { arena: &arena, expr })).map(|term| term.expr)
 }
 
-impl<'a> Term<'a> {
+impl<'a> ArenaTerm<'a> {
     fn make(self, make: impl FnOnce(&mut Arena, Expr) -> Expr) -> Self {
         let expr = make(&mut self.arena.borrow_mut(), self.expr);
-        Term { expr, ..self }
+        ArenaTerm { expr, ..self }
     }
 
     fn with(self, other: Self, make: impl FnOnce(&mut Arena, Expr, Expr) -> Expr) -> Self {
@@ -51,7 +51,7 @@ impl<'a> Term<'a> {
 
     /// Another expression of the same arena.
     pub fn other(self, expr: Expr) -> Self {
-        Term { expr, ..self }
+        ArenaTerm { expr, ..self }
     }
 
     pub fn number(self, value: f64) -> Self {
@@ -99,16 +99,16 @@ impl<'a> Term<'a> {
 
 macro_rules! operators {
     ($($trait:ident $method:ident $build:ident;)*) => {$(
-        impl<'a> $trait for Term<'a> {
+        impl<'a> $trait for ArenaTerm<'a> {
             type Output = Self;
             fn $method(self, other: Self) -> Self {
                 self.with(other, Arena::$build)
             }
         }
 
-        impl<'a> $trait<Term<'a>> for f64 {
-            type Output = Term<'a>;
-            fn $method(self, other: Term<'a>) -> Term<'a> {
+        impl<'a> $trait<ArenaTerm<'a>> for f64 {
+            type Output = ArenaTerm<'a>;
+            fn $method(self, other: ArenaTerm<'a>) -> ArenaTerm<'a> {
                 other.number(self).with(other, Arena::$build)
             }
         }
@@ -122,7 +122,7 @@ operators! {
     Div div divide;
 }
 
-impl Neg for Term<'_> {
+impl Neg for ArenaTerm<'_> {
     type Output = Self;
     fn neg(self) -> Self {
         self.make(Arena::negate)

@@ -22,9 +22,9 @@ const SAME: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Assemblies {
     /// What was held so that poses are single ones: variables and their values.
-    pub held: Vec<Value>,
+    pub held: Vec<CoordinateValue>,
     /// One list of coordinates for each assembly, that of the scene first.
-    pub poses: Vec<Vec<Value>>,
+    pub poses: Vec<Vec<CoordinateValue>>,
     /// How many starts led to each.
     pub found: Vec<usize>,
     /// From how many starts none was found.
@@ -37,7 +37,7 @@ pub struct Assemblies {
 
 /// A coordinate with its value, SI.
 #[derive(Clone, Debug)]
-pub struct Value {
+pub struct CoordinateValue {
     pub variable: Variable,
     pub name: String,
     pub value: f64,
@@ -65,7 +65,7 @@ pub fn assemblies(mechanism: &Mechanism, starts: usize) -> Result<Assemblies, Ve
 /// A pose in which the loops are closed.
 struct Own {
     /// The coordinates there.
-    names: Vec<Value>,
+    names: Vec<CoordinateValue>,
     state: State,
     /// How many freedoms the loops and drivers leave.
     freedoms: usize,
@@ -118,7 +118,7 @@ fn begin_at(program: &mut Program, positions: Vec<f64>) {
 }
 
 /// The coordinates; an angle without whole turns, unless loop equations such as those of gears and racks count them.
-fn values(equations: &Equations, model: &Model, state: &State) -> Vec<Value> {
+fn values(equations: &Equations, model: &Model, state: &State) -> Vec<CoordinateValue> {
     let mut reduced = state.clone();
     for (index, _) in equations.coordinates.iter().enumerate().filter(|(_, own)| own.angular) {
         let turns = (state.positions()[index] / TAU).round() * TAU;
@@ -132,7 +132,7 @@ fn values(equations: &Equations, model: &Model, state: &State) -> Vec<Value> {
     let coordinates = equations.coordinates.iter().zip(reduced.positions());
     let value = |(own, &value): (&Coordinate, &f64)| {
         let (variable, name) = (own.variables[0], own.name.position.clone());
-        Value { variable, name, value, angular: own.angular }
+        CoordinateValue { variable, name, value, angular: own.angular }
     };
     coordinates.map(value).collect()
 }
@@ -146,7 +146,13 @@ fn solved(program: Program, mechanism: &Mechanism) -> Result<(Model, Option<Stat
 }
 
 /// Holds as many coordinates as are open: those that the scene guesses last, for they are what is to be found.
-fn hold(mechanism: &mut Mechanism, names: &[Value], own: &State, open: usize, guessed: &[Variable]) -> Vec<Value> {
+fn hold(
+    mechanism: &mut Mechanism,
+    names: &[CoordinateValue],
+    own: &State,
+    open: usize,
+    guessed: &[Variable],
+) -> Vec<CoordinateValue> {
     let mut candidates: Vec<(bool, usize, Variable)> = names
         .iter()
         .enumerate()
@@ -168,7 +174,7 @@ fn hold(mechanism: &mut Mechanism, names: &[Value], own: &State, open: usize, gu
 /// Solves from the scene's own start, with its number of freedoms, and from others that fill the space of positions evenly.
 fn search(
     mechanism: &Mechanism,
-    held: Vec<Value>,
+    held: Vec<CoordinateValue>,
     (own, freedoms): (&State, usize),
     starts: usize,
 ) -> Result<Assemblies, Vec<Fault>> {
@@ -226,8 +232,8 @@ impl Assemblies {
     }
 
     /// Where a pose is in the list.
-    fn place(&self, pose: &[Value], length: f64) -> Option<usize> {
-        let same = |a: &Value, b: &Value| {
+    fn place(&self, pose: &[CoordinateValue], length: f64) -> Option<usize> {
+        let same = |a: &CoordinateValue, b: &CoordinateValue| {
             let apart = (a.value - b.value).abs();
             // Half a turn is the same either way; whole turns that matter are not.
             if a.angular {
@@ -239,7 +245,7 @@ impl Assemblies {
         self.poses.iter().position(|known| known.iter().zip(pose).all(|(a, b)| same(a, b)))
     }
 
-    fn add(&mut self, pose: Vec<Value>) {
+    fn add(&mut self, pose: Vec<CoordinateValue>) {
         self.poses.push(pose);
         self.found.push(1);
     }

@@ -4,11 +4,11 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::formulate::impulses;
 use crate::laws::Jump;
-use crate::model::{Class, Formula, Mechanism, Part, Value, Variable};
+use crate::model::{Class, Formula, KeyValue, Mechanism, Part, Variable};
 use crate::solve::Shared;
 
 /// A law that reads accelerations or reactions: whose it is, what is read, and where it stands.
-struct Reading<'m> {
+struct ReadingLaw<'m> {
     what: String,
     read: Vec<Variable>,
     /// The load; none for the rate of a state, which acts on nothing at once.
@@ -71,7 +71,7 @@ pub(super) fn warnings(equations: &Equations) -> Vec<Fault> {
 pub(super) fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fault> {
     let mechanism = &equations.system.mechanism;
     let open = |variable: &Variable| shared.owners.contains(&variable.owner) || shared.undetermined.contains(variable);
-    let fault = |reading: Reading| {
+    let fault = |reading: ReadingLaw| {
         let read = reading.read.iter().find(|variable| reads_reaction(variable) && open(variable))?;
         let read = mechanism.variable_name(*read);
         let message =
@@ -88,16 +88,16 @@ fn reads_reaction(variable: &Variable) -> bool {
 }
 
 /// All such laws of a mechanism: those of loads, and the rates of states.
-fn readings(mechanism: &Mechanism) -> Vec<Reading<'_>> {
+fn readings(mechanism: &Mechanism) -> Vec<ReadingLaw<'_>> {
     let mut all = Vec::new();
     for load in &mechanism.loads {
         let read: Vec<Variable> = formulas(load).flat_map(read).collect();
         let what = format!("load `{}`", load.name);
-        all.push(Reading { what, read, load: Some(load), span: load.span });
+        all.push(ReadingLaw { what, read, load: Some(load), span: load.span });
     }
     for state in &mechanism.states {
         let what = format!("`rate` of state `{}`", state.name);
-        all.push(Reading { what, read: read(&state.rate).collect(), load: None, span: state.span });
+        all.push(ReadingLaw { what, read: read(&state.rate).collect(), load: None, span: state.span });
     }
     all.retain(|reading| !reading.read.is_empty());
     all
@@ -107,11 +107,15 @@ fn readings(mechanism: &Mechanism) -> Vec<Reading<'_>> {
 fn formulas(load: &Part) -> impl Iterator<Item = &Formula> {
     load.values.iter().flat_map(|(_, value)| -> Vec<&Formula> {
         match value {
-            Value::Formula(law) => vec![law],
-            Value::Vector(both) => both.iter().collect(),
-            Value::Friction(friction) => friction.formulas().collect(),
-            Value::Limits(limits) => limits.formulas().collect(),
-            Value::Place(_) | Value::Joint(_) | Value::Motion(_) | Value::Choice(_) | Value::Switch(_) => Vec::new(),
+            KeyValue::Formula(law) => vec![law],
+            KeyValue::Vector(both) => both.iter().collect(),
+            KeyValue::Friction(friction) => friction.formulas().collect(),
+            KeyValue::Limits(limits) => limits.formulas().collect(),
+            KeyValue::Place(_)
+            | KeyValue::Joint(_)
+            | KeyValue::Motion(_)
+            | KeyValue::Choice(_)
+            | KeyValue::Switch(_) => Vec::new(),
         }
     })
 }

@@ -4,7 +4,7 @@
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
 use crate::laws::{Jump, laws};
-use crate::model::{Coordinates, Formula, Mechanism, Motion, Part, Value};
+use crate::model::{Coordinates, Formula, KeyValue, Mechanism, Motion, Part};
 use crate::network::{ElementId, Origin, Trees};
 
 /// The recommended trees, but with drivers as loop equations whose rates jump, or may, as importers set them; none if these are the scene's own, or like that
@@ -64,7 +64,7 @@ fn jumps_there(driver: &Part, jump: &Jump) -> Fault {
 /// What importers set in steps, or along lines with corners, and what the speed or the position of a driver follows: an input, or a tunable parameter.
 pub(super) fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str> {
     const INPUT: &str = "an input";
-    if part.values.iter().any(|(_, value)| matches!(value, Value::Motion(Motion::Velocity(_)))) {
+    if part.values.iter().any(|(_, value)| matches!(value, KeyValue::Motion(Motion::Velocity(_)))) {
         return Some(INPUT);
     }
     let mut found = None;

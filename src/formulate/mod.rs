@@ -545,13 +545,13 @@ pub fn undetermined(mechanism: &Mechanism) -> Result<Vec<Variable>, Vec<Fault>> 
 
 /// Which loop equations a mechanism imposes, and what its joints imply in second order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pattern {
+pub struct LoopPattern {
     imposed: Vec<bool>,
     implied: Vec<String>,
 }
 
 /// That of a mechanism; none if it cannot be assembled.
-pub fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
+pub fn pattern(mechanism: &Mechanism) -> Option<LoopPattern> {
     let mut equations = equations(mechanism, &mechanism.coordinates).ok()?;
     let length = typical_length(&mut equations);
     let start = own_start(&equations, length);
@@ -560,7 +560,7 @@ pub fn pattern(mechanism: &Mechanism) -> Option<Pattern> {
     let found = faults.is_empty().then(|| restrictions(equations, (model, state), length, start.as_ref()))?.ok()?;
     let implied = found.equations.system.implied.iter().map(|relation| relation.name.clone()).collect();
     let imposed = found.equations.constraints.iter().map(Constraint::is_imposed).collect();
-    Some(Pattern { imposed, implied })
+    Some(LoopPattern { imposed, implied })
 }
 
 /// An internal error, which no scene should cause.

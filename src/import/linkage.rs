@@ -2,16 +2,16 @@
 
 /// A linkage in the pose that its file has. SI.
 #[derive(Clone, Debug, Default)]
-pub struct Linkage {
+pub struct ImportedLinkage {
     /// The program that it comes from.
     pub program: &'static str,
     /// What the file calls it; may be empty.
     pub title: String,
     pub gravity: bool,
     pub pins: Vec<Pin>,
-    pub links: Vec<Link>,
+    pub links: Vec<ImportedLink>,
     pub drives: Vec<Drive>,
-    pub forces: Vec<Force>,
+    pub forces: Vec<LinkForce>,
     /// What the file does not say and was assumed, or what was left out.
     pub notes: Vec<String>,
 }
@@ -33,13 +33,13 @@ pub struct Pin {
 pub enum PinKind {
     Turning,
     /// The one link here slides along the guide, and does not turn against it.
-    Sliding(Guide),
+    Sliding(ImportedGuide),
     /// What is pinned here slides along the guide, and turns.
-    Slot(Guide),
+    Slot(ImportedGuide),
 }
 
 impl PinKind {
-    pub fn guide(self) -> Option<Guide> {
+    pub fn guide(self) -> Option<ImportedGuide> {
         match self {
             PinKind::Turning => None,
             PinKind::Sliding(guide) | PinKind::Slot(guide) => Some(guide),
@@ -49,14 +49,14 @@ impl PinKind {
 
 /// A straight line of the ground or of a link, in its direction in the pose of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guide {
+pub struct ImportedGuide {
     /// The link that it is cut into; none for the ground.
     pub on: Option<usize>,
     pub along: [f64; 2],
 }
 
 #[derive(Clone, Debug)]
-pub struct Link {
+pub struct ImportedLink {
     pub name: String,
     pub pins: Vec<usize>,
     pub mass: Option<f64>,
@@ -69,12 +69,12 @@ pub struct Link {
 pub struct Drive {
     pub pin: usize,
     pub link: usize,
-    pub course: Course,
+    pub course: DriveLaw,
 }
 
 /// How a drive goes on from the pose of the file, in radians or metres and a second.
 #[derive(Clone, Copy, Debug)]
-pub enum Course {
+pub enum DriveLaw {
     Steady(f64),
     /// To and fro between two places, at this rate to the upper one first.
     ToAndFro {
@@ -85,7 +85,7 @@ pub enum Course {
 }
 
 #[derive(Clone, Debug)]
-pub struct Force {
+pub struct LinkForce {
     pub name: String,
     pub link: usize,
     pub at: [f64; 2],

@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-use super::linkage::{Course, Drive, Force, Guide, Link, Linkage, Pin, PinKind};
+use super::linkage::{Drive, DriveLaw, ImportedGuide, ImportedLink, ImportedLinkage, LinkForce, Pin, PinKind};
 use super::number::{decimal, flags, integer, is_whole, unescaped};
 use super::pmks_older;
 use crate::typeset::counted;
@@ -20,13 +20,13 @@ const SPEED_OF_SLIDERS: f64 = 5.0;
 const ROUNDED: f64 = 0.005;
 
 /// Metres of a length, kilograms of a mass, newtons of a force.
-struct Units {
+struct PmksUnits {
     length: f64,
     mass: f64,
     force: f64,
 }
 
-pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
+pub fn read(file: &str) -> Result<ImportedLinkage, Vec<String>> {
     // A name may have a question mark, too: what stands before the first one is an address only if it looks like one.
     let address = file.split_once('?').filter(|(before, _)| before.is_empty() || before.contains("://"));
     let line = address.map_or(file, |(_, query)| query);
@@ -45,7 +45,7 @@ pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
     let Some(whole) = [plain.as_str(), line].into_iter().find(|text| is_whole(text)) else {
         return Err(vec!["it is cut or changed: its last letter does not fit its length".to_owned()]);
     };
-    let mut reader = Reader { rest: whole, faults: Vec::new() };
+    let mut reader = PmksReader { rest: whole, faults: Vec::new() };
     let linkage = reader.linkage();
     if reader.faults.is_empty() { Ok(linkage) } else { Err(reader.faults) }
 }
@@ -57,13 +57,13 @@ fn looks_like_it(line: &str) -> bool {
     sections.len() >= 8 && flags::<1>(sections[0]).is_some() && sections[1..4].iter().all(|section| numbers(section))
 }
 
-struct Reader<'a> {
+struct PmksReader<'a> {
     rest: &'a str,
     faults: Vec<String>,
 }
 
 /// A joint before its links are known.
-struct Point<'a> {
+struct JointDraft<'a> {
     id: &'a str,
     pin: Pin,
     driven: bool,
@@ -75,8 +75,8 @@ struct Point<'a> {
 }
 
 /// A link before its joints are known.
-struct Draft<'a> {
-    link: Link,
+struct LinkDraft<'a> {
+    link: ImportedLink,
     id: &'a str,
     /// The links that were welded into it.
     parts: Vec<&'a str>,
@@ -89,8 +89,8 @@ struct Speeds {
     sliding: f64,
 }
 
-impl<'a> Reader<'a> {
-    fn linkage(&mut self) -> Linkage {
+impl<'a> PmksReader<'a> {
+    fn linkage(&mut self) -> ImportedLinkage {
         // Gravity acts unless the ninth switch takes it away; the second one is a relic that PMKS+ ignores.
         let [clockwise, .., weightless]: [bool; 9] = flags(self.section()).unwrap_or_default();
         let sense = if clockwise { -1.0 } else { 1.0 };
@@ -98,8 +98,8 @@ impl<'a> Reader<'a> {
         let rpm = self.section().split(',').next().and_then(integer).unwrap_or_default() as f64;
         let units = units(self.section());
         let speeds = Speeds { turning: sense * rpm, sliding: sense * of_sliders.unwrap_or(SPEED_OF_SLIDERS) };
-        let mut points: Vec<Point> = self.list().into_iter().filter_map(|text| self.point(text, &units)).collect();
-        let drafts: Vec<Draft> = self.list().into_iter().filter_map(|text| self.draft(text, &units)).collect();
+        let mut points: Vec<JointDraft> = self.list().into_iter().filter_map(|text| self.point(text, &units)).collect();
+        let drafts: Vec<LinkDraft> = self.list().into_iter().filter_map(|text| self.draft(text, &units)).collect();
         // Older files do not say what is selected: the letter for their length stands alone.
         let forces: Vec<&str> = self.list().into_iter().filter(|entry| entry.contains(',')).collect();
         self.guides(&mut points, &drafts, &units);
@@ -117,7 +117,16 @@ impl<'a> Reader<'a> {
                 .push("numbers are read to a thousandth: the further digits at the file's end are left out".to_owned());
         }
         let pins = points.into_iter().map(|point| point.pin).collect();
-        Linkage { program: "PMKS+", title: String::new(), gravity: !weightless, pins, links, drives, forces, notes }
+        ImportedLinkage {
+            program: "PMKS+",
+            title: String::new(),
+            gravity: !weightless,
+            pins,
+            links,
+            drives,
+            forces,
+            notes,
+        }
     }
 
     /// The text up to the next point.
@@ -132,7 +141,7 @@ impl<'a> Reader<'a> {
         std::iter::from_fn(|| Some(self.section()).filter(|entry| !entry.is_empty())).collect()
     }
 
-    fn point(&mut self, text: &'a str, units: &Units) -> Option<Point<'a>> {
+    fn point(&mut self, text: &'a str, units: &PmksUnits) -> Option<JointDraft<'a>> {
         let (flag, rest) = text.split_at_checked(1)?;
         let parts: Vec<&str> = rest.split(',').collect();
         let numbers: Vec<f64> = parts.iter().skip(2).take(3).filter_map(|part| decimal(part)).collect();
@@ -150,14 +159,14 @@ impl<'a> Reader<'a> {
             self.faults.push(format!("joint `{name}` slides, but neither on the ground nor on a link"));
         }
         let along = [angle.cos(), angle.sin()];
-        let kind = if slides { PinKind::Sliding(Guide { on: None, along }) } else { PinKind::Turning };
+        let kind = if slides { PinKind::Sliding(ImportedGuide { on: None, along }) } else { PinKind::Turning };
         let at = [x * units.length, y * units.length];
         let pin = Pin { name: (*name).to_owned(), at, kind, grounded: grounded && !carried, welded, traced };
         let speed = decimal(part(8)).unwrap_or_default();
-        Some(Point { id, pin, driven, slides, guide: (slides && carried).then_some(guide), speed })
+        Some(JointDraft { id, pin, driven, slides, guide: (slides && carried).then_some(guide), speed })
     }
 
-    fn draft(&mut self, text: &'a str, units: &Units) -> Option<Draft<'a>> {
+    fn draft(&mut self, text: &'a str, units: &PmksUnits) -> Option<LinkDraft<'a>> {
         let (flag, rest) = text.split_at_checked(1)?;
         // Whether it is a whole, whether mass centre and moment of inertia are chosen by hand, whether it is drawn as a disc. Parts of a welded link follow
         // it: only the whole is a body.
@@ -173,7 +182,7 @@ impl<'a> Reader<'a> {
             return None;
         };
         let block = kind == "P";
-        let link = Link {
+        let link = ImportedLink {
             name: (*name).to_owned(),
             pins: Vec::new(),
             mass: Some(mass * units.mass),
@@ -182,11 +191,11 @@ impl<'a> Reader<'a> {
         };
         let mut lists = parts[7..].split(|part| part.is_empty());
         let [joints, parts] = [lists.next(), lists.next()].map(|list| list.unwrap_or_default().to_vec());
-        Some(Draft { link, id, parts, joints })
+        Some(LinkDraft { link, id, parts, joints })
     }
 
     /// Puts guides that are cut into links in their place: along two joints of the link.
-    fn guides(&mut self, points: &mut [Point<'a>], drafts: &[Draft], units: &Units) {
+    fn guides(&mut self, points: &mut [JointDraft<'a>], drafts: &[LinkDraft], units: &PmksUnits) {
         let places: Vec<(&str, [f64; 2])> = points.iter().map(|point| (point.id, point.pin.at)).collect();
         for point in points {
             let Some([link, first, second]) = point.guide else { continue };
@@ -213,23 +222,23 @@ impl<'a> Reader<'a> {
             }
             let way = [end[0] - start[0], end[1] - start[1]];
             let sense = if way[0] * (to[0] - from[0]) + way[1] * (to[1] - from[1]) < 0.0 { -length } else { length };
-            point.pin.kind = PinKind::Sliding(Guide { on: Some(on), along: way.map(|part| part / sense) });
+            point.pin.kind = PinKind::Sliding(ImportedGuide { on: Some(on), along: way.map(|part| part / sense) });
         }
     }
 
-    fn links(&mut self, points: &[Point], drafts: &[Draft]) -> Vec<Link> {
+    fn links(&mut self, points: &[JointDraft], drafts: &[LinkDraft]) -> Vec<ImportedLink> {
         let mut links = Vec::new();
         for draft in drafts {
             let place = |id: &&str| points.iter().position(|point| point.id == *id);
             for id in draft.joints.iter().filter(|id| place(id).is_none()) {
                 self.faults.push(format!("link `{}` has the joint `{id}`, which is not there", draft.id));
             }
-            links.push(Link { pins: draft.joints.iter().filter_map(place).collect(), ..draft.link.clone() });
+            links.push(ImportedLink { pins: draft.joints.iter().filter_map(place).collect(), ..draft.link.clone() });
         }
         links
     }
 
-    fn force(&mut self, text: &str, drafts: &[Draft], units: &Units) -> Option<Force> {
+    fn force(&mut self, text: &str, drafts: &[LinkDraft], units: &PmksUnits) -> Option<LinkForce> {
         let (flag, rest) = text.split_at_checked(1)?;
         let parts: Vec<&str> = rest.split(',').collect();
         let numbers: Vec<f64> = parts.iter().skip(3).filter_map(|part| decimal(part)).collect();
@@ -246,19 +255,26 @@ impl<'a> Reader<'a> {
         let length = along.hypot(across);
         let share = if length > 0.0 { size * units.force / length } else { 0.0 } * if outward { 1.0 } else { -1.0 };
         let at = [x * units.length, y * units.length];
-        Some(Force { name: (*name).to_owned(), link, at, vector: [share * along, share * across], turns })
+        Some(LinkForce { name: (*name).to_owned(), link, at, vector: [share * along, share * across], turns })
     }
 
     /// A driven joint moves the second of two bodies against the first: the ground, then links in the order of the file; a block against its guide.
-    fn drive(&mut self, pin: usize, point: &Point, links: &[Link], speeds: &Speeds, units: &Units) -> Option<Drive> {
+    fn drive(
+        &mut self,
+        pin: usize,
+        point: &JointDraft,
+        links: &[ImportedLink],
+        speeds: &Speeds,
+        units: &PmksUnits,
+    ) -> Option<Drive> {
         let here: Vec<usize> = (0..links.len()).filter(|&link| links[link].pins.contains(&pin)).collect();
         let own = (point.speed != 0.0).then_some(point.speed);
         let name = &point.pin.name;
         let against_other = point.pin.grounded || point.guide.is_some();
         let course = if point.slides {
-            Course::Steady(own.unwrap_or(speeds.sliding) * units.length)
+            DriveLaw::Steady(own.unwrap_or(speeds.sliding) * units.length)
         } else {
-            Course::Steady(own.unwrap_or(speeds.turning) * PI / 30.0)
+            DriveLaw::Steady(own.unwrap_or(speeds.turning) * PI / 30.0)
         };
         match (&here[..], against_other) {
             _ if point.pin.welded => {
@@ -277,13 +293,13 @@ impl<'a> Reader<'a> {
 }
 
 /// The link of this letter, or the one that it was welded into.
-fn whole(drafts: &[Draft], id: &str) -> Option<usize> {
+fn whole(drafts: &[LinkDraft], id: &str) -> Option<usize> {
     let named = drafts.iter().position(|draft| draft.id == id);
     named.or_else(|| drafts.iter().position(|draft| draft.parts.contains(&id)))
 }
 
 /// The last letter of the units may be missing: PMKS+ cuts it.
-fn units(text: &str) -> Units {
+fn units(text: &str) -> PmksUnits {
     let digit = |place: usize| text.get(place..place + 1).and_then(|digit| digit.parse::<u8>().ok());
     let length = match digit(0) {
         Some(0) => 0.0254,
@@ -291,5 +307,5 @@ fn units(text: &str) -> Units {
         _ => 0.01,
     };
     let (mass, force) = if digit(2) == Some(0) { (0.453_592_37, 4.448_221_615_260_5) } else { (1.0, 1.0) };
-    Units { length, mass, force }
+    PmksUnits { length, mass, force }
 }

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::linkage::{Course, Drive, Link, Linkage, Pin, PinKind};
+use super::linkage::{Drive, DriveLaw, ImportedLink, ImportedLinkage, Pin, PinKind};
 use super::number::unescaped;
 
 /// Is it such an address, without what stands before its `?`?
@@ -14,7 +14,7 @@ pub fn is_older(query: &str) -> bool {
     query.starts_with("j=") && query.contains("&l=")
 }
 
-pub fn read(query: &str) -> Result<Linkage, Vec<String>> {
+pub fn read(query: &str) -> Result<ImportedLinkage, Vec<String>> {
     let parts: Vec<(&str, String)> =
         query.split('&').filter_map(|part| part.split_once('=')).map(|(key, value)| (key, unescaped(value))).collect();
     let part = |key: &str| parts.iter().find(|(known, _)| *known == key).map_or("", |(_, value)| value.as_str());
@@ -26,20 +26,22 @@ pub fn read(query: &str) -> Result<Linkage, Vec<String>> {
         }
     }
     let (length, rpm) = settings(part("s"), &mut faults);
-    let joints: Vec<Joint> = rows(part("j")).filter_map(|row| Joint::read(row, length, &mut faults)).collect();
-    let links = rows(part("l")).filter_map(|row| link(row, &joints, length, &mut faults)).collect::<Vec<Link>>();
+    let joints: Vec<OlderPmksJoint> =
+        rows(part("j")).filter_map(|row| OlderPmksJoint::read(row, length, &mut faults)).collect();
+    let links =
+        rows(part("l")).filter_map(|row| link(row, &joints, length, &mut faults)).collect::<Vec<ImportedLink>>();
     let drives = drives(&joints, &links, rpm * PI / 30.0, &mut faults);
     if !faults.is_empty() {
         return Err(faults);
     }
     let note = "an older address of PMKS+ names no units of mass: masses are taken as kilograms, moments of inertia as kilograms times the unit of length squared";
-    Ok(Linkage {
+    Ok(ImportedLinkage {
         program: "PMKS+",
         pins: joints.into_iter().map(|joint| joint.pin).collect(),
         links,
         drives,
         notes: vec![note.to_owned()],
-        ..Linkage::default()
+        ..ImportedLinkage::default()
     })
 }
 
@@ -70,13 +72,13 @@ fn settings(text: &str, faults: &mut Vec<String>) -> (f64, f64) {
     (1.0, 0.0)
 }
 
-struct Joint {
+struct OlderPmksJoint {
     pin: Pin,
     driven: bool,
 }
 
-impl Joint {
-    fn read(row: &str, length: f64, faults: &mut Vec<String>) -> Option<Joint> {
+impl OlderPmksJoint {
+    fn read(row: &str, length: f64, faults: &mut Vec<String>) -> Option<OlderPmksJoint> {
         let parts: Vec<&str> = row.split(',').collect();
         let [name, x, y, _, kind, ground, _, _, input, ..] = parts[..] else {
             faults.push(format!("joint `{row}` is cut"));
@@ -97,11 +99,11 @@ impl Joint {
             welded: false,
             traced: false,
         };
-        Some(Joint { pin, driven: input == "t" })
+        Some(OlderPmksJoint { pin, driven: input == "t" })
     }
 }
 
-fn link(row: &str, joints: &[Joint], length: f64, faults: &mut Vec<String>) -> Option<Link> {
+fn link(row: &str, joints: &[OlderPmksJoint], length: f64, faults: &mut Vec<String>) -> Option<ImportedLink> {
     let parts: Vec<&str> = row.split(',').collect();
     let [name, mass, inertia, x, y, of, ..] = parts[..] else {
         faults.push(format!("link `{row}` is cut"));
@@ -118,7 +120,7 @@ fn link(row: &str, joints: &[Joint], length: f64, faults: &mut Vec<String>) -> O
             None => faults.push(format!("link `{name}` has the joint `{joint}`, which is not there")),
         }
     }
-    Some(Link {
+    Some(ImportedLink {
         name: name.to_owned(),
         pins,
         mass: Some(mass),
@@ -131,11 +133,11 @@ fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|number| number.is_finite())
 }
 
-fn drives(joints: &[Joint], links: &[Link], rate: f64, faults: &mut Vec<String>) -> Vec<Drive> {
+fn drives(joints: &[OlderPmksJoint], links: &[ImportedLink], rate: f64, faults: &mut Vec<String>) -> Vec<Drive> {
     let mut drives = Vec::new();
     for (pin, joint) in joints.iter().enumerate().filter(|(_, joint)| joint.driven) {
         match links.iter().position(|link| link.pins.contains(&pin)) {
-            Some(link) if joint.pin.grounded => drives.push(Drive { pin, link, course: Course::Steady(rate) }),
+            Some(link) if joint.pin.grounded => drives.push(Drive { pin, link, course: DriveLaw::Steady(rate) }),
             _ => faults.push(format!("joint `{}` is driven, but does not join a link to the ground", joint.pin.name)),
         }
     }

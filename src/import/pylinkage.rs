@@ -5,18 +5,20 @@ use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::linkage::{Course, Drive, Guide, Link, Linkage, Pin, PinKind};
+use super::linkage::{Drive, DriveLaw, ImportedGuide, ImportedLink, ImportedLinkage, Pin, PinKind};
 
 #[derive(Deserialize)]
-struct Mechanism {
+#[serde(rename = "Mechanism")]
+struct PylinkageMechanism {
     #[serde(default)]
     name: String,
-    joints: Vec<Joint>,
-    links: Vec<Body>,
+    joints: Vec<PylinkageJoint>,
+    links: Vec<PylinkageBody>,
 }
 
 #[derive(Deserialize)]
-struct Joint {
+#[serde(rename = "Joint")]
+struct PylinkageJoint {
     id: String,
     #[serde(rename = "type", default)]
     kind: String,
@@ -28,7 +30,8 @@ struct Joint {
 }
 
 #[derive(Deserialize)]
-struct Body {
+#[serde(rename = "Body")]
+struct PylinkageBody {
     id: String,
     #[serde(rename = "type", default)]
     kind: String,
@@ -41,21 +44,21 @@ struct Body {
     arc_end: Option<f64>,
 }
 
-pub fn read(file: &str) -> Result<Linkage, Vec<String>> {
-    let mechanism: Mechanism =
+pub fn read(file: &str) -> Result<ImportedLinkage, Vec<String>> {
+    let mechanism: PylinkageMechanism =
         serde_json::from_str(file).map_err(|error| vec![format!("it is not JSON of pylinkage: {error}")])?;
     let mut faults = Vec::new();
     let linkage = linkage(&mechanism, &mut faults);
     if faults.is_empty() { Ok(linkage) } else { Err(faults) }
 }
 
-fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
+fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> ImportedLinkage {
     let places: HashMap<&str, usize> =
         mechanism.joints.iter().enumerate().map(|(place, joint)| (joint.id.as_str(), place)).collect();
     let ground: Vec<&String> =
         mechanism.links.iter().filter(|link| link.kind == "ground").flat_map(|link| &link.joints).collect();
     let pins = mechanism.joints.iter().filter_map(|joint| pin(joint, ground.contains(&&joint.id), faults)).collect();
-    let mut links: Vec<Link> = Vec::new();
+    let mut links: Vec<ImportedLink> = Vec::new();
     let mut drives = Vec::new();
     for body in mechanism.links.iter().filter(|link| link.kind != "ground") {
         for id in body.joints.iter().filter(|id| !places.contains_key(id.as_str())) {
@@ -74,13 +77,13 @@ fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
             other => faults.push(format!("link `{}` is of type `{other}`, which is not supported", body.id)),
         }
         let name = body.name.clone().unwrap_or_else(|| body.id.clone());
-        links.push(Link { name, pins: own, mass: None, inertia: None, centre: None });
+        links.push(ImportedLink { name, pins: own, mass: None, inertia: None, centre: None });
     }
     trackers(mechanism, &places, &mut links, faults);
     let mut notes =
         vec!["pylinkage writes no units: lengths are taken as metres, its radians per step as rad/s".to_owned()];
     notes.push("pylinkage has no masses: 1 kg for each metre of a link is assumed".to_owned());
-    Linkage {
+    ImportedLinkage {
         program: "pylinkage",
         title: mechanism.name.clone(),
         gravity: false,
@@ -93,10 +96,10 @@ fn linkage(mechanism: &Mechanism, faults: &mut Vec<String>) -> Linkage {
 }
 
 /// The course of a driver from the pose of the file: on and on, or to and fro within its arc.
-fn course(body: &Body, pin: usize, own: &[usize], joints: &[Joint]) -> Result<Course, String> {
+fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJoint]) -> Result<DriveLaw, String> {
     let rate = body.angular_velocity.unwrap_or(TAU / 360.0);
     if body.kind != "arc_driver" {
-        return Ok(Course::Steady(rate));
+        return Ok(DriveLaw::Steady(rate));
     }
     let place = |pin: usize| match joints.get(pin)?.position {
         [Some(x), Some(y)] => Some([x, y]),
@@ -121,10 +124,10 @@ fn course(body: &Body, pin: usize, own: &[usize], joints: &[Joint]) -> Result<Co
             body.id
         ));
     }
-    Ok(Course::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
+    Ok(DriveLaw::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
 }
 
-fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> {
+fn pin(joint: &PylinkageJoint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> {
     let name = joint.name.clone().unwrap_or_else(|| joint.id.clone());
     let [Some(x), Some(y)] = joint.position else {
         faults.push(format!("joint `{}` has no position; build the mechanism before it is saved", joint.id));
@@ -132,7 +135,7 @@ fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> 
     };
     let kind = match joint.kind.as_str() {
         "ground" | "revolute" | "tracker" | "" => PinKind::Turning,
-        "prismatic" => PinKind::Slot(Guide { on: None, along: joint.axis.unwrap_or([1.0, 0.0]) }),
+        "prismatic" => PinKind::Slot(ImportedGuide { on: None, along: joint.axis.unwrap_or([1.0, 0.0]) }),
         other => {
             faults.push(format!("joint `{}` is of type `{other}`, which is not supported", joint.id));
             return None;
@@ -143,7 +146,12 @@ fn pin(joint: &Joint, in_ground: bool, faults: &mut Vec<String>) -> Option<Pin> 
 }
 
 /// A tracker is a point of the link that both its references are on.
-fn trackers(mechanism: &Mechanism, places: &HashMap<&str, usize>, links: &mut [Link], faults: &mut Vec<String>) {
+fn trackers(
+    mechanism: &PylinkageMechanism,
+    places: &HashMap<&str, usize>,
+    links: &mut [ImportedLink],
+    faults: &mut Vec<String>,
+) {
     for (place, joint) in mechanism.joints.iter().enumerate().filter(|(_, joint)| joint.kind == "tracker") {
         let of = |id: &Option<String>| id.as_ref().and_then(|id| places.get(id.as_str()).copied());
         let references = (of(&joint.ref_joint1_id), of(&joint.ref_joint2_id));

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::linkage::{Course, Drive, Force, Link, Linkage, PinKind};
+use super::linkage::{Drive, DriveLaw, ImportedLink, ImportedLinkage, LinkForce, PinKind};
 use crate::model::identifier;
 
 /// Assumed where the file has no mass: kilograms of a metre, and the mass of what has no length.
@@ -32,13 +32,13 @@ impl Imported {
 }
 
 /// Names as a scene has them, each once.
-struct Names {
+struct UniqueNames {
     taken: BTreeSet<String>,
 }
 
-impl Names {
+impl UniqueNames {
     fn new() -> Self {
-        Names { taken: ["ground", "energy", "constraint", "time", "t", "pi", "g"].map(str::to_owned).into() }
+        UniqueNames { taken: ["ground", "energy", "constraint", "time", "t", "pi", "g"].map(str::to_owned).into() }
     }
 
     fn fresh(&mut self, name: &str) -> String {
@@ -52,12 +52,12 @@ impl Names {
 }
 
 /// A linkage whose parts have the names of a scene.
-struct Writer<'a> {
-    linkage: &'a Linkage,
+struct SceneWriter<'a> {
+    linkage: &'a ImportedLinkage,
     /// The names of the points that pins are, on every link and on the ground.
     points: Vec<String>,
     bodies: Vec<String>,
-    names: Names,
+    names: UniqueNames,
     text: String,
 }
 
@@ -65,7 +65,7 @@ struct Writer<'a> {
 ///
 /// # Errors
 /// What makes it no mechanism.
-pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported, Vec<String>> {
+pub fn scene(name: &str, linkage: &ImportedLinkage, end: Option<f64>) -> Result<Imported, Vec<String>> {
     let mut faults = Vec::new();
     if linkage.links.is_empty() {
         faults.push("it has no link that moves".to_owned());
@@ -76,9 +76,9 @@ pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported
     if !faults.is_empty() {
         return Err(faults);
     }
-    let mut of_points = Names::new();
-    let mut names = Names::new();
-    let mut writer = Writer {
+    let mut of_points = UniqueNames::new();
+    let mut names = UniqueNames::new();
+    let mut writer = SceneWriter {
         linkage,
         points: linkage.pins.iter().map(|pin| of_points.fresh(&pin.name)).collect(),
         bodies: linkage.links.iter().map(|link| names.fresh(&link.name)).collect(),
@@ -100,14 +100,14 @@ pub fn scene(name: &str, linkage: &Linkage, end: Option<f64>) -> Result<Imported
     Ok(Imported { scene: writer.text, notes })
 }
 
-impl Writer<'_> {
+impl SceneWriter<'_> {
     fn add(&mut self, text: std::fmt::Arguments) {
         // Writing to a string cannot fail.
         let _ = self.text.write_fmt(text);
     }
 
     fn head(&mut self, name: &str, notes: &[String]) {
-        let Linkage { program, title, gravity, .. } = self.linkage;
+        let ImportedLinkage { program, title, gravity, .. } = self.linkage;
         let visible: String = title.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         let of = if visible.is_empty() { String::new() } else { format!(": {visible}") };
         self.add(format_args!("# From {program}{of}\n"));
@@ -132,7 +132,7 @@ impl Writer<'_> {
     }
 
     /// Where the frame of a body has its origin: the frames are not turned in the pose of the file.
-    fn origin(&self, link: &Link) -> [f64; 2] {
+    fn origin(&self, link: &ImportedLink) -> [f64; 2] {
         link.centre.unwrap_or_else(|| {
             let pins = link.pins.iter().map(|&pin| self.linkage.pins[pin].at);
             let sum = pins.fold([0.0, 0.0], |[x, y], [u, v]| [x + u, y + v]);
@@ -140,7 +140,7 @@ impl Writer<'_> {
         })
     }
 
-    fn body(&mut self, index: usize, link: &Link) {
+    fn body(&mut self, index: usize, link: &ImportedLink) {
         let [x, y] = self.origin(link);
         let pins = link.pins.iter().map(|&pin| self.linkage.pins[pin].at);
         let guided = self
@@ -225,7 +225,7 @@ impl Writer<'_> {
         ));
     }
 
-    fn force(&mut self, force: &Force) {
+    fn force(&mut self, force: &LinkForce) {
         let [x, y] = self.origin(&self.linkage.links[force.link]);
         let (name, body) = (self.names.fresh(&force.name), self.bodies[force.link].clone());
         let [at_x, at_y] = [force.at[0] - x, force.at[1] - y];
@@ -277,9 +277,9 @@ impl Writer<'_> {
     /// How long the drives are looked at, and why so long.
     fn stop(&self) -> (f64, &'static str) {
         let period = |drive: &Drive| match (drive.course, self.linkage.pins[drive.pin].kind) {
-            (Course::ToAndFro { rate, from, to }, _) => Some((2.0 * (to - from) / rate, "  # twice to and fro")),
-            (Course::Steady(rate), PinKind::Turning) => Some((TAU / rate.abs(), "  # two turns of the drive")),
-            (Course::Steady(_), PinKind::Sliding(_) | PinKind::Slot(_)) => None,
+            (DriveLaw::ToAndFro { rate, from, to }, _) => Some((2.0 * (to - from) / rate, "  # twice to and fro")),
+            (DriveLaw::Steady(rate), PinKind::Turning) => Some((TAU / rate.abs(), "  # two turns of the drive")),
+            (DriveLaw::Steady(_), PinKind::Sliding(_) | PinKind::Slot(_)) => None,
         };
         let shortest = self.linkage.drives.iter().filter_map(period).filter(|(period, _)| period.is_finite());
         let shortest = shortest.min_by(|(one, _), (other, _)| one.total_cmp(other));
@@ -297,11 +297,11 @@ fn slide(kind: PinKind) -> Option<(&'static str, Option<usize>, [f64; 2])> {
 }
 
 /// The motion of a drive over time, from zero in the pose of the file.
-fn law(course: Course) -> String {
+fn law(course: DriveLaw) -> String {
     match course {
-        Course::Steady(rate) => format!("{rate:?}*t"),
+        DriveLaw::Steady(rate) => format!("{rate:?}*t"),
         // How far it is from the turning point below, without its returns; it goes back over what exceeds the way up.
-        Course::ToAndFro { rate, from, to } => {
+        DriveLaw::ToAndFro { rate, from, to } => {
             let (way, below, twice) = (to - from, -from, 2.0 * (to - from));
             let far = format!("{rate:?}*t + {below:?}");
             format!("{to:?} - abs({way:?} - ({far} - {twice:?}*floor(({far})/{twice:?})))")

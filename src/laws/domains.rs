@@ -4,13 +4,13 @@ use cotree_fmu::program::domain::{Domain, Limit};
 
 use crate::equations::Equations;
 use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
-use crate::model::{Comparison, Formula, Mechanism, Motion, Owner, Part, Quantity, Value, Variable};
+use crate::model::{Comparison, Formula, KeyValue, Mechanism, Motion, Owner, Part, Quantity, Variable};
 use crate::network::{Force, Origin};
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
 pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let mechanism = &equations.system.mechanism;
-    let mut found = Found { mechanism, arguments: Vec::new() };
+    let mut found = ArgumentDomains { mechanism, arguments: Vec::new() };
     for part in mechanism.parts() {
         found.part(part);
     }
@@ -72,7 +72,7 @@ fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 }
 
 /// What has been found so far.
-struct Found<'m> {
+struct ArgumentDomains<'m> {
     mechanism: &'m Mechanism,
     arguments: Vec<(Domain, Formula)>,
 }
@@ -80,7 +80,7 @@ struct Found<'m> {
 /// Conditions under which a part of a formula counts: left, right, and whether the comparison holds.
 type Conditions<'f> = Vec<(Comparison, [&'f Formula; 2], bool)>;
 
-impl Found<'_> {
+impl ArgumentDomains<'_> {
     fn part(&mut self, part: &Part) {
         let table = match part.owner {
             Owner::Joint(_) => "joints",
@@ -91,9 +91,9 @@ impl Found<'_> {
         for (key, value) in &part.values {
             let place = format!("{place}.{key}");
             match value {
-                Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => self.law(&place, formula),
-                Value::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
-                Value::Friction(friction) => {
+                KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => self.law(&place, formula),
+                KeyValue::Vector(components) => components.iter().for_each(|component| self.law(&place, component)),
+                KeyValue::Friction(friction) => {
                     self.law(&format!("{place}.coulomb"), &friction.coulomb);
                     if let Some(velocity) = &friction.velocity {
                         self.law(&format!("{place}.velocity"), velocity);
@@ -101,7 +101,7 @@ impl Found<'_> {
                     }
                     self.law(&format!("{place}.mu"), &friction.mu);
                 }
-                Value::Limits(limits) => limits.formulas().for_each(|formula| self.law(&place, formula)),
+                KeyValue::Limits(limits) => limits.formulas().for_each(|formula| self.law(&place, formula)),
                 _ => {}
             }
         }

@@ -1,10 +1,10 @@
 //! Where laws of drivers jump, or their rates do: at switches (`min`, `abs`, `if`), and where a root, a quotient or an arc bends without one.
 
-use super::rough::{Roughness, Spot};
+use super::rough::{RoughPlace, Roughness};
 use super::steep::divisor;
-use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary, indicators};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Symbol, Unary, indicators};
 use crate::model::translate::translate;
-use crate::model::{Formula, Mechanism, Motion, Part, Value};
+use crate::model::{Formula, KeyValue, Mechanism, Motion, Part};
 
 /// The experiment is looked at in so many places, and jumps are found between them by so many halvings.
 pub(crate) const PLACES: usize = 2000;
@@ -22,14 +22,14 @@ const LEFT: f64 = 0.5;
 const GROWS: f64 = 2.0;
 
 /// A law of time and parameters.
-pub(crate) struct Law {
+pub(crate) struct TimeLaw {
     pub arena: Arena,
     /// The law and its rate.
     pub value: [Expr; 2],
     parameters: Vec<f64>,
 }
 
-impl Law {
+impl TimeLaw {
     /// None if it depends on anything else.
     fn of(mechanism: &Mechanism, formula: &Formula) -> Option<Self> {
         let mut arena = Arena::default();
@@ -55,16 +55,18 @@ impl Law {
     fn may_bend(&mut self) -> bool {
         let expanded = self.arena.expanded(&self.value[..1]);
         let bends = |expr: Expr| match self.arena.node(expr) {
-            Node::Unary(Unary::Asin | Unary::Acos | Unary::Tan, a) | Node::Binary(Binary::Atan2, a, _) => Some(a),
+            ExprNode::Unary(Unary::Asin | Unary::Acos | Unary::Tan, a) | ExprNode::Binary(Binary::Atan2, a, _) => {
+                Some(a)
+            }
             _ => divisor(&self.arena, expr),
         };
         let mut arguments = self.arena.reachable(expanded).into_iter().filter_map(bends);
         arguments.any(|argument| self.arena.symbols([argument]).iter().any(|symbol| matches!(symbol, Symbol::Time)))
     }
 
-    fn spot(&self, time: f64) -> Spot {
+    fn spot(&self, time: f64) -> RoughPlace {
         let found = self.at(&self.value, time);
-        Spot { at: time, value: [found[0], found[1]] }
+        RoughPlace { at: time, value: [found[0], found[1]] }
     }
 
     pub fn at(&self, roots: &[Expr], time: f64) -> Vec<f64> {
@@ -101,7 +103,7 @@ pub(crate) fn jumps(mechanism: &Mechanism) -> Vec<Jump> {
 /// The drivers whose laws have a value at a time, but no rate.
 pub(crate) fn without_rate(mechanism: &Mechanism, time: f64) -> impl Iterator<Item = &Part> {
     mechanism.drivers.iter().filter(move |part| {
-        let mut laws = laws(part).filter_map(|formula| Law::of(mechanism, formula));
+        let mut laws = laws(part).filter_map(|formula| TimeLaw::of(mechanism, formula));
         laws.any(|law| law.at(&law.value, time).iter().map(|number| number.is_finite()).eq([true, false]))
     })
 }
@@ -109,25 +111,25 @@ pub(crate) fn without_rate(mechanism: &Mechanism, time: f64) -> impl Iterator<It
 /// What a driver prescribes.
 pub(crate) fn laws(part: &Part) -> impl Iterator<Item = &Formula> {
     part.values.iter().flat_map(|(_, value)| match value {
-        Value::Motion(Motion::Given(formula)) => std::slice::from_ref(formula),
-        Value::Vector(both) => both,
+        KeyValue::Motion(Motion::Given(formula)) => std::slice::from_ref(formula),
+        KeyValue::Vector(both) => both,
         _ => &[],
     })
 }
 
 /// All formulas of a load or driver.
 pub(crate) fn formulas(part: &Part) -> Vec<&Formula> {
-    fn own(value: &Value) -> Vec<&Formula> {
+    fn own(value: &KeyValue) -> Vec<&Formula> {
         match value {
-            Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => vec![formula],
-            Value::Vector(both) => both.iter().collect(),
-            Value::Friction(friction) => vec![&friction.coulomb],
-            Value::Limits(limits) => limits.formulas().collect(),
-            Value::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
-            | Value::Place(_)
-            | Value::Joint(_)
-            | Value::Choice(_)
-            | Value::Switch(_) => Vec::new(),
+            KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => vec![formula],
+            KeyValue::Vector(both) => both.iter().collect(),
+            KeyValue::Friction(friction) => vec![&friction.coulomb],
+            KeyValue::Limits(limits) => limits.formulas().collect(),
+            KeyValue::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
+            | KeyValue::Place(_)
+            | KeyValue::Joint(_)
+            | KeyValue::Choice(_)
+            | KeyValue::Switch(_) => Vec::new(),
         }
     }
     part.values.iter().flat_map(|(_, value)| own(value)).collect()
@@ -136,13 +138,13 @@ pub(crate) fn formulas(part: &Part) -> Vec<&Formula> {
 /// When a law of time jumps first, or its rate does, and from where to where.
 fn first_jump(mechanism: &Mechanism, formula: &Formula) -> Option<(f64, String, bool)> {
     let experiment = mechanism.experiment;
-    let mut law = Law::of(mechanism, formula)?;
+    let mut law = TimeLaw::of(mechanism, formula)?;
     let (switches, may_bend) = (indicators(&mut law.arena, &law.value[..1]), law.may_bend());
     if switches.is_empty() && !may_bend {
         return None;
     }
     let [start, span] = [experiment.start, experiment.stop - experiment.start];
-    let spots: Vec<Spot> = (0..=PLACES).map(|place| law.spot(start + span * share(place))).collect();
+    let spots: Vec<RoughPlace> = (0..=PLACES).map(|place| law.spot(start + span * share(place))).collect();
     let finite = |index: usize| spots.iter().map(move |spot| spot.value[index].abs()).filter(|size| size.is_finite());
     let largest = |index: usize| finite(index).fold(0.0, f64::max);
     let largest = [0, 1].map(largest);
@@ -158,7 +160,7 @@ fn first_jump(mechanism: &Mechanism, formula: &Formula) -> Option<(f64, String, 
 }
 
 /// What of a law jumps at a switch, and whether it is a rate with two values.
-fn jump(law: &Law, largest: [f64; 2], time: f64, beside: [f64; 2]) -> Option<(String, bool)> {
+fn jump(law: &TimeLaw, largest: [f64; 2], time: f64, beside: [f64; 2]) -> Option<(String, bool)> {
     // On both sides, first further away.
     let [far, near] = beside.map(|beside| [-1.0, 1.0].map(|side: f64| law.at(&law.value, time + side * beside)));
     let change = |sides: &[Vec<f64>; 2], index: usize| (sides[1][index] - sides[0][index]).abs();
@@ -178,14 +180,14 @@ fn jump(law: &Law, largest: [f64; 2], time: f64, beside: [f64; 2]) -> Option<(St
 }
 
 /// Where a law may jump or turn at once without a switch.
-fn bends(law: &Law, spots: &[Spot], largest: [f64; 2]) -> Vec<f64> {
+fn bends(law: &TimeLaw, spots: &[RoughPlace], largest: [f64; 2]) -> Vec<f64> {
     let rough = Roughness { bends: BENDS, least: JUMP, halvings: HALVINGS, largest };
     let sharpest = |step: usize| rough.sharpest([spots[step], spots[step + 1]], |time| law.spot(time).value);
     rough.steps(spots).into_iter().map(sharpest).map(|[low, high]| 0.5 * (low.at + high.at)).collect()
 }
 
 /// When functions of time change their signs.
-fn sign_changes(law: &Law, functions: &[Expr], [start, span]: [f64; 2]) -> Vec<f64> {
+fn sign_changes(law: &TimeLaw, functions: &[Expr], [start, span]: [f64; 2]) -> Vec<f64> {
     let time = |place: usize| start + span * share(place);
     let positive = |function: Expr, time: f64| law.at(&[function], time)[0] >= 0.0;
     let mut found = Vec::new();

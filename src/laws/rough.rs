@@ -3,7 +3,7 @@
 
 /// A place with the value and the slope there.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spot {
+pub(crate) struct RoughPlace {
     pub at: f64,
     pub value: [f64; 2],
 }
@@ -22,10 +22,10 @@ pub(crate) struct Roughness {
 
 impl Roughness {
     /// The steps from one of these spots to the next in which the function may turn at once.
-    pub fn steps(&self, spots: &[Spot]) -> Vec<usize> {
-        let pairs: Vec<[Spot; 2]> = spots.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-        let change = |[one, other]: &[Spot; 2]| (other.value[1] - one.value[1]).abs();
-        let is_rough = |step: usize, pair: &[Spot; 2]| {
+    pub fn steps(&self, spots: &[RoughPlace]) -> Vec<usize> {
+        let pairs: Vec<[RoughPlace; 2]> = spots.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+        let change = |[one, other]: &[RoughPlace; 2]| (other.value[1] - one.value[1]).abs();
+        let is_rough = |step: usize, pair: &[RoughPlace; 2]| {
             let around = [step.checked_sub(2), Some(step + 2)].into_iter().flatten().filter_map(|near| pairs.get(near));
             let around = around.map(change).fold(0.0, f64::max);
             let bent = change(pair);
@@ -39,14 +39,15 @@ impl Roughness {
     }
 
     /// The two places next to each other, between these, where the function turns most.
-    pub fn sharpest(&self, mut sides: [Spot; 2], of: impl Fn(f64) -> [f64; 2]) -> [Spot; 2] {
+    pub fn sharpest(&self, mut sides: [RoughPlace; 2], of: impl Fn(f64) -> [f64; 2]) -> [RoughPlace; 2] {
         let size = self.largest.map(|largest| largest.max(f64::MIN_POSITIVE));
-        let turns =
-            |pair: [Spot; 2]| unexplained(&pair) / size[0] + (pair[1].value[1] - pair[0].value[1]).abs() / size[1];
+        let turns = |pair: [RoughPlace; 2]| {
+            unexplained(&pair) / size[0] + (pair[1].value[1] - pair[0].value[1]).abs() / size[1]
+        };
         for _ in 0..self.halvings {
             let [low, high] = sides;
             let at = 0.5 * (low.at + high.at);
-            let middle = Spot { at, value: of(at) };
+            let middle = RoughPlace { at, value: of(at) };
             sides = if turns([low, middle]) <= turns([middle, high]) { [middle, high] } else { [low, middle] };
         }
         sides
@@ -54,7 +55,7 @@ impl Roughness {
 }
 
 /// By how much a value changes between two places beyond what the slopes there make of it.
-fn unexplained([one, other]: &[Spot; 2]) -> f64 {
+fn unexplained([one, other]: &[RoughPlace; 2]) -> f64 {
     let way = other.at - one.at;
     (other.value[0] - one.value[0] - 0.5 * way * (one.value[1] + other.value[1])).abs()
 }
@@ -66,7 +67,8 @@ mod tests {
     /// The places of jumps and corners of a function from 0 to 1, looked at in a hundred steps.
     fn found(of: impl Fn(f64) -> [f64; 2]) -> Vec<f64> {
         let rough = Roughness { bends: 3.0, least: 1e-5, halvings: 50, largest: [1.0, 10.0] };
-        let spots: Vec<Spot> = (0..=100).map(|step| step as f64 / 100.0).map(|at| Spot { at, value: of(at) }).collect();
+        let spots: Vec<RoughPlace> =
+            (0..=100).map(|step| step as f64 / 100.0).map(|at| RoughPlace { at, value: of(at) }).collect();
         let sides = |step: usize| rough.sharpest([spots[step], spots[step + 1]], &of);
         rough.steps(&spots).into_iter().map(sides).map(|[low, high]| 0.5 * (low.at + high.at)).collect()
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use cotree_fmu::program::Steep;
 
-use crate::expr::{Arena, Binary, Expr, Node, Symbol, Unary, indicators};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Symbol, Unary, indicators};
 
 /// How the functions that these results depend on are steep, and their arguments. Those that only parameters move are left out.
 pub(crate) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
@@ -15,9 +15,9 @@ pub(crate) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
     let moves = depending(
         arena,
         &reached,
-        |node| matches!(node, Node::Symbol(symbol) if !matches!(symbol, Symbol::Parameter(_))),
+        |node| matches!(node, ExprNode::Symbol(symbol) if !matches!(symbol, Symbol::Parameter(_))),
     );
-    let exponential = depending(arena, &reached, |node| matches!(node, Node::Unary(Unary::Exp | Unary::Tanh, _)));
+    let exponential = depending(arena, &reached, |node| matches!(node, ExprNode::Unary(Unary::Exp | Unary::Tanh, _)));
     let vanishing = reached.iter().filter_map(|&expr| divisor(arena, expr));
     let vanishing = vanishing.filter(|&argument| !is_root(arena, argument) && !exponential.contains(&argument));
     let laws = reached.iter().flat_map(|&expr| laws(arena, expr, divides.contains(&expr)));
@@ -29,8 +29,8 @@ pub(crate) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
 /// An exponential in a divisor saturates: 1/(1 + exp a) is constant but for a layer about a = 0, as tanh is.
 fn laws(arena: &Arena, expr: Expr, divides: bool) -> impl Iterator<Item = (Steep, Expr)> + use<> {
     let found = match arena.node(expr) {
-        Node::Unary(Unary::Tanh, a) => [Some((Steep::Saturating, a)), None],
-        Node::Unary(Unary::Exp, a) => [Some((Steep::Growing, a)), divides.then_some((Steep::Saturating, a))],
+        ExprNode::Unary(Unary::Tanh, a) => [Some((Steep::Saturating, a)), None],
+        ExprNode::Unary(Unary::Exp, a) => [Some((Steep::Growing, a)), divides.then_some((Steep::Saturating, a))],
         _ => [None; 2],
     };
     found.into_iter().flatten()
@@ -39,19 +39,19 @@ fn laws(arena: &Arena, expr: Expr, divides: bool) -> impl Iterator<Item = (Steep
 /// What an expression divides by, raises to a power, or takes the root or the logarithm of.
 pub(crate) fn divisor(arena: &Arena, expr: Expr) -> Option<Expr> {
     match arena.node(expr) {
-        Node::Binary(Binary::Divide, _, a) | Node::Binary(Binary::Power, a, _) => Some(a),
-        Node::Unary(Unary::Sqrt | Unary::Log, a) => Some(a),
+        ExprNode::Binary(Binary::Divide, _, a) | ExprNode::Binary(Binary::Power, a, _) => Some(a),
+        ExprNode::Unary(Unary::Sqrt | Unary::Log, a) => Some(a),
         _ => None,
     }
 }
 
 /// A root is small where its argument is.
 fn is_root(arena: &Arena, expr: Expr) -> bool {
-    matches!(arena.node(expr), Node::Unary(Unary::Sqrt, _))
+    matches!(arena.node(expr), ExprNode::Unary(Unary::Sqrt, _))
 }
 
 /// Which of these expressions, operands first, are such a node or depend on one.
-fn depending(arena: &Arena, reached: &[Expr], is: impl Fn(Node) -> bool) -> BTreeSet<Expr> {
+fn depending(arena: &Arena, reached: &[Expr], is: impl Fn(ExprNode) -> bool) -> BTreeSet<Expr> {
     let mut found = BTreeSet::new();
     for &expr in reached {
         let node = arena.node(expr);

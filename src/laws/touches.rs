@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::jumps::{Law, PLACES, formulas, share};
+use super::jumps::{PLACES, TimeLaw, formulas, share};
 use crate::diagnostic::Fault;
-use crate::expr::{Binary, Expr, Node};
+use crate::expr::{Binary, Expr, ExprNode};
 use crate::model::{Mechanism, Part};
 use crate::typeset::rounded;
 
@@ -37,22 +37,22 @@ fn warning(kind: &str, part: &Part, time: f64) -> Fault {
 fn first_touch(mechanism: &Mechanism, part: &Part) -> Option<f64> {
     let experiment = mechanism.experiment;
     let span = [experiment.start, experiment.stop - experiment.start];
-    let laws = formulas(part).into_iter().filter_map(|formula| Law::of_time(mechanism, formula));
+    let laws = formulas(part).into_iter().filter_map(|formula| TimeLaw::of_time(mechanism, formula));
     let times = laws
         .flat_map(|law| comparisons(&law).into_iter().filter_map(|sides| touch(&law, sides, span)).collect::<Vec<_>>());
     times.min_by(f64::total_cmp)
 }
 
 /// The sides of the comparisons in a law.
-fn comparisons(law: &Law) -> BTreeSet<[Expr; 2]> {
+fn comparisons(law: &TimeLaw) -> BTreeSet<[Expr; 2]> {
     let sides = |expr: Expr| match law.arena.node(expr) {
-        Node::Binary(Binary::Less | Binary::LessEqual, a, b) => Some([a, b]),
+        ExprNode::Binary(Binary::Less | Binary::LessEqual, a, b) => Some([a, b]),
         _ => None,
     };
     law.arena.reachable([law.value[0]]).into_iter().filter_map(sides).collect()
 }
 
-fn touch(law: &Law, sides: [Expr; 2], [start, span]: [f64; 2]) -> Option<f64> {
+fn touch(law: &TimeLaw, sides: [Expr; 2], [start, span]: [f64; 2]) -> Option<f64> {
     let apart = |place: f64| {
         let values = law.at(&sides, start + span * place);
         (values[0] - values[1]).abs() / f64::max(values[0].abs() + values[1].abs(), f64::MIN_POSITIVE)

@@ -1,8 +1,8 @@
 //! Changed copies of a mechanism: what studies move, hold or leave out is asked of a copy, and the scene stays as it is written.
 
 use super::{
-    BodyId, Class, Coordinates, Dimension, DriverId, Formula, Initial, Input, InputId, JointId, LoadId, Mechanism,
-    Output, Owner, Part, Place, Quantity, Unit, Value, Variable,
+    BodyId, Class, Coordinates, Dimension, DriverId, Formula, Initial, Input, InputId, JointId, KeyValue, LoadId,
+    Mechanism, Output, Owner, Part, Place, Quantity, Unit, Variable,
 };
 use crate::diagnostic::Span;
 
@@ -39,7 +39,7 @@ impl Mechanism {
         let mut changed = self.clone();
         changed.unilaterals.retain(|own| own.slip.as_ref().is_some_and(|slip| slip.on.is_none()));
         for joint in &mut changed.joints {
-            joint.values.retain(|(_, value)| !matches!(value, Value::Limits(_)));
+            joint.values.retain(|(_, value)| !matches!(value, KeyValue::Limits(_)));
         }
         changed
     }
@@ -89,7 +89,7 @@ impl Mechanism {
         let renumbered = |part: &Part| {
             let mut part = part.clone();
             for (_, value) in &mut part.values {
-                if let Value::Joint(id) = value {
+                if let KeyValue::Joint(id) = value {
                     renumber(id);
                 }
             }

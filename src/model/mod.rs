@@ -30,7 +30,7 @@ pub use formula::{Comparison, Formula};
 pub use friction::{Friction, Pressed, Slip};
 pub use instants::{Event, Held, HeldWhat, Sampler};
 pub use name::identifier;
-pub use part::{Motion, Part, Value};
+pub use part::{KeyValue, Motion, Part};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use state::State;
 pub use unilateral::{Limits, OneSided, Removable, Unilateral};

@@ -15,14 +15,14 @@ pub struct Part {
     /// The points joined; the mass centre stands for a whole body, the origin for the ground.
     pub between: [Place; 2],
     /// What its keys say, without `between`.
-    pub values: Vec<(&'static str, Value)>,
+    pub values: Vec<(&'static str, KeyValue)>,
     /// Where it stands in the file.
     pub span: Span,
 }
 
 /// What a key says.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum KeyValue {
     /// A number, SI.
     Formula(Formula),
     /// Two components, SI; the second is the number 0 in one dimension. A direction has length one.
@@ -52,12 +52,12 @@ static ZERO: Formula = Formula::Number(0.0);
 
 impl Part {
     /// What a key says.
-    pub fn value(&self, key: &str) -> Option<&Value> {
+    pub fn value(&self, key: &str) -> Option<&KeyValue> {
         self.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value)
     }
 
     /// Makes a key say this.
-    pub fn set(&mut self, key: &'static str, value: Value) {
+    pub fn set(&mut self, key: &'static str, value: KeyValue) {
         match self.values.iter_mut().find(|(own, _)| *own == key) {
             Some((_, old)) => *old = value,
             None => self.values.push((key, value)),
@@ -66,52 +66,58 @@ impl Part {
 
     /// The number of a key; zero if it is absent.
     pub fn formula(&self, key: &str) -> &Formula {
-        if let Some(Value::Formula(formula)) = self.value(key) { formula } else { &ZERO }
+        if let Some(KeyValue::Formula(formula)) = self.value(key) { formula } else { &ZERO }
     }
 
     /// The components of a key; zeros if it is absent.
     pub fn vector(&self, key: &str) -> [Formula; 2] {
-        if let Some(Value::Vector(vector)) = self.value(key) { vector.clone() } else { [ZERO.clone(), ZERO.clone()] }
+        if let Some(KeyValue::Vector(vector)) = self.value(key) { vector.clone() } else { [ZERO.clone(), ZERO.clone()] }
     }
 
     /// The point that a key names; the ground's origin if it is absent.
     pub fn place(&self, key: &str) -> Place {
-        if let Some(Value::Place(place)) = self.value(key) { *place } else { Place::Origin }
+        if let Some(KeyValue::Place(place)) = self.value(key) { *place } else { Place::Origin }
     }
 
     pub fn joint(&self) -> Option<JointId> {
-        self.values.iter().find_map(|(_, value)| if let Value::Joint(joint) = value { Some(*joint) } else { None })
+        self.values.iter().find_map(|(_, value)| if let KeyValue::Joint(joint) = value { Some(*joint) } else { None })
     }
 
     pub fn motion(&self) -> Option<&Motion> {
-        self.values.iter().find_map(|(_, value)| if let Value::Motion(motion) = value { Some(motion) } else { None })
+        self.values.iter().find_map(|(_, value)| if let KeyValue::Motion(motion) = value { Some(motion) } else { None })
     }
 
     pub fn friction(&self) -> Option<&Friction> {
         self.values.iter().find_map(|(_, value)| match value {
-            Value::Friction(friction) => Some(friction),
+            KeyValue::Friction(friction) => Some(friction),
             _ => None,
         })
     }
 
     /// Where its motion ends, if it does.
     pub fn limits(&self) -> Option<&Limits> {
-        self.values.iter().find_map(|(_, value)| if let Value::Limits(limits) = value { Some(limits) } else { None })
+        self.values.iter().find_map(|(_, value)| if let KeyValue::Limits(limits) = value { Some(limits) } else { None })
     }
 
     pub fn choice(&self, key: &str) -> Option<&'static str> {
-        if let Some(Value::Choice(word)) = self.value(key) { Some(word) } else { None }
+        if let Some(KeyValue::Choice(word)) = self.value(key) { Some(word) } else { None }
     }
 
     /// Calls `visit` with every parameter that its keys use.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         for (_, value) in &self.values {
             match value {
-                Value::Formula(formula) | Value::Motion(Motion::Given(formula)) => formula.visit_parameters(visit),
-                Value::Vector(both) => both.iter().for_each(|formula| formula.visit_parameters(visit)),
-                Value::Friction(own) => own.formulas().for_each(|formula| formula.visit_parameters(visit)),
-                Value::Limits(limits) => limits.formulas().for_each(|formula| formula.visit_parameters(visit)),
-                Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
+                KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => {
+                    formula.visit_parameters(visit)
+                }
+                KeyValue::Vector(both) => both.iter().for_each(|formula| formula.visit_parameters(visit)),
+                KeyValue::Friction(own) => own.formulas().for_each(|formula| formula.visit_parameters(visit)),
+                KeyValue::Limits(limits) => limits.formulas().for_each(|formula| formula.visit_parameters(visit)),
+                KeyValue::Motion(_)
+                | KeyValue::Place(_)
+                | KeyValue::Joint(_)
+                | KeyValue::Choice(_)
+                | KeyValue::Switch(_) => {}
             }
         }
     }
@@ -124,7 +130,7 @@ impl Part {
     /// The points that it uses.
     pub fn places(&self) -> impl Iterator<Item = Place> {
         let others = self.values.iter().filter_map(|(_, value)| match value {
-            Value::Place(place) => Some(*place),
+            KeyValue::Place(place) => Some(*place),
             _ => None,
         });
         self.between.into_iter().chain(others)

@@ -2,7 +2,7 @@
 
 use super::formula::{Comparison, Formula};
 use super::variable::Variable;
-use crate::expr::{Arena, Binary, Expr, Function, Node, Order, Symbol, Unary};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Function, Order, Symbol, Unary};
 
 /// Translates a formula; `variable` gives the expression of a variable of the naming table.
 pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(&mut Arena, Variable) -> Expr) -> Expr {
@@ -40,7 +40,7 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
 /// A power of x^2 as one of |x|: at x = 0 that has a rate wherever there is one.
 fn power_of_square(arena: &mut Arena, base: Expr, exponent: f64) -> Option<Expr> {
     let x = match arena.node(base) {
-        Node::Binary(Binary::Multiply, x, y) if x == y => x,
+        ExprNode::Binary(Binary::Multiply, x, y) if x == y => x,
         _ => return None,
     };
     let (size, doubled) = (arena.unary(Unary::Abs, x), arena.constant(2.0 * exponent));

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Formula, Mechanism, Owner, Parameter, ParameterId, Pressed, Quantity, Slip, Unit, Value};
+use super::{Formula, KeyValue, Mechanism, Owner, Parameter, ParameterId, Pressed, Quantity, Slip, Unit};
 use crate::diagnostic::Span;
 use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH};
 
@@ -226,7 +226,7 @@ impl Mechanism {
 
     fn called(&self, own: &Unilateral) -> Option<String> {
         let part = self.parts().find(|part| part.owner == own.owner)?;
-        let key = part.values.iter().find(|(_, value)| matches!(value, Value::Limits(_))).map(|(key, _)| *key);
+        let key = part.values.iter().find(|(_, value)| matches!(value, KeyValue::Limits(_))).map(|(key, _)| *key);
         Some(match key {
             _ if own.slip.is_some() => format!("the dry friction of {} `{}`", part.component().words(), part.name),
             Some(key) => format!("the {key} of joint `{}`", part.name),

@@ -5,7 +5,7 @@ use crate::expr::{Binary, Function, Unary};
 
 /// How tightly an operation binds.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Binding {
+enum Precedence {
     Sum,
     Product,
     Sign,
@@ -14,8 +14,8 @@ enum Binding {
 }
 
 /// How tightly an operator binds, and what stands on its left and on its right without parentheses; nothing for other functions.
-fn bindings(function: Function) -> Option<[Binding; 3]> {
-    use Binding::{Power, Product, Sum, Whole};
+fn bindings(function: Function) -> Option<[Precedence; 3]> {
+    use Precedence::{Power, Product, Sum, Whole};
     match function {
         Function::Two(Binary::Add) => Some([Sum, Sum, Sum]),
         Function::Two(Binary::Subtract) => Some([Sum, Sum, Product]),
@@ -32,21 +32,21 @@ impl Mechanism {
         self.write(formula).0
     }
 
-    fn write(&self, formula: &Formula) -> (String, Binding) {
+    fn write(&self, formula: &Formula) -> (String, Precedence) {
         let list = |arguments: &[Formula]| {
             let arguments: Vec<String> = arguments.iter().map(|argument| self.written(argument)).collect();
             arguments.join(", ")
         };
         match formula {
-            Formula::Number(value) if *value < 0.0 => (value.to_string(), Binding::Sign),
-            Formula::Number(value) => (value.to_string(), Binding::Whole),
-            Formula::Time => ("t".into(), Binding::Whole),
-            Formula::Parameter(id) => (self.parameters[id.0].name.clone(), Binding::Whole),
-            Formula::Input(id) => (self.inputs[id.0].name.clone(), Binding::Whole),
-            Formula::State(id) => (self.states[id.0].name.clone(), Binding::Whole),
-            Formula::Variable(variable) => (self.variable_name(*variable), Binding::Whole),
+            Formula::Number(value) if *value < 0.0 => (value.to_string(), Precedence::Sign),
+            Formula::Number(value) => (value.to_string(), Precedence::Whole),
+            Formula::Time => ("t".into(), Precedence::Whole),
+            Formula::Parameter(id) => (self.parameters[id.0].name.clone(), Precedence::Whole),
+            Formula::Input(id) => (self.inputs[id.0].name.clone(), Precedence::Whole),
+            Formula::State(id) => (self.states[id.0].name.clone(), Precedence::Whole),
+            Formula::Variable(variable) => (self.variable_name(*variable), Precedence::Whole),
             Formula::Call(Function::One(Unary::Negate), inner) => {
-                (format!("-{}", self.within(&inner[0], Binding::Sign)), Binding::Sign)
+                (format!("-{}", self.within(&inner[0], Precedence::Sign)), Precedence::Sign)
             }
             Formula::Call(function, arguments) => match bindings(*function) {
                 Some([own, left, right]) => {
@@ -54,7 +54,7 @@ impl Mechanism {
                         [(0, left), (1, right)].map(|(side, around)| self.within(&arguments[side], around));
                     (format!("{left}{}{right}", function.name()), own)
                 }
-                None => (format!("{}({})", function.name(), list(arguments)), Binding::Whole),
+                None => (format!("{}({})", function.name(), list(arguments)), Precedence::Whole),
             },
             Formula::If(comparison, parts) => {
                 let sign = match comparison {
@@ -64,13 +64,13 @@ impl Mechanism {
                     Comparison::GreaterEqual => ">=",
                 };
                 let [left, right] = [0, 1].map(|side| self.written(&parts[side]));
-                (format!("if({left} {sign} {right}, {})", list(&parts[2..])), Binding::Whole)
+                (format!("if({left} {sign} {right}, {})", list(&parts[2..])), Precedence::Whole)
             }
         }
     }
 
     /// In parentheses if it binds less tightly than what is around it.
-    fn within(&self, formula: &Formula, around: Binding) -> String {
+    fn within(&self, formula: &Formula, around: Precedence) -> String {
         let (text, own) = self.write(formula);
         if own < around { format!("({text})") } else { text }
     }

@@ -93,7 +93,7 @@ pub struct Element {
 #[derive(Clone, Debug)]
 pub struct Coupling {
     /// At least one; the first gives the reaction its unit and direction.
-    pub terms: Vec<Term>,
+    pub terms: Vec<CouplingTerm>,
     /// The constant on the right.
     pub offset: Expr,
 }
@@ -101,7 +101,7 @@ pub struct Coupling {
 impl Coupling {
     /// An across variable alone: it is zero.
     pub(crate) fn of(port: Port) -> Coupling {
-        Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset: Expr::ZERO }
+        Coupling { terms: vec![CouplingTerm { factor: Expr::ONE, port }], offset: Expr::ZERO }
     }
 
     /// The function by which it couples, and between which bodies.
@@ -113,8 +113,8 @@ impl Coupling {
 
     /// Where it holds, it does so again where its value is this much more: a curve repeats every turn, and the angle that it gives to another body is that of a direction, as a heading is.
     pub fn period(&self, arena: &mut Arena) -> Option<Expr> {
-        let is_angle = |term: &Term| matches!(term.port, Port::Angle(_));
-        let is_curve = |term: &Term| matches!(term.port, Port::Curve(..));
+        let is_angle = |term: &CouplingTerm| matches!(term.port, Port::Angle(_));
+        let is_curve = |term: &CouplingTerm| matches!(term.port, Port::Curve(..));
         let heading = self.terms.iter().find(|term| matches!(term.port, Port::Heading(_))).map(|term| term.factor);
         let turns = self.terms.iter().any(is_angle) && self.terms.iter().any(is_curve);
         let turn = arena.constant(TAU);
@@ -124,7 +124,7 @@ impl Coupling {
 
 /// A term of a coupling.
 #[derive(Clone, Copy, Debug)]
-pub struct Term {
+pub struct CouplingTerm {
     pub factor: Expr,
     /// What is multiplied.
     pub port: Port,
@@ -206,7 +206,7 @@ impl Port {
 
 /// A known function of time with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Signal {
+pub struct FunctionOfTime {
     pub value: Expr,
     pub rate: Expr,
     pub acceleration: Expr,
@@ -294,9 +294,9 @@ pub enum Known {
     /// r = R(theta) r', fixed in a body or the ground.
     Fixed(Option<BodyId>, [Expr; 2]),
     /// r = r(t) in the world.
-    Given([Signal; 2]),
+    Given([FunctionOfTime; 2]),
     /// r = s(t) u, with u fixed in a body or the ground.
-    Along(Option<BodyId>, [Expr; 2], Signal),
+    Along(Option<BodyId>, [Expr; 2], FunctionOfTime),
 }
 
 /// Constitutive force: the load on the element's second node.
@@ -346,7 +346,7 @@ pub enum Angle {
     /// Free: a coordinate as a branch.
     Free([Variable; 3]),
     Constant(Expr),
-    Given(Signal),
+    Given(FunctionOfTime),
 }
 
 /// Constitutive torque: the load on the element's second node.

@@ -2,7 +2,7 @@
 //! equation forbids it. Each is a coupling between the ground and the bodies concerned, a chord in every tree, and so an equation of its own.
 
 use super::graph::{RNode, TNode};
-use super::{Coupling, Direction, Port, System, Term};
+use super::{Coupling, CouplingTerm, Direction, Port, System};
 use crate::diagnostic::Span;
 use crate::model::{BodyId, Mechanism, Place};
 
@@ -40,7 +40,7 @@ impl Implied {
         let mut constant = |value: f64| system.arena.constant(value);
         let offset = constant(self.offset);
         Coupling {
-            terms: terms.into_iter().map(|(factor, port)| Term { factor: constant(factor), port }).collect(),
+            terms: terms.into_iter().map(|(factor, port)| CouplingTerm { factor: constant(factor), port }).collect(),
             offset,
         }
     }

@@ -7,8 +7,8 @@ use petgraph::unionfind::UnionFind;
 
 use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use super::{
-    Angle, Coupling, Element, Force, Implied, Known, Origin, Port, RotationalRow, Rows, Signal, Term, Torque, arm,
-    body, table3,
+    Angle, Coupling, CouplingTerm, Element, Force, FunctionOfTime, Implied, Known, Origin, Port, RotationalRow, Rows,
+    Torque, arm, body, table3,
 };
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
@@ -197,7 +197,7 @@ impl System {
     }
 
     /// The motion that a driver prescribes.
-    pub(crate) fn signal(&mut self, part: &Part) -> Signal {
+    pub(crate) fn signal(&mut self, part: &Part) -> FunctionOfTime {
         let value = match (part.motion(), part.owner) {
             (Some(Motion::Given(formula)), _) => self.value(formula),
             (Some(Motion::Velocity(input)), Owner::Driver(driver)) => self.follower(driver, *input, Order::Velocity),
@@ -214,15 +214,15 @@ impl System {
     }
 
     /// A function of time with its derivatives.
-    pub(crate) fn given(&mut self, formula: &Formula) -> Signal {
+    pub(crate) fn given(&mut self, formula: &Formula) -> FunctionOfTime {
         let value = self.value(formula);
         self.derivatives(value)
     }
 
-    fn derivatives(&mut self, value: Expr) -> Signal {
+    fn derivatives(&mut self, value: Expr) -> FunctionOfTime {
         let rate = self.arena.time_derivative(value);
         let acceleration = self.arena.time_derivative(rate);
-        Signal { value, rate, acceleration }
+        FunctionOfTime { value, rate, acceleration }
     }
 
     fn follower(&mut self, driver: DriverId, input: InputId, order: Order) -> Expr {
@@ -304,7 +304,7 @@ impl System {
             let terms = relation
                 .terms
                 .into_iter()
-                .map(|term| Term { factor: self.arena.multiply(minus, term.factor), port: term.port });
+                .map(|term| CouplingTerm { factor: self.arena.multiply(minus, term.factor), port: term.port });
             let terms = terms.collect();
             let bound = self.arena.add(relation.offset, bound);
             let offset = self.arena.multiply(minus, bound);

@@ -6,7 +6,7 @@ use cotree_fmu::tape::Tape;
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::Formula;
-use crate::solve::{Levels, Solver};
+use crate::solve::{Levels, MotionSolver};
 
 /// The expressions behind [`Contacts`].
 #[derive(Clone, Debug, Default)]
@@ -22,7 +22,7 @@ pub(super) struct ContactKernels {
 
 impl ContactKernels {
     /// The kernels of a mechanism that moves freely; `solver` has the factors of its equations of motion, and `locks` must be positive in its solution with these levels.
-    pub fn new(equations: &mut Equations, solver: &Solver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
+    pub fn new(equations: &mut Equations, solver: &MotionSolver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
         let mut kernels = Self { locks, ..Self::default() };
         let mechanism = equations.system.mechanism.clone();
         for (index, own) in mechanism.unilaterals.iter().enumerate() {

@@ -104,7 +104,7 @@ fn known(source: Source, driven: bool, mechanical: usize) -> Option<Vec<Symbol>>
 }
 
 /// Unknowns, and what is in the equations that they are found from once the stages before are known.
-struct Stage {
+struct SolutionStage {
     unknowns: Vec<Symbol>,
     terms: BTreeSet<Symbol>,
 }
@@ -115,7 +115,7 @@ fn driven_stages(
     equations: &Equations,
     blocks: &[Block],
     reactions: Option<(Vec<Vec<Symbol>>, Vec<Symbol>)>,
-) -> Vec<Stage> {
+) -> Vec<SolutionStage> {
     let whole = [Block {
         rows: (0..equations.constraints.len() as u32).collect(),
         columns: (0..equations.coordinates.len() as u32).collect(),
@@ -125,18 +125,18 @@ fn driven_stages(
     let motion = motion.map(|(order, block)| {
         let unknowns = block.columns.iter().map(|&column| Symbol::Coordinate(column as usize, order)).collect();
         let rows = block.rows.iter().map(|&row| &equations.constraints[row as usize]);
-        Stage { unknowns, terms: rows.flat_map(|row| terms(&equations.system.arena, row, order)).collect() }
+        SolutionStage { unknowns, terms: rows.flat_map(|row| terms(&equations.system.arena, row, order)).collect() }
     });
     if let Some((columns, laws)) = reactions.as_ref().filter(|(_, laws)| !laws.is_empty()) {
         let unknowns = (0..equations.constraints.len()).map(Symbol::Reaction).collect();
         let terms = columns.iter().flatten().chain(laws).copied().collect();
-        return motion.chain([Stage { unknowns, terms }]).collect();
+        return motion.chain([SolutionStage { unknowns, terms }]).collect();
     }
     let efforts = reactions.iter().flat_map(|(columns, _)| {
         blocks.iter().rev().map(move |block| {
             let unknowns = block.rows.iter().map(|&row| Symbol::Reaction(row as usize)).collect();
             let terms = block.columns.iter().flat_map(|&column| columns[column as usize].iter().copied()).collect();
-            Stage { unknowns, terms }
+            SolutionStage { unknowns, terms }
         })
     });
     motion.chain(efforts).collect()
@@ -199,7 +199,7 @@ impl Sources {
         Sources { places, everything: given.iter().map(|(place, _)| *place).collect(), most: LISTED }
     }
 
-    fn add_stage(&mut self, stage: &Stage) {
+    fn add_stage(&mut self, stage: &SolutionStage) {
         let behind = self.behind(&stage.terms);
         self.places.extend(stage.unknowns.iter().map(|&unknown| (unknown, behind.clone())));
     }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::expr::{Arena, Expr, Node, Symbol};
+use crate::expr::{Arena, Expr, ExprNode, Symbol};
 
 struct Sets {
     sets: Vec<Arc<[usize]>>,
@@ -29,7 +29,7 @@ pub(crate) fn dependency_sets(
     let mut found = vec![NONE; roots.iter().map(|root| root.index() + 1).max().unwrap_or(0)];
     for expr in arena.reachable(roots.iter().copied()) {
         found[expr.index()] = match arena.node(expr) {
-            Node::Symbol(symbol) => places(symbol).map_or(NONE, |places| sets.own(places)),
+            ExprNode::Symbol(symbol) => places(symbol).map_or(NONE, |places| sets.own(places)),
             node => node.operands().fold(NONE, |set, operand| sets.union(set, found[operand.index()])),
         };
     }

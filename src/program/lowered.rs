@@ -18,15 +18,16 @@ use super::dependencies::Moving;
 use super::initial::{Conditions, Settable, conditions, listed, settable};
 use super::instants::InstantKernels;
 use super::kernels::Kernels;
-use super::table::Table;
+use super::table::VariableTable;
 use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
-use crate::expr::{Arena, Expr, Node, Order, Symbol};
+use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
 use crate::network::{Held, Origin};
 use crate::solve::{
-    Block, Incidence, Levels, Loops, Obstacle, Shared, Solution, SolveTree, blocks, least_norm, solve_tree, typical,
+    Block, Incidence, LevelSolution, Levels, Loops, Obstacle, Shared, SolveTree, blocks, least_norm, solve_tree,
+    typical,
 };
 use crate::tape::{Assembler, layout};
 
@@ -38,7 +39,7 @@ const MOST_IMPLICIT: usize = 500;
 pub struct Lowered {
     /// Its GUID is still to be set.
     pub program: Program,
-    pub table: Table,
+    pub table: VariableTable,
     /// Accelerations and reactions as expressions; empty where drivers determine the motion.
     pub solved: Vec<Expr>,
     /// Which loop equations determine which coordinates, in the order of their solution; empty unless drivers determine the motion.
@@ -116,7 +117,7 @@ pub fn positions(equations: &mut Equations, length: f64) -> Program {
     let role = |(own, presses): (&Row, &bool)| if own.is_trivial() || *presses { Role::LeftOut } else { Role::Imposed };
     let roles: Vec<Role> = equations.constraints.iter().zip(&presses).map(role).collect();
     let kernels = PositionKernels::new(equations, length);
-    assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &Table::default())
+    assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &VariableTable::default())
 }
 
 /// The whole program; as many imposed loop equations as coordinates determine the motion. The poses are the start, and one where loop equations depend on each other only if they do in every pose.
@@ -140,7 +141,7 @@ pub fn program(
         let constraints = equations.constraints.len();
         let levels = Levels::new(equations, |arena, column| solver.response(arena, column, constraints));
         let without = solver.motion(&mut equations.system.arena, equations.constraints.len());
-        let Solution { mut values, locks } = levels.solve(&mut equations.system.arena, without, false);
+        let LevelSolution { mut values, locks } = levels.solve(&mut equations.system.arena, without, false);
         let locks = if equations.rubs_dry() {
             locks
         } else {
@@ -183,7 +184,7 @@ pub fn program(
         moving.read_the_motion(equations);
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
-    let table = Table::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
+    let table = VariableTable::new(equations, outputs, kinematic, &Moving { solved: &moving.solved, blocks: &blocks });
     moving.outputs.clone_from(&table.results);
     moving.instants = InstantKernels::new(equations);
     if kinematic {
@@ -374,7 +375,7 @@ fn balanced(equations: &mut Equations, loops: &Loops, accelerations: &[Expr]) ->
         return without;
     }
     let arena = &mut equations.system.arena;
-    let Solution { mut values, locks } = levels.solve(arena, [accelerations, &without].concat(), false);
+    let LevelSolution { mut values, locks } = levels.solve(arena, [accelerations, &without].concat(), false);
     unknown_unless(arena, &mut values[first..], &locks);
     values.split_off(first)
 }
@@ -403,7 +404,7 @@ fn assemble(
     (length, roles): (f64, &[Role]),
     position: &PositionKernels,
     moving: &MotionKernels,
-    table: &Table,
+    table: &VariableTable,
 ) -> Program {
     let mechanism = &*equations.system.mechanism.clone();
     let starts = settable(equations);
@@ -628,7 +629,7 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
     let masked = rows.filter(|(_, (_, role))| **role == Role::OneSided).filter_map(|(index, (row, _))| {
-        let Node::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
+        let ExprNode::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
         else {
             return None;
         };

@@ -16,5 +16,5 @@ mod variable;
 pub(crate) use dependencies::LISTED;
 pub use initial::{Conditions, conditions};
 pub use lowered::{Lowered, positions, program};
-pub use table::{Of, Table, TableRow};
-pub use variable::{Causality, ScalarVariable, Start, Type, Variability};
+pub use table::{Of, TableRow, VariableTable};
+pub use variable::{Causality, ScalarVariable, StartValue, Type, Variability};

@@ -6,7 +6,7 @@ use cotree_fmu::program::{self, Source};
 
 use super::dependencies::{self, Moving};
 use super::initial::{Given, settable};
-use super::variable::{Causality, ScalarVariable, Start, Variability};
+use super::variable::{Causality, ScalarVariable, StartValue, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{
@@ -58,15 +58,15 @@ impl TableRow {
 
 /// All variables, and the expressions of those that need a kernel.
 #[derive(Clone, Debug, Default)]
-pub struct Table {
+pub struct VariableTable {
     pub rows: Vec<TableRow>,
     pub results: Vec<Expr>,
     places: HashMap<Expr, usize>,
 }
 
-impl Table {
-    pub(crate) fn new(equations: &mut Equations, outputs: &[Output], driven: bool, moving: &Moving) -> Table {
-        let mut table = Table::default();
+impl VariableTable {
+    pub(crate) fn new(equations: &mut Equations, outputs: &[Output], driven: bool, moving: &Moving) -> VariableTable {
+        let mut table = VariableTable::default();
         table.add_parameters_and_inputs(equations);
         let members = coordinate_members(equations);
         table.add_outputs(equations, outputs, &members);
@@ -222,8 +222,8 @@ impl Table {
             let Some(place) = place else { continue };
             self.rows[place].initial = Some((mechanism.parameters.len() + index) as u32);
             self.rows[place].variable.start = Some(match settable.given.is_known(mechanism) {
-                true => Start::Exact(settable.value),
-                false => Start::Approximate(settable.value),
+                true => StartValue::Exact(settable.value),
+                false => StartValue::Approximate(settable.value),
             });
         }
     }
@@ -261,7 +261,7 @@ fn described(kind: &str, name: &str, own: &str) -> String {
 
 /// q, v and a of every coordinate; every state and its rate.
 fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
-    let mut table = Table::default();
+    let mut table = VariableTable::default();
     for (index, coordinate) in equations.coordinates.clone().into_iter().enumerate() {
         let kind = if coordinate.angular { Unit::angle() } else { Unit::length() };
         let [rate, acceleration] = [kind.per_second(), kind.per_second().per_second()];

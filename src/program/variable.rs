@@ -20,7 +20,7 @@ pub struct ScalarVariable {
     /// When its value may change.
     pub variability: Variability,
     /// Its initial value, if it is calculated and that can be set.
-    pub start: Option<Start>,
+    pub start: Option<StartValue>,
     /// Index of the variable whose derivative it is.
     pub derivative_of: Option<usize>,
     /// For a derivative, the place of its state among the states.
@@ -56,7 +56,7 @@ pub enum Variability {
 
 /// The initial value of a calculated variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Start {
+pub enum StartValue {
     /// It holds.
     Exact(f64),
     /// A guess that picks the assembly.

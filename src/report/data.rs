@@ -51,7 +51,7 @@ pub struct Table {
 pub enum Cell {
     Text(String),
     /// A value in an SI unit, and how accurate it is; no number where there is none.
-    Number(f64, String, Accuracy),
+    Number(f64, String, ReliableDigits),
     /// The name of an SI unit, as it is shown.
     Unit(String),
     /// A name with its SI unit: `time [ms]`.
@@ -62,7 +62,7 @@ pub enum Cell {
 
 /// Which digits of a number say something.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Accuracy {
+pub enum ReliableDigits {
     /// Six; none if it is small beside the largest in its unit.
     Beside,
     /// Six; none up to this.
@@ -73,12 +73,12 @@ pub enum Accuracy {
 
 /// A number in an SI unit.
 pub fn number(value: f64, si: &str) -> Cell {
-    Cell::Number(value, si.to_owned(), Accuracy::Beside)
+    Cell::Number(value, si.to_owned(), ReliableDigits::Beside)
 }
 
 /// A number without unit that is zero up to this noise.
 pub fn plain(value: f64, noise: f64) -> Cell {
-    number(value, "").within(Accuracy::Noise(noise))
+    number(value, "").within(ReliableDigits::Noise(noise))
 }
 
 pub fn unit(si: &str) -> Cell {
@@ -92,7 +92,7 @@ pub fn named(name: impl Display, si: &str) -> Cell {
 impl Cell {
     /// A number as accurate as this.
     #[must_use]
-    pub fn within(self, accuracy: Accuracy) -> Cell {
+    pub fn within(self, accuracy: ReliableDigits) -> Cell {
         if let Cell::Number(value, si, _) = self { Cell::Number(value, si, accuracy) } else { self }
     }
 }
@@ -155,14 +155,14 @@ impl Report {
     pub fn text(&self, units: &Units) -> String {
         let mut largest: HashMap<&str, f64> = HashMap::new();
         for cell in self.tables.iter().flat_map(|table| &table.rows).flatten() {
-            if let Cell::Number(value, si, Accuracy::Beside) = cell
+            if let Cell::Number(value, si, ReliableDigits::Beside) = cell
                 && value.is_finite()
             {
                 let most = largest.entry(si).or_default();
                 *most = most.max(value.abs());
             }
         }
-        let writer = Writer { units, largest, noise: self.noise.max(ROUNDING), indent: self.indent };
+        let writer = ReportWriter { units, largest, noise: self.noise.max(ROUNDING), indent: self.indent };
         let lines = |lines: &[Cell]| lines.iter().map(|line| writer.cell(line) + "\n").collect::<String>();
         let tables: String = self.tables.iter().map(|table| writer.table(table)).collect();
         (lines(&self.title) + &tables + &lines(&self.notes)).trim_start_matches('\n').to_owned()
@@ -173,7 +173,7 @@ impl Report {
         let rows = || std::iter::once(&self.sheet.columns).chain(&self.sheet.rows);
         let names_units = rows().flatten().any(|cell| matches!(cell, Cell::Unit(_) | Cell::Named(..)));
         let units = if names_units { units } else { &Units::default() };
-        let writer = Writer { units, largest: HashMap::new(), noise: 0.0, indent: "" };
+        let writer = ReportWriter { units, largest: HashMap::new(), noise: 0.0, indent: "" };
         let exact = |cell: &Cell| match cell {
             Cell::Number(value, ..) if value.is_nan() => String::new(),
             Cell::Number(value, si, _) => format!("{:?}", value / composed(units, si).factor),
@@ -188,7 +188,7 @@ impl Report {
     }
 }
 
-struct Writer<'r> {
+struct ReportWriter<'r> {
     units: &'r Units,
     /// The largest number of the tables in each unit.
     largest: HashMap<&'r str, f64>,
@@ -196,7 +196,7 @@ struct Writer<'r> {
     indent: &'static str,
 }
 
-impl Writer<'_> {
+impl ReportWriter<'_> {
     fn cell(&self, cell: &Cell) -> String {
         match cell {
             Cell::Text(text) => text.clone(),
@@ -213,14 +213,14 @@ impl Writer<'_> {
         format!("{} {unit}", self.cell(part)).trim_end().to_owned()
     }
 
-    fn number(&self, value: f64, si: &str, accuracy: Accuracy) -> String {
+    fn number(&self, value: f64, si: &str, accuracy: ReliableDigits) -> String {
         let factor = composed(self.units, si).factor;
         let up_to = |noise: f64| typeset::number(value / factor, noise / factor);
         match accuracy {
             _ if value.is_nan() => "-".to_owned(),
-            Accuracy::Beside => up_to(self.noise * self.largest(si)),
-            Accuracy::Noise(noise) => up_to(noise),
-            Accuracy::Error(error) => typeset::measured(value / factor, Some(error / factor)),
+            ReliableDigits::Beside => up_to(self.noise * self.largest(si)),
+            ReliableDigits::Noise(noise) => up_to(noise),
+            ReliableDigits::Error(error) => typeset::measured(value / factor, Some(error / factor)),
         }
     }
 

@@ -6,7 +6,8 @@ use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::{Engine, Source};
 
 use super::summary::{
-    Coordinate, Count, Counts, Integrated, Joint, Modes, SeriesSystem, SolveTree, Summary, Tree, Trees,
+    CoordinateSummary, Count, Counts, GraphKind, Integrated, JointSummary, ModesSummary, SeriesSystem,
+    SolveTreeSummary, Summary, TreesSummary,
 };
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
@@ -45,7 +46,7 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             .map(|&index| owner(index))
             .collect(),
         blocks: blocks(&formulated.lowered),
-        trees: Trees {
+        trees: TreesSummary {
             translation: names(own, &own.trees.translation.branches),
             rotation: names(own, &own.trees.rotation.branches),
         },
@@ -98,37 +99,37 @@ fn blocks(lowered: &Lowered) -> Vec<Vec<String>> {
     lowered.blocks.iter().map(names).collect()
 }
 
-fn solve_tree(own: &Equations, tree: &crate::solve::SolveTree) -> SolveTree {
+fn solve_tree(own: &Equations, tree: &crate::solve::SolveTree) -> SolveTreeSummary {
     let before: HashSet<ElementId> = own.trees.translation.branches.iter().copied().collect();
     let added = tree.trees.translation.branches.iter().filter(|id| !before.contains(id));
     let bodies = added.map(|&id| own.system.element(id).name.clone()).collect();
     let saving = |branch_cost: crate::tape::Cost| 1.0 - tree.cost.nanoseconds() / branch_cost.nanoseconds();
-    SolveTree { bodies, saving: tree.branch_cost.map(saving) }
+    SolveTreeSummary { bodies, saving: tree.branch_cost.map(saving) }
 }
 
 /// The modes of everything that has some.
-fn modes(equations: &Equations) -> Vec<Modes> {
+fn modes(equations: &Equations) -> Vec<ModesSummary> {
     let all = equations.system.mechanism.unilaterals.iter().enumerate();
     let of = |(index, own): (usize, &Unilateral)| {
         let modes = if equations.is_led(index) { vec!["slides as drivers say"] } else { own.modes() };
-        Modes { name: own.name.clone(), modes }
+        ModesSummary { name: own.name.clone(), modes }
     };
     all.map(of).collect()
 }
 
-fn describe_joint(mechanism: &Mechanism, joint: &Part) -> Joint {
+fn describe_joint(mechanism: &Mechanism, joint: &Part) -> JointSummary {
     let between = joint.between.map(|place| mechanism.place_name(place));
-    Joint { name: joint.name.clone(), kind: joint.component().name.to_string(), between }
+    JointSummary { name: joint.name.clone(), kind: joint.component().name.to_string(), between }
 }
 
-fn coordinates(equations: &Equations) -> Vec<Coordinate> {
+fn coordinates(equations: &Equations) -> Vec<CoordinateSummary> {
     let tree = |element: ElementId, angular: bool| {
         let rotation = equations.system.element(element).rotation.as_ref();
         let turns = angular && rotation.is_some_and(|row| matches!(row.angle, Angle::Free(_)));
-        if turns { Tree::Rotation } else { Tree::Translation }
+        if turns { GraphKind::Rotation } else { GraphKind::Translation }
     };
     let all = equations.coordinates.iter();
-    all.map(|q| Coordinate { name: q.name.position.clone(), tree: tree(q.element, q.angular) }).collect()
+    all.map(|q| CoordinateSummary { name: q.name.position.clone(), tree: tree(q.element, q.angular) }).collect()
 }
 
 fn names(equations: &Equations, branches: &[ElementId]) -> Vec<String> {

@@ -45,7 +45,7 @@ pub struct Contents {
     pub experiment: Experiment,
     /// The platforms it runs on, with the size of their shared libraries \[bytes\].
     pub platforms: Vec<(String, u64)>,
-    pub variables: Vec<Variable>,
+    pub variables: Vec<InspectedVariable>,
     /// Size of the file \[bytes\].
     pub size: u64,
     /// The text of the scene it was made from, if that was a file.
@@ -54,7 +54,7 @@ pub struct Contents {
 
 /// A variable as the model description has it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Variable {
+pub struct InspectedVariable {
     pub name: String,
     /// `parameter`, `input`, `output`, `local` or `independent`.
     pub causality: String,
@@ -210,7 +210,7 @@ struct Header {
     tool: String,
     guid: String,
     interfaces: Vec<&'static str>,
-    variables: Vec<Variable>,
+    variables: Vec<InspectedVariable>,
 }
 
 impl Header {
@@ -268,13 +268,13 @@ impl Header {
 impl Header {
     fn add_variable<E>(&mut self, get: &impl Fn(&str) -> Result<Option<String>, E>) -> Result<(), E> {
         let text = |key: &str| get(key).map(Option::unwrap_or_default);
-        self.variables.push(Variable {
+        self.variables.push(InspectedVariable {
             name: text("name")?,
             causality: get("causality")?.unwrap_or_else(|| "local".into()),
             description: text("description")?,
             variability: text("variability")?,
             guess: text("initial")? == "approx",
-            ..Variable::default()
+            ..InspectedVariable::default()
         });
         self.add_values(get)
     }
@@ -288,7 +288,7 @@ impl Header {
     }
 }
 
-impl Variable {
+impl InspectedVariable {
     fn start(&self) -> String {
         let what = if self.guess { "guess" } else { "start" };
         self.start.as_ref().map(|start| format!("{what} {start}")).unwrap_or_default()
@@ -318,8 +318,9 @@ impl fmt::Display for Contents {
             cells!["size", kilobytes(self.size)],
             cells!["scene", scene],
         ]);
-        let variable =
-            |own: &Variable| cells![own.causality, own.name, own.unit, own.start(), own.remark(), own.description];
+        let variable = |own: &InspectedVariable| {
+            cells![own.causality, own.name, own.unit, own.start(), own.remark(), own.description]
+        };
         let table = |rows: Vec<Vec<String>>| {
             let rows = rows.iter().map(|row| row.iter().map(|cell| on_one_line(cell)).collect());
             aligned(&rows.collect::<Vec<_>>(), usize::MAX, "  ")

@@ -13,12 +13,12 @@ pub struct Statistics {
     /// First and last time.
     pub span: [f64; 2],
     /// A line for each variable.
-    pub variables: Vec<Figures>,
+    pub variables: Vec<VariableFigures>,
 }
 
 /// A variable in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Figures {
+pub struct VariableFigures {
     pub name: String,
     /// Its unit; empty if it has none.
     pub unit: String,
@@ -33,16 +33,24 @@ pub struct Figures {
     pub end: f64,
 }
 
-impl Figures {
+impl VariableFigures {
     /// The figures of a variable; none of nothing. Between its values it is taken as straight.
-    pub fn of(name: &str, unit: &str, times: &[f64], values: &[f64]) -> Option<Figures> {
+    pub fn of(name: &str, unit: &str, times: &[f64], values: &[f64]) -> Option<VariableFigures> {
         let mut points = times.iter().zip(values);
         let (&time, &value) = points.next()?;
         let mut seen = Accumulator::new(time, value);
         points.for_each(|(&time, &value)| seen.add(time, value));
         let Accumulator { min, max, end, .. } = seen;
         let [min, max] = [min, max].map(|(time, value)| [value, time]);
-        Some(Figures { name: name.into(), unit: unit.into(), min, max, mean: seen.mean(), rms: seen.rms(), end })
+        Some(VariableFigures {
+            name: name.into(),
+            unit: unit.into(),
+            min,
+            max,
+            mean: seen.mean(),
+            rms: seen.rms(),
+            end,
+        })
     }
 }
 
@@ -125,7 +133,7 @@ impl Accumulator {
 
 impl Statistics {
     pub fn report(&self) -> Report {
-        let row = |Figures { name, unit, min, max, mean, rms, end }: &Figures| {
+        let row = |VariableFigures { name, unit, min, max, mean, rms, end }: &VariableFigures| {
             let value = |value: f64| number(value, unit);
             let [[min, first], [max, then]] = [min, max].map(|[own, at]| [value(*own), number(*at, &self.time_unit)]);
             row![name, unit, min, first, max, then, value(*mean), value(*rms), value(*end)]
@@ -146,7 +154,7 @@ mod tests {
     fn a_sine_has_its_known_figures() {
         let times: Vec<f64> = (0..=4000).map(|index| f64::from(index) * 2.0 * PI / 4000.0).collect();
         let values: Vec<f64> = times.iter().map(|time| 1.0 + 2.0 * time.sin()).collect();
-        let figures = Figures::of("x", "m", &times, &values).unwrap();
+        let figures = VariableFigures::of("x", "m", &times, &values).unwrap();
         assert!((figures.max[0] - 3.0).abs() < 1e-12 && (figures.max[1] - 0.5 * PI).abs() < 1e-12, "{figures:?}");
         assert!((figures.min[0] + 1.0).abs() < 1e-12 && (figures.min[1] - 1.5 * PI).abs() < 1e-12, "{figures:?}");
         assert!((figures.mean - 1.0).abs() < 1e-12);
@@ -155,10 +163,10 @@ mod tests {
 
     #[test]
     fn steps_of_any_length_count_by_their_length() {
-        let figures = Figures::of("x", "", &[0.0, 1.0, 4.0], &[0.0, 2.0, 2.0]).unwrap();
+        let figures = VariableFigures::of("x", "", &[0.0, 1.0, 4.0], &[0.0, 2.0, 2.0]).unwrap();
         assert_eq!((figures.mean, figures.rms, figures.end), (7.0 / 4.0, ((4.0 / 3.0 + 12.0) / 4.0f64).sqrt(), 2.0));
-        let one = Figures::of("x", "", &[3.0], &[-2.0]).unwrap();
+        let one = VariableFigures::of("x", "", &[3.0], &[-2.0]).unwrap();
         assert_eq!((one.mean, one.rms, one.min), (-2.0, 2.0, [-2.0, 3.0]));
-        assert_eq!(Figures::of("x", "", &[], &[]), None);
+        assert_eq!(VariableFigures::of("x", "", &[], &[]), None);
     }
 }

@@ -14,7 +14,7 @@ pub struct Summary {
     /// One line; may be empty.
     pub description: String,
     pub bodies: Vec<String>,
-    pub joints: Vec<Joint>,
+    pub joints: Vec<JointSummary>,
     pub drivers: Vec<String>,
     pub loads: Vec<String>,
     pub parameters: Vec<String>,
@@ -29,25 +29,25 @@ pub struct Summary {
     pub solver: String,
     /// The systems that the methods integrate; none if the drivers determine the motion.
     pub integrated: Option<Integrated>,
-    pub coordinates: Vec<Coordinate>,
+    pub coordinates: Vec<CoordinateSummary>,
     /// The owners of the loop equations, one name for each equation.
     pub constraints: Vec<String>,
     /// What is held on one side only or sticks, and the modes of each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub modes: Vec<Modes>,
+    pub modes: Vec<ModesSummary>,
     /// What the redundant ones among them belong to.
     pub redundant: Vec<String>,
     /// If the drivers determine the motion: coordinates that are solved for together, in the order of solution.
     pub blocks: Vec<Vec<String>>,
-    pub trees: Trees,
+    pub trees: TreesSummary,
     pub counts: Counts,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
-    pub solve_tree: Option<SolveTree>,
+    pub solve_tree: Option<SolveTreeSummary>,
 }
 
 /// Something that holds in some of its modes only.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Modes {
+pub struct ModesSummary {
     /// Such as `guide.max`.
     pub name: String,
     /// Such as `open` and `closed`.
@@ -74,7 +74,7 @@ pub struct SeriesSystem {
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Joint {
+pub struct JointSummary {
     pub name: String,
     /// `revolute`, `prismatic` or `weld`.
     #[serde(rename = "type")]
@@ -83,28 +83,28 @@ pub struct Joint {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Coordinate {
+pub struct CoordinateSummary {
     /// Its name, such as `crank.angle`.
     pub name: String,
-    pub tree: Tree,
+    pub tree: GraphKind,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Tree {
+pub enum GraphKind {
     Translation,
     Rotation,
 }
 
 /// Branches of the trees, by the names of their elements; rigid arms are left out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Trees {
+pub struct TreesSummary {
     pub translation: Vec<String>,
     pub rotation: Vec<String>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct SolveTree {
+pub struct SolveTreeSummary {
     /// Bodies that are branches of its translational tree, but not of that of the coordinates.
     pub bodies: Vec<String>,
     /// The share of the cost that it saves by the cost model; `None` if the mechanism is too large to count.
@@ -160,7 +160,7 @@ impl fmt::Display for Summary {
 
 impl Summary {
     fn write_joints(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let row = |joint: &Joint| cells![joint.name, format!("{:<9}", joint.kind), joint.between.join(" - ")];
+        let row = |joint: &JointSummary| cells![joint.name, format!("{:<9}", joint.kind), joint.between.join(" - ")];
         let joints = aligned(&self.joints.iter().map(row).collect::<Vec<_>>(), usize::MAX, "");
         joints.lines().enumerate().try_for_each(|(index, joint)| match index {
             0 => line(f, "joints", self.joints.len(), joint),
@@ -169,7 +169,7 @@ impl Summary {
     }
 
     fn write_equations(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (tree, title) in [(Tree::Translation, "translation"), (Tree::Rotation, "rotation")] {
+        for (tree, title) in [(GraphKind::Translation, "translation"), (GraphKind::Rotation, "rotation")] {
             let names: Vec<&str> =
                 self.coordinates.iter().filter(|q| q.tree == tree).map(|q| q.name.as_str()).collect();
             list(f, title, &names)?;
@@ -260,12 +260,12 @@ mod tests {
     }
 
     fn slider_crank() -> Summary {
-        let joint = |name: &str, kind: &str, first: &str, second: &str| Joint {
+        let joint = |name: &str, kind: &str, first: &str, second: &str| JointSummary {
             name: name.into(),
             kind: kind.into(),
             between: [first.into(), second.into()],
         };
-        let coordinate = |name: &str| Coordinate { name: name.into(), tree: Tree::Rotation };
+        let coordinate = |name: &str| CoordinateSummary { name: name.into(), tree: GraphKind::Rotation };
         Summary {
             name: "slider_crank".into(),
             description: "McPhee 1998, Fig. 1".into(),
@@ -324,7 +324,7 @@ mod tests {
 
     #[test]
     fn what_a_solve_tree_saves_is_reported() {
-        let solve_tree = SolveTree { bodies: names(&["a", "b"]), saving: Some(0.336) };
+        let solve_tree = SolveTreeSummary { bodies: names(&["a", "b"]), saving: Some(0.336) };
         let text = Summary { solve_tree: Some(solve_tree), ..slider_crank() }.to_string();
         let reported: String = text.lines().rev().take(2).collect::<Vec<_>>().into_iter().rev().collect();
         assert_eq!(reported, "  solve tree: accelerations through 2 bodies as branches, 34 % cheaper");

@@ -1,13 +1,13 @@
 //! Gravity, the ground and the bodies.
 
 use super::context::Context;
-use super::parts::Reader;
+use super::parts::KeyReader;
 use super::{Resolver, UNKNOWN};
 use crate::component::body::KEYS;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::{ACCELERATION, LENGTH};
-use crate::model::{Body, Formula, Point, Value};
+use crate::model::{Body, Formula, KeyValue, Point};
 use crate::scene::decode::Fields;
 use crate::scene::key::names;
 use crate::scene::model as written;
@@ -58,13 +58,13 @@ impl Resolver<'_> {
             self.faults.points(points, &fields.name_of("points"));
         }
         let mut centre = None;
-        let reader = Reader { fields: &fields, user: &called, context: Context::Constant };
+        let reader = KeyReader { fields: &fields, user: &called, context: Context::Constant };
         for key in KEYS {
             match fields.get(key.name).and_then(|node| self.value_of(key, node, &reader)) {
-                Some(Value::Formula(mass)) if key.name == "mass" => body.mass = Some(mass),
-                Some(Value::Formula(inertia)) => body.inertia = Some(inertia),
-                Some(Value::Vector(at)) => centre = Some(at),
-                Some(Value::Switch(gravity)) => body.weightless = !gravity,
+                Some(KeyValue::Formula(mass)) if key.name == "mass" => body.mass = Some(mass),
+                Some(KeyValue::Formula(inertia)) => body.inertia = Some(inertia),
+                Some(KeyValue::Vector(at)) => centre = Some(at),
+                Some(KeyValue::Switch(gravity)) => body.weightless = !gravity,
                 _ => {}
             }
         }

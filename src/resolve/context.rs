@@ -6,7 +6,7 @@ use super::Resolver;
 use super::formulas::FACTOR;
 use super::names::{Named, one};
 use super::parameters::hertz;
-use super::signals::{Signal, variables};
+use super::signals::{ResolvedSignal, variables};
 use crate::component::Section;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
@@ -14,8 +14,8 @@ use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
 use crate::model::{Class, Exponents, Formula, InputId, JointId, LoadId, Owner, Quantity, Variable};
 use crate::scene::constant;
-use crate::scene::dimension::{self, Known};
-use crate::scene::expression::{self, Tree, TreeKind};
+use crate::scene::dimension::{self, KnownUnit};
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
 use crate::scene::unit::from_exponents;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +52,7 @@ struct Site<'a> {
 
 impl Resolver<'_> {
     /// Parses and resolves an expression; faults are reported.
-    pub(super) fn expression(&mut self, text: &Text, what: &str, context: Context) -> Option<(Formula, Known)> {
+    pub(super) fn expression(&mut self, text: &Text, what: &str, context: Context) -> Option<(Formula, KnownUnit)> {
         match expression::parse(text) {
             Ok(tree) => self.lower(&tree, Site { text, what, context }),
             Err(fault) => {
@@ -62,35 +62,35 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn constant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+    pub(super) fn constant_tree(&mut self, tree: &SyntaxTree, text: &Text, what: &str) -> Option<(Formula, KnownUnit)> {
         self.lower(tree, Site { text, what, context: Context::Constant })
     }
 
-    pub(super) fn law_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+    pub(super) fn law_tree(&mut self, tree: &SyntaxTree, text: &Text, what: &str) -> Option<(Formula, KnownUnit)> {
         self.lower(tree, Site { text, what, context: Context::Output })
     }
 
-    fn lower(&mut self, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower(&mut self, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         match &tree.kind {
-            TreeKind::Number(number) => Some((Formula::Number(*number), Known::Number)),
-            TreeKind::Measure(value, unit) => {
+            SyntaxKind::Number(number) => Some((Formula::Number(*number), KnownUnit::Number)),
+            SyntaxKind::Measure(value, unit) => {
                 let written = site.text.text.get(tree.start..tree.end).unwrap_or_default();
                 let hertz = hertz(Some(unit), None, Some(&written.into()));
-                Some((Formula::Number(*value), Known::written(unit.exponents).in_hertz(hertz)))
+                Some((Formula::Number(*value), KnownUnit::written(unit.exponents).in_hertz(hertz)))
             }
-            TreeKind::Name(name) => self.lower_name(name, tree, site),
-            TreeKind::New(name) => {
+            SyntaxKind::Name(name) => self.lower_name(name, tree, site),
+            SyntaxKind::New(name) => {
                 let sampler = if let Context::Instant(sampler) = site.context { sampler } else { None };
                 let name = Text::new(name.as_str(), site.text.part(tree.start, tree.end));
                 self.new_value(&name, sampler, site.what)
             }
-            TreeKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
-            TreeKind::Table(lookup, file, argument) => {
+            SyntaxKind::Call(function, arguments) => self.lower_call(*function, arguments, tree, site),
+            SyntaxKind::Table(lookup, file, argument) => {
                 let argument = self.lower(argument, site)?;
                 let place = site.text.part(tree.start, tree.end);
                 self.lookup(*lookup, file, argument, (site.what, place))
             }
-            TreeKind::If(comparison, parts) => {
+            SyntaxKind::If(comparison, parts) => {
                 let lowered = [0, 1, 2, 3].map(|index| self.lower(&parts[index], site));
                 let [Some((a, a_unit)), Some((b, b_unit)), Some((then, then_unit)), Some((other, other_unit))] =
                     lowered
@@ -107,13 +107,13 @@ impl Resolver<'_> {
     fn lower_call(
         &mut self,
         function: Function,
-        arguments: &[Tree],
-        tree: &Tree,
+        arguments: &[SyntaxTree],
+        tree: &SyntaxTree,
         site: Site<'_>,
-    ) -> Option<(Formula, Known)> {
-        let lowered: Vec<Option<(Formula, Known)>> =
+    ) -> Option<(Formula, KnownUnit)> {
+        let lowered: Vec<Option<(Formula, KnownUnit)>> =
             arguments.iter().map(|argument| self.lower(argument, site)).collect();
-        let (formulas, units): (Vec<Formula>, Vec<Known>) = lowered.into_iter().collect::<Option<_>>()?;
+        let (formulas, units): (Vec<Formula>, Vec<KnownUnit>) = lowered.into_iter().collect::<Option<_>>()?;
         let known = match (function, &units[..]) {
             (Function::One(Unary::Negate), [unit]) => *unit,
             (Function::Two(Binary::Add), [a, b]) => self.join(*a, *b, "added to", tree, site),
@@ -134,8 +134,8 @@ impl Resolver<'_> {
     }
 
     /// The unit of a function's value, given those of its arguments.
-    fn returned(&mut self, function: Function, units: &[Known], tree: &Tree, site: Site<'_>) -> Known {
-        let mut known = Known::Number;
+    fn returned(&mut self, function: Function, units: &[KnownUnit], tree: &SyntaxTree, site: Site<'_>) -> KnownUnit {
+        let mut known = KnownUnit::Number;
         for unit in units {
             known = self.join(known, *unit, "used together with", tree, site);
         }
@@ -158,7 +158,7 @@ impl Resolver<'_> {
     }
 
     /// The common unit of two values; a fault if they have none.
-    fn join(&mut self, a: Known, b: Known, how: &str, tree: &Tree, site: Site<'_>) -> Known {
+    fn join(&mut self, a: KnownUnit, b: KnownUnit, how: &str, tree: &SyntaxTree, site: Site<'_>) -> KnownUnit {
         dimension::join(a, b).unwrap_or_else(|(a, b)| {
             let (first, second) = if how == "added to" || how == "subtracted from" { (b, a) } else { (a, b) };
             self.faults.push(
@@ -175,11 +175,11 @@ impl Resolver<'_> {
                 .label(format!("{} and {}", unit_name(a), unit_name(b)))
                 .help("check the units of the parameters and the places of the parentheses"),
             );
-            Known::Nothing
+            KnownUnit::Nothing
         })
     }
 
-    fn lower_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_name(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let own = self.own_variable(name, site.context);
         match self.named(name) {
             Some(named) if named.is_number() && own.is_some() => self.refuse(
@@ -198,7 +198,7 @@ impl Resolver<'_> {
                 let meaning = &self.parameters[index];
                 // What it cannot be calculated from has its fault already.
                 let is_unknown = constant::number(&meaning.formula).is_some_and(f64::is_nan);
-                let known = Known::constant(meaning.unit).in_hertz(meaning.hertz);
+                let known = KnownUnit::constant(meaning.unit).in_hertz(meaning.hertz);
                 (!is_unknown).then(|| (meaning.formula.clone(), known))
             }
             Some(Named::Input(_)) if site.context.is_constant() => {
@@ -208,7 +208,7 @@ impl Resolver<'_> {
                 self.used_inputs.insert(id);
                 let unit = self.input_units.get(id.0).copied().flatten();
                 let (exponents, hertz) = unit.unzip();
-                Some((Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
+                Some((Formula::Input(id), KnownUnit::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
             Some(Named::State(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the state `{name}`"), tree, site)
@@ -220,7 +220,7 @@ impl Resolver<'_> {
                 self.used_states.insert(id);
                 let unit = self.state_units.get(id.0).copied().flatten();
                 let (exponents, hertz) = unit.unzip();
-                Some((Formula::State(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0))))
+                Some((Formula::State(id), KnownUnit::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
             Some(Named::Held(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the sampled value `{name}`"), tree, site)
@@ -234,11 +234,11 @@ impl Resolver<'_> {
             Some(Named::Held(id)) => Some(self.held_value(id)),
             Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
             _ => match (name, own) {
-                ("pi", _) => Some((Formula::Number(PI), Known::Number)),
+                ("pi", _) => Some((Formula::Number(PI), KnownUnit::Number)),
                 ("t" | "time", _) if site.context.is_constant() => {
                     self.not_constant(&format!("the time `{name}`"), tree, site)
                 }
-                ("t" | "time", _) => Some((Formula::Time, Known::moving(Some(Exponents::SECOND)))),
+                ("t" | "time", _) => Some((Formula::Time, KnownUnit::moving(Some(Exponents::SECOND)))),
                 (_, Some(own)) => self.seen_there(own, tree, site),
                 _ if self.scene.event_of_time(name).is_some() => self.lower_event_time(name, tree, site),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
@@ -247,14 +247,14 @@ impl Resolver<'_> {
         }
     }
 
-    fn held_value(&mut self, id: InputId) -> (Formula, Known) {
+    fn held_value(&mut self, id: InputId) -> (Formula, KnownUnit) {
         self.used_inputs.insert(id);
         let (exponents, hertz) = self.input_units.get(id.0).copied().flatten().unzip();
-        (Formula::Input(id), Known::moving(exponents).in_hertz(hertz.unwrap_or(0)))
+        (Formula::Input(id), KnownUnit::moving(exponents).in_hertz(hertz.unwrap_or(0)))
     }
 
     /// When an event happened last.
-    fn lower_event_time(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_event_time(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let (_, id) = self.scene.event_of_time(name)?;
         match site.context {
             _ if site.context.is_constant() => self.not_constant(&format!("`{name}`"), tree, site),
@@ -277,19 +277,19 @@ impl Resolver<'_> {
         (state, held)
     }
 
-    fn refuse_held(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn refuse_held(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let message = format!("{} depends on {used}, which begins at the same time", site.what);
         let help = "use parameters, inputs, and positions, velocities and states at the start";
         self.refuse("scene::begin_depends", message, help, (tree, site))
     }
 
     /// One side of a comparison of an event.
-    pub(super) fn instant_tree(&mut self, tree: &Tree, text: &Text, what: &str) -> Option<(Formula, Known)> {
+    pub(super) fn instant_tree(&mut self, tree: &SyntaxTree, text: &Text, what: &str) -> Option<(Formula, KnownUnit)> {
         self.lower(tree, Site { text, what, context: Context::Instant(None) })
     }
 
     /// The two sides of a comparison must have the same unit.
-    pub(super) fn must_compare(&mut self, left: Known, right: Known, text: &Text, what: &str) {
+    pub(super) fn must_compare(&mut self, left: KnownUnit, right: KnownUnit, text: &Text, what: &str) {
         if let Err((a, b)) = dimension::join(left, right) {
             let message =
                 format!("in {what}, a value in {} is compared with a value in {}", unit_name(a), unit_name(b));
@@ -310,7 +310,7 @@ impl Resolver<'_> {
         Some(Variable { owner, quantity })
     }
 
-    fn lower_variable(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_variable(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let text = Text::new(name, site.text.part(tree.start, tree.end));
         let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
         if site.context.is_constant() {
@@ -322,22 +322,28 @@ impl Resolver<'_> {
         }
     }
 
-    fn seen_there(&mut self, variable: Variable, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn seen_there(&mut self, variable: Variable, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let seen = self.seen(variable);
         if seen.is_none() {
             let help = "let it depend on variables of joints and springs only";
             self.refuse_place(site.what, site.text.part(tree.start, tree.end), help);
         }
-        Some((seen?, Known::moving(variable.quantity.measure().exponents)))
+        Some((seen?, KnownUnit::moving(variable.quantity.measure().exponents)))
     }
 
     /// What a signal is given by; what may not stand there may not come with it.
-    fn lower_signal(&mut self, index: usize, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn lower_signal(
+        &mut self,
+        index: usize,
+        name: &str,
+        tree: &SyntaxTree,
+        site: Site<'_>,
+    ) -> Option<(Formula, KnownUnit)> {
         self.used_signals.insert(index);
         if site.context.is_constant() {
             return self.not_constant(&format!("the signal `{name}`"), tree, site);
         }
-        let Signal { formula, known, .. } = self.signals[index].clone()?;
+        let ResolvedSignal { formula, known, .. } = self.signals[index].clone()?;
         let (state, held) = self.changing_in(&formula);
         let used = |kind: &str, own: String| format!("the {kind} `{own}` (in signal `{name}`)");
         match (site.context, state, held) {
@@ -363,7 +369,7 @@ impl Resolver<'_> {
         None
     }
 
-    fn not_constant(&mut self, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn not_constant(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let (message, help) = match site.context {
             Context::Curve(_) => (
                 format!("{} depends on the angle of its own part, but uses {used}", site.what),
@@ -378,7 +384,13 @@ impl Resolver<'_> {
     }
 
     /// A prescribed motion is differentiated twice: the rate of a state may depend on the motion, and held values jump.
-    fn refuse_in_driver(&mut self, kind: &str, used: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn refuse_in_driver(
+        &mut self,
+        kind: &str,
+        used: &str,
+        tree: &SyntaxTree,
+        site: Site<'_>,
+    ) -> Option<(Formula, KnownUnit)> {
         let message = format!("{} depends on {used}, but a prescribed motion cannot depend on a {kind}", site.what);
         let help = format!(
             "a driver may use the time `t`, parameters and inputs; let the {kind} act through a force or a torque"
@@ -391,15 +403,15 @@ impl Resolver<'_> {
         code: &'static str,
         message: String,
         help: &str,
-        at: (&Tree, Site<'_>),
-    ) -> Option<(Formula, Known)> {
+        at: (&SyntaxTree, Site<'_>),
+    ) -> Option<(Formula, KnownUnit)> {
         let (tree, site) = at;
         let span = site.text.part(tree.start, tree.end);
         self.faults.push(Fault::new(code, message, span).label("not here").help(help));
         None
     }
 
-    fn unknown_name(&mut self, name: &str, tree: &Tree, site: Site<'_>) -> Option<(Formula, Known)> {
+    fn unknown_name(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let span = site.text.part(tree.start, tree.end);
         if self.is_reported(&Text::new(name, span), name) {
             return None;
@@ -491,7 +503,7 @@ fn unit_name(exponents: Exponents) -> String {
 pub(crate) fn formula_of_numbers(text: &str) -> Option<Formula> {
     let scene = crate::scene::Scene::new("test");
     let mut faults = crate::diagnostic::fault::Sink::default();
-    let names = super::Names::collect(&scene, &mut faults);
+    let names = super::SceneNames::collect(&scene, &mut faults);
     let mut resolver = Resolver::new(&scene, names, &mut faults);
     resolver.expression(&Text::from(text), "test", Context::Constant).map(|(formula, _)| formula)
 }

@@ -4,7 +4,7 @@ use super::Resolver;
 use super::order::{Uses, sorted};
 use super::signals::{is_too_long, too_long, variables};
 use crate::component::Section;
-use crate::model::{Class, Dimension, Formula, LoadId, Owner, Part, Value, Variable};
+use crate::model::{Class, Dimension, Formula, KeyValue, LoadId, Owner, Part, Variable};
 use crate::scene::constant::negate;
 
 impl Resolver<'_> {
@@ -48,8 +48,8 @@ fn effort_of(variable: Variable) -> Option<LoadId> {
 /// What a load's keys say.
 fn laws(load: &Part) -> Vec<&Formula> {
     let formulas = load.values.iter().map(|(_, value)| match value {
-        Value::Formula(law) => std::slice::from_ref(law),
-        Value::Vector(both) => &both[..],
+        KeyValue::Formula(law) => std::slice::from_ref(law),
+        KeyValue::Vector(both) => &both[..],
         _ => &[],
     });
     formulas.flatten().collect()
@@ -57,8 +57,8 @@ fn laws(load: &Part) -> Vec<&Formula> {
 
 fn laws_mut(load: &mut Part) -> impl Iterator<Item = &mut Formula> {
     let formulas = load.values.iter_mut().map(|(_, value)| match value {
-        Value::Formula(law) => std::slice::from_mut(law),
-        Value::Vector(both) => &mut both[..],
+        KeyValue::Formula(law) => std::slice::from_mut(law),
+        KeyValue::Vector(both) => &mut both[..],
         _ => &mut [],
     });
     formulas.flatten()

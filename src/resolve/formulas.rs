@@ -15,10 +15,10 @@ use crate::model::measure::{
 };
 use crate::model::{Bound, Exponents, Formula, Range, Unit};
 use crate::scene::constant;
-use crate::scene::dimension::Known;
+use crate::scene::dimension::KnownUnit;
 use crate::scene::expression::shortened;
 use crate::scene::model::Vector;
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 use crate::scene::unit::from_exponents;
 use crate::typeset::counted;
 
@@ -130,11 +130,11 @@ impl Resolver<'_> {
         what: &str,
         wanted: &Wanted,
         context: Context,
-    ) -> (Formula, Option<Unit>, Known) {
+    ) -> (Formula, Option<Unit>, KnownUnit) {
         let text = match &quantity.value {
             Value::Number(number) => {
                 self.suspect_degrees(*number, what, wanted, quantity.span);
-                return (self.finite(*number, what, quantity.span), None, Known::Number);
+                return (self.finite(*number, what, quantity.span), None, KnownUnit::Number);
             }
             Value::Text(text) => Text::new(text.as_str(), quantity.span),
         };
@@ -143,26 +143,26 @@ impl Resolver<'_> {
                 Fault::new("scene::bad_expression", format!("{what} is empty"), quantity.span)
                     .label("a number, a number with a unit, or an expression is wanted"),
             );
-            return (UNKNOWN, None, Known::Nothing);
+            return (UNKNOWN, None, KnownUnit::Nothing);
         }
         match read(&text) {
             Err(fault) => {
                 self.faults.push(fault);
-                (UNKNOWN, None, Known::Nothing)
+                (UNKNOWN, None, KnownUnit::Nothing)
             }
-            Ok(Reading::Number(number)) => {
+            Ok(QuantityReading::Number(number)) => {
                 self.suspect_degrees(number, what, wanted, quantity.span);
-                (self.finite(number, what, quantity.span), None, Known::Number)
+                (self.finite(number, what, quantity.span), None, KnownUnit::Number)
             }
-            Ok(Reading::Measure(value, unit)) => {
+            Ok(QuantityReading::Measure(value, unit)) => {
                 self.check_measure(&unit, &text, what, wanted);
                 self.written_in.add(unit.clone());
-                let known = Known::constant(Some(unit.exponents));
+                let known = KnownUnit::constant(Some(unit.exponents));
                 (self.finite(value, what, quantity.span), Some(unit), known)
             }
-            Ok(Reading::Expression) => {
+            Ok(QuantityReading::Expression) => {
                 let Some((formula, known)) = self.expression(&text, what, context) else {
-                    return (UNKNOWN, None, Known::Nothing);
+                    return (UNKNOWN, None, KnownUnit::Nothing);
                 };
                 self.check_unit(known, what, wanted, quantity.span, context);
                 if !text.text.contains('[') {
@@ -172,7 +172,7 @@ impl Resolver<'_> {
                     Some(number) => self.finite(number, what, quantity.span),
                     None => formula,
                 };
-                if let (Formula::Parameter(_), Known::Nothing) = (&formula, known) {
+                if let (Formula::Parameter(_), KnownUnit::Nothing) = (&formula, known) {
                     self.suspect_degrees(self.value(&formula), what, wanted, quantity.span);
                 }
                 (formula, known.unit().map(from_exponents), known)
@@ -281,7 +281,7 @@ impl Resolver<'_> {
     }
 
     /// The unit of an expression against the wanted one. Where the time may occur, seconds pass: an angle of `t`.
-    pub(super) fn check_unit(&mut self, known: Known, what: &str, wanted: &Wanted, span: Span, context: Context) {
+    pub(super) fn check_unit(&mut self, known: KnownUnit, what: &str, wanted: &Wanted, span: Span, context: Context) {
         let (Some(exponents), Some(unit)) = (wanted.exponents, known.unit()) else {
             return;
         };

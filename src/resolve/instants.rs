@@ -12,13 +12,13 @@ use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, TIME};
 use crate::model::{Event, Formula, Held, HeldWhat, Input, InputId, LoadId, Owner, Range, Sampler, Unit};
 use crate::scene::constant;
-use crate::scene::dimension::Known;
+use crate::scene::dimension::KnownUnit;
 use crate::scene::expression::comparison;
 use crate::scene::model;
-use crate::scene::quantity::{Reading, Value, read};
+use crate::scene::quantity::{QuantityReading, Value, read};
 
 /// What the next value of a sampled value is.
-pub(super) type Next = Option<(Formula, Known)>;
+pub(super) type Next = Option<(Formula, KnownUnit)>;
 
 /// Next values of sampled values, as far as they are known.
 #[derive(Default)]
@@ -104,7 +104,7 @@ impl Resolver<'_> {
         // What moves is not known yet, and has no unit of its own.
         let measure = value.start.as_ref().filter(|start| match &start.value {
             Value::Number(_) => false,
-            Value::Text(text) => !matches!(read(&Text::from(text.as_str())), Ok(Reading::Expression) | Err(_)),
+            Value::Text(text) => !matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Expression) | Err(_)),
         });
         let own = measure.and_then(|start| {
             let what = format!("`start` of sampled value `{}`", value.name.text);
@@ -171,7 +171,7 @@ impl Resolver<'_> {
         let (_, value) = scene.sampled_values().find(|(own, _)| *own == id)?;
         let Some(next) = &value.next else {
             let unit = self.input_units[id.0].map(|(exponents, _)| exponents);
-            return Some((Formula::Input(id), Known::moving(unit)));
+            return Some((Formula::Input(id), KnownUnit::moving(unit)));
         };
         if let Some(first) = self.nexts.pending.iter().position(|own| *own == id) {
             self.refuse_circle_of_news(first);
@@ -207,12 +207,12 @@ impl Resolver<'_> {
         id: InputId,
         what: &str,
         context: Context,
-    ) -> (Formula, Known) {
+    ) -> (Formula, KnownUnit) {
         let (formula, own, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
         let declared = self.held_units.get(&id).cloned();
-        self.must_agree(what, declared.as_ref(), own.as_ref().filter(|_| known != Known::Number), quantity.span);
+        self.must_agree(what, declared.as_ref(), own.as_ref().filter(|_| known != KnownUnit::Number), quantity.span);
         let factor = bare_factor(declared.as_ref(), quantity);
-        let known = declared.map_or(known, |unit| Known::moving(Some(unit.exponents)));
+        let known = declared.map_or(known, |unit| KnownUnit::moving(Some(unit.exponents)));
         (formula * Formula::Number(factor), known)
     }
 

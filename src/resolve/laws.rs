@@ -12,7 +12,7 @@ use crate::model::measure::{ANYTHING, LENGTH, NUMBER, Wanted};
 use crate::model::{Formula, Friction, InputId, Limits, Motion, Pressed, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::model::{InputAs, Vector};
 use crate::scene::quantity::Quantity;
 use crate::scene::unit::from_exponents;
@@ -40,7 +40,7 @@ impl Resolver<'_> {
     /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks.
     pub(super) fn friction(
         &mut self,
-        node: &Node,
+        node: &DocumentNode,
         what: &str,
         user: &str,
         ([level, speed], pressed): (&[Wanted; 2], Pressed),
@@ -124,7 +124,7 @@ impl Resolver<'_> {
     }
 
     /// `{ min = -0.1, max = 0.2, restitution = 0.5 }`
-    pub(super) fn stops(&mut self, node: &Node, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
+    pub(super) fn stops(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
         let fields = Fields::open(node, what, node.span, &["min", "max", "restitution"], self.faults)?;
         let of = |key: &str| format!("`{key}` of the limits of {user}");
         let mut quantity = |key: &str| match fields.get(key) {
@@ -140,7 +140,7 @@ impl Resolver<'_> {
     }
 
     /// `{ play = "0.5 deg", restitution = 0.4 }`: a relation that may be off by half of the play either way.
-    pub(super) fn play(&mut self, node: &Node, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
+    pub(super) fn play(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
         let fields = Fields::open(node, what, node.span, &["play", "restitution"], self.faults)?;
         let of = |key: &str| format!("`{key}` of the backlash of {user}");
         let play = self.faults.required_quantity(
@@ -158,7 +158,7 @@ impl Resolver<'_> {
     }
 
     /// `{ restitution = 0.4 }`: a relation that presses only.
-    pub(super) fn rebound(&mut self, node: &Node, what: &str, user: &str) -> Option<Limits> {
+    pub(super) fn rebound(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<Limits> {
         let fields = Fields::open(node, what, node.span, &["restitution"], self.faults)?;
         let of = format!("`restitution` of {user}");
         let restitution = match fields.get("restitution") {
@@ -201,7 +201,13 @@ impl Resolver<'_> {
     }
 
     /// An expression, or `{ input = "name", as = "position" | "velocity" | "acceleration" }`.
-    pub(super) fn motion(&mut self, node: &Node, key: &str, what: &str, wanted: &[Wanted; 3]) -> Option<Motion> {
+    pub(super) fn motion(
+        &mut self,
+        node: &DocumentNode,
+        key: &str,
+        what: &str,
+        wanted: &[Wanted; 3],
+    ) -> Option<Motion> {
         if !matches!(node.kind, Content::Table(_)) {
             let law = self.faults.quantity(node, what)?;
             return Some(Motion::Given(self.formula(&law, what, &wanted[0], Context::Driver)));

@@ -4,12 +4,12 @@ use crate::component::Section;
 use crate::component::body::KEYS as BODY;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::{LENGTH, Wanted};
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key};
 use crate::scene::model::{Parameter, Scene, Signal};
 use crate::scene::part::Part;
 use crate::scene::quantity::{Quantity, Value};
-use crate::scene::{Reading, read};
+use crate::scene::{QuantityReading, read};
 
 /// The same scene with parameters for what is written in it.
 #[derive(Clone, Debug)]
@@ -64,7 +64,7 @@ impl Scene {
         let mut loosening = Loosening { prefix, ..Loosening::default() };
         for point in scene.ground.iter_mut().filter(|point| point.within == 0) {
             for (component, axis) in point.at.components.iter_mut().zip(["x", "y"]) {
-                let mut node = Node::from(component.clone());
+                let mut node = DocumentNode::from(component.clone());
                 loosening.number(&mut node, LENGTH, format!("ground.{}.{axis}", point.name.text), true);
                 if let Content::Text(text) = node.kind {
                     component.value = Value::Text(text);
@@ -121,14 +121,14 @@ impl Loosening {
         }
     }
 
-    fn points(&mut self, node: &mut Node, owner: &str) {
+    fn points(&mut self, node: &mut DocumentNode, owner: &str) {
         let Content::Table(points) = &mut node.kind else { return };
         for (name, at) in points {
             self.vector(at, LENGTH, &format!("{owner}.{}", name.text));
         }
     }
 
-    fn vector(&mut self, node: &mut Node, wanted: Wanted, name: &str) {
+    fn vector(&mut self, node: &mut DocumentNode, wanted: Wanted, name: &str) {
         let Content::Array(components) = &mut node.kind else { return };
         for (component, axis) in components.iter_mut().zip(["x", "y"]) {
             self.number(component, wanted, format!("{name}.{axis}"), true);
@@ -136,7 +136,7 @@ impl Loosening {
     }
 
     /// A zero that is no coordinate says that something is not there: it stays.
-    fn number(&mut self, node: &mut Node, wanted: Wanted, name: String, even_zero: bool) {
+    fn number(&mut self, node: &mut DocumentNode, wanted: Wanted, name: String, even_zero: bool) {
         let Some((value, number, bare)) = plain(node) else { return self.formula(node, wanted, name) };
         if number == 0.0 && !even_zero {
             return;
@@ -146,7 +146,7 @@ impl Loosening {
         node.kind = Content::Text(parameter);
     }
 
-    fn formula(&mut self, node: &Node, wanted: Wanted, name: String) {
+    fn formula(&mut self, node: &DocumentNode, wanted: Wanted, name: String) {
         if let (Some(Text { text, .. }), true) = (node.text(), wanted.si == LENGTH.si) {
             let output = format!("{}formula{}", self.prefix, self.formulas.len());
             self.outputs.push(Signal { name: Text::from(output.as_str()), ..Signal::new(text.as_str()) });
@@ -154,12 +154,12 @@ impl Loosening {
         }
     }
 
-    fn law_of_two(&mut self, node: &mut Node, wanted: Wanted, driver: &str) {
+    fn law_of_two(&mut self, node: &mut DocumentNode, wanted: Wanted, driver: &str) {
         let Content::Array(components) = &mut node.kind else { return };
         components.iter_mut().for_each(|component| self.law(component, wanted, driver));
     }
 
-    fn law(&mut self, node: &mut Node, wanted: Wanted, driver: &str) {
+    fn law(&mut self, node: &mut DocumentNode, wanted: Wanted, driver: &str) {
         let law = match &node.kind {
             Content::Text(law) => law.clone(),
             Content::Number(law) => format!("{law:?}"),
@@ -182,7 +182,7 @@ impl Loosening {
     }
 
     /// An input that is the motion itself is its own law.
-    fn followed(&mut self, entries: &[(Text, Node)], driver: &str) {
+    fn followed(&mut self, entries: &[(Text, DocumentNode)], driver: &str) {
         let text = |key: &str| entries.iter().find(|(name, _)| name.text == key).and_then(|(_, node)| node.text());
         if let (Some(input), Some("position")) = (text("input"), text("as").as_ref().map(|own| own.text.as_str())) {
             let [parameter, output] = [input.text.clone(), input.text];
@@ -199,13 +199,13 @@ impl Loosening {
 }
 
 /// A number, with a unit or bare: what is written, its value, and whether it is bare.
-fn plain(node: &Node) -> Option<(Value, f64, bool)> {
+fn plain(node: &DocumentNode) -> Option<(Value, f64, bool)> {
     match &node.kind {
         Content::Number(number) => Some((Value::Number(*number), *number, true)),
         Content::Text(text) => match read(&Text::new(text.as_str(), node.span)).ok()? {
-            Reading::Number(number) => Some((Value::Number(number), number, true)),
-            Reading::Measure(number, _) => Some((Value::Text(text.clone()), number, false)),
-            Reading::Expression => None,
+            QuantityReading::Number(number) => Some((Value::Number(number), number, true)),
+            QuantityReading::Measure(number, _) => Some((Value::Text(text.clone()), number, false)),
+            QuantityReading::Expression => None,
         },
         Content::Table(_) | Content::Array(_) | Content::Boolean(_) | Content::Date | Content::Null => None,
     }

@@ -35,7 +35,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use self::names::Names;
+use self::names::SceneNames;
 use crate::component::{ALL, Room, Section};
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
@@ -100,7 +100,7 @@ impl Scene {
 
     /// The mechanism and what is asked of it, as far as they can be resolved; complete if there are no errors.
     fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> (Mechanism, Vec<Output>) {
-        let names = Names::collect(self, faults);
+        let names = SceneNames::collect(self, faults);
         let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
         let display = resolver.display();
@@ -160,7 +160,7 @@ impl Scene {
 
 struct Resolver<'s> {
     scene: &'s Scene,
-    names: Names<'s>,
+    names: SceneNames<'s>,
     faults: &'s mut Sink,
     /// Has a joint, driver or load been left out because of its faults?
     incomplete: bool,
@@ -179,7 +179,7 @@ struct Resolver<'s> {
     /// Next values of sampled values.
     nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.
-    signals: Vec<Option<signals::Signal>>,
+    signals: Vec<Option<signals::ResolvedSignal>>,
     /// What signals with a type bring.
     transfers: transfers::Transfers<'s>,
     /// The inputs that something follows or depends on.
@@ -207,7 +207,7 @@ struct Resolver<'s> {
 const UNKNOWN: Formula = Formula::Number(f64::NAN);
 
 impl<'s> Resolver<'s> {
-    fn new(scene: &'s Scene, names: Names<'s>, faults: &'s mut Sink) -> Self {
+    fn new(scene: &'s Scene, names: SceneNames<'s>, faults: &'s mut Sink) -> Self {
         Resolver {
             scene,
             names,

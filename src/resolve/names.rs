@@ -47,7 +47,7 @@ impl Named {
     }
 }
 
-pub(super) struct Names<'s> {
+pub(super) struct SceneNames<'s> {
     named: HashMap<&'s str, (Named, &'s Text)>,
     pub ground: HashMap<&'s str, usize>,
     pub points: Vec<HashMap<&'s str, usize>>,
@@ -55,8 +55,8 @@ pub(super) struct Names<'s> {
     broken: HashSet<&'s str>,
 }
 
-impl<'s> Names<'s> {
-    pub fn collect(scene: &'s Scene, faults: &mut Sink) -> Names<'s> {
+impl<'s> SceneNames<'s> {
+    pub fn collect(scene: &'s Scene, faults: &mut Sink) -> SceneNames<'s> {
         let parts =
             [(Section::Joints, &scene.joints), (Section::Drivers, &scene.drivers), (Section::Loads, &scene.loads)];
         let unknown = parts.into_iter().flat_map(|(section, parts)| {
@@ -64,7 +64,7 @@ impl<'s> Names<'s> {
         });
         let shapeless = scene.bodies.iter().filter(|body| !body.is_readable()).map(|body| body.name.text.as_str());
         let broken = scene.broken.iter().map(String::as_str).chain(unknown).chain(shapeless).collect();
-        let mut names = Names { named: HashMap::new(), ground: HashMap::new(), points: Vec::new(), broken };
+        let mut names = SceneNames { named: HashMap::new(), ground: HashMap::new(), points: Vec::new(), broken };
         names.ground = points(scene.ground.iter().map(|point| &point.name), "the ground", faults);
         names.points = scene
             .bodies

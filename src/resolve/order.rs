@@ -6,8 +6,8 @@ use super::Resolver;
 use super::names::Named;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
-use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 
 /// Which others each uses, by their places.
 pub(super) type Uses = BTreeMap<usize, BTreeSet<usize>>;
@@ -15,7 +15,7 @@ pub(super) type Uses = BTreeMap<usize, BTreeSet<usize>>;
 /// A value that is given by an expression.
 pub(super) struct Pending {
     pub text: Text,
-    pub tree: Tree,
+    pub tree: SyntaxTree,
 }
 
 impl Resolver<'_> {
@@ -63,17 +63,17 @@ fn parsed(quantity: &Quantity) -> Option<Pending> {
         return None;
     };
     let text = Text::new(text.as_str(), quantity.span);
-    if !matches!(read(&text), Ok(Reading::Expression)) {
+    if !matches!(read(&text), Ok(QuantityReading::Expression)) {
         return None;
     }
     let tree = expression::parse(&text).ok()?;
     Some(Pending { text, tree })
 }
 
-impl Tree {
+impl SyntaxTree {
     fn visit_names(&self, visit: &mut dyn FnMut(&str)) {
         match &self.kind {
-            TreeKind::Name(name) => visit(name),
+            SyntaxKind::Name(name) => visit(name),
             kind => kind.parts().iter().for_each(|part| part.visit_names(visit)),
         }
     }

@@ -5,12 +5,12 @@ use std::collections::HashSet;
 use super::Resolver;
 use super::context::Context;
 use super::names::{Named, check_identifier};
-use super::signals::Signal;
+use super::signals::ResolvedSignal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, InputId, Output, StateId, Unit};
-use crate::scene::dimension::Known;
+use crate::scene::dimension::KnownUnit;
 use crate::scene::quantity::Quantity;
 use crate::scene::{Asked, model};
 
@@ -96,13 +96,13 @@ impl Resolver<'_> {
 
     fn signal_output(&mut self, index: usize, span: Span) -> Option<Output> {
         self.used_signals.insert(index);
-        let Signal { formula, known, unit } = self.signals[index].clone()?;
+        let ResolvedSignal { formula, known, unit } = self.signals[index].clone()?;
         let own = &self.scene.signals[index];
         let description = own.description.as_ref().map(|text| text.text.clone());
         Some(Output {
             name: own.name.text.clone(),
             description: description.unwrap_or_else(|| Resolver::wording_of_signal(own)),
-            is_open: unit.is_none() && known != Known::Number,
+            is_open: unit.is_none() && known != KnownUnit::Number,
             unit: unit.unwrap_or_default(),
             value: formula,
             span,
@@ -132,7 +132,7 @@ impl Resolver<'_> {
         Output {
             name: name.text.clone(),
             description: described(description.as_ref(), value),
-            is_open: declared.is_none() && own.is_none() && known != Known::Number,
+            is_open: declared.is_none() && own.is_none() && known != KnownUnit::Number,
             unit: declared.or(own).unwrap_or_default(),
             value: formula,
             span: name.span,

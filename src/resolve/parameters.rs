@@ -7,7 +7,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
 use crate::model::{Calculated, Formula, Input, Parameter, Unit};
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 use crate::scene::unit;
 
 impl Resolver<'_> {
@@ -167,7 +167,7 @@ pub(super) fn bare_factor(declared: Option<&Unit>, quantity: &Quantity) -> f64 {
 fn is_bare(quantity: &Quantity) -> bool {
     match &quantity.value {
         Value::Number(_) => true,
-        Value::Text(text) => matches!(read(&Text::from(text.as_str())), Ok(Reading::Number(_))),
+        Value::Text(text) => matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Number(_))),
     }
 }
 
@@ -175,7 +175,7 @@ fn is_bare(quantity: &Quantity) -> bool {
 pub(super) fn hertz(unit: Option<&Unit>, value: Option<&Quantity>, declared: Option<&Text>) -> i8 {
     let of_value = value.is_some_and(|value| match &value.value {
         Value::Text(text) => {
-            matches!(read(&Text::from(text.as_str())), Ok(Reading::Measure(..))) && text.contains("Hz")
+            matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Measure(..))) && text.contains("Hz")
         }
         Value::Number(_) => false,
     });

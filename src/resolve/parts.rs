@@ -7,9 +7,9 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::model::measure::ANGLE;
-use crate::model::{BodyId, DriverId, JointId, LoadId, Owner, Part, Place, Range, Value};
+use crate::model::{BodyId, DriverId, JointId, KeyValue, LoadId, Owner, Part, Place, Range};
 use crate::scene::decode::Fields;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::part as written;
 
@@ -26,7 +26,7 @@ impl written::Part {
 }
 
 /// Who reads the values of keys.
-pub(super) struct Reader<'r, 'n> {
+pub(super) struct KeyReader<'r, 'n> {
     pub fields: &'r Fields<'n>,
     /// "joint `pin`"
     pub user: &'r str,
@@ -35,7 +35,7 @@ pub(super) struct Reader<'r, 'n> {
 }
 
 /// A part that is being read: what is known of it and how messages call it.
-struct Reading<'n> {
+struct PartReading<'n> {
     component: &'static Component,
     fields: Fields<'n>,
     /// "joint `pin`", "torsion spring `coil`"
@@ -43,7 +43,7 @@ struct Reading<'n> {
     owner: Owner,
     span: Span,
     ends: Option<([Text; 2], [Place; 2])>,
-    values: Vec<(&'static str, Value)>,
+    values: Vec<(&'static str, KeyValue)>,
     complete: bool,
 }
 
@@ -89,8 +89,16 @@ impl<'s> Resolver<'s> {
         let called = format!("{} `{}`", component.words(), name.text);
         let fields = Fields::open(&part.node, &called, name.span, &keys(component), self.faults)?;
         let user = if section == Section::Joints { format!("joint `{}`", name.text) } else { called };
-        let mut reading =
-            Reading { component, fields, user, owner, span: name.span, ends: None, values: Vec::new(), complete: true };
+        let mut reading = PartReading {
+            component,
+            fields,
+            user,
+            owner,
+            span: name.span,
+            ends: None,
+            values: Vec::new(),
+            complete: true,
+        };
         self.room(&mut reading)?;
         self.one_of(&mut reading);
         // A third body must be neither of the two, so they come first.
@@ -100,7 +108,7 @@ impl<'s> Resolver<'s> {
         }
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
-        let Reading { values, fields, .. } = reading;
+        let PartReading { values, fields, .. } = reading;
         let mut part =
             Part { name: name.text.clone(), kind: component.kind(), owner, between, values, span: name.span };
         self.place_element(&mut part, &fields);
@@ -138,7 +146,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// Refuses what a scene of one dimension has no room for; none if nothing of it is worth reading.
-    fn room(&mut self, reading: &mut Reading<'_>) -> Option<()> {
+    fn room(&mut self, reading: &mut PartReading<'_>) -> Option<()> {
         let called = reading.fields.owner.clone();
         match reading.component.room {
             Room::Turning => self.must_not_turn(&called, reading.span),
@@ -155,7 +163,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// Exactly one of the keys that stand for one another must be there.
-    fn one_of(&mut self, reading: &mut Reading<'_>) {
+    fn one_of(&mut self, reading: &mut PartReading<'_>) {
         let own: Vec<&Key> = alternatives(reading.component).collect();
         if own.is_empty() {
             return;
@@ -186,14 +194,14 @@ impl<'s> Resolver<'s> {
         self.faults.push(fault.label(format!("{wanted} is wanted")));
     }
 
-    fn key(&mut self, key: &'static Key, reading: &mut Reading<'_>) {
+    fn key(&mut self, key: &'static Key, reading: &mut PartReading<'_>) {
         let node = match key.need {
             Need::Required(help) => reading.fields.required(key.name, help, self.faults),
             Need::Optional | Need::Default(_) | Need::OneOf(_) => reading.fields.get(key.name),
         };
         let Some(node) = node else {
             reading.complete &= !matches!(key.need, Need::Required(_));
-            reading.values.extend(self.carrier(key.form).map(|carrier| (key.name, Value::Place(carrier))));
+            reading.values.extend(self.carrier(key.form).map(|carrier| (key.name, KeyValue::Place(carrier))));
             return;
         };
         let read = match key.form.is_end() {
@@ -207,7 +215,7 @@ impl<'s> Resolver<'s> {
                     Owner::Joint(joint) if matches!(key.form, Form::Curve(..)) => Context::Curve(joint),
                     Owner::Joint(_) | Owner::Driver(_) | Owner::Place(_) | Owner::System => Context::Driver,
                 };
-                let reader = Reader { fields: &reading.fields, user: &reading.user, context };
+                let reader = KeyReader { fields: &reading.fields, user: &reading.user, context };
                 self.value_of(key, node, &reader).map(|value| reading.values.push((key.name, value)))
             }
         };
@@ -218,9 +226,9 @@ impl<'s> Resolver<'s> {
     fn ends(
         &mut self,
         key: &Key,
-        node: &Node,
-        reading: &Reading<'_>,
-    ) -> Option<(([Text; 2], [Place; 2]), Option<Value>)> {
+        node: &DocumentNode,
+        reading: &PartReading<'_>,
+    ) -> Option<(([Text; 2], [Place; 2]), Option<KeyValue>)> {
         let (user, what) = (&reading.user, reading.fields.name_of(key.name));
         if let Form::Points | Form::Bodies | Form::BodyAndPoint = key.form {
             let help = if let Need::Required(help) | Need::OneOf(help) = key.need { help } else { "" };
@@ -251,7 +259,7 @@ impl<'s> Resolver<'s> {
                 let known = |resolver: &mut Self| names.each_ref().map(|name| resolver.known_place(&name.text));
                 let [first, second] = self.within(self.scene.joints[joint.0].within, known);
                 let places = [first?, second?];
-                Some(((names, places), Some(Value::Joint(joint))))
+                Some(((names, places), Some(KeyValue::Joint(joint))))
             }
             _ => {
                 let place = self.moving_place(&name, user)?;
@@ -272,8 +280,13 @@ impl<'s> Resolver<'s> {
     }
 
     /// The value of a key that says nothing of what a part is between.
-    pub(super) fn value_of(&mut self, key: &'static Key, node: &Node, reader: &Reader<'_, '_>) -> Option<Value> {
-        let &Reader { fields, user, context } = reader;
+    pub(super) fn value_of(
+        &mut self,
+        key: &'static Key,
+        node: &DocumentNode,
+        reader: &KeyReader<'_, '_>,
+    ) -> Option<KeyValue> {
+        let &KeyReader { fields, user, context } = reader;
         let written = fields.name_of(key.name);
         let what = format!("`{}` of {user}", key.name);
         match key.form {
@@ -290,16 +303,16 @@ impl<'s> Resolver<'s> {
                     }
                     _ => self.constant_in(range, &quantity, &what, &wanted),
                 };
-                Some(Value::Formula(formula))
+                Some(KeyValue::Formula(formula))
             }
             Form::Law(wanted) => {
                 let quantity = self.faults.quantity(node, &written)?;
-                Some(Value::Formula(self.formula(&quantity, &what, &wanted, context)))
+                Some(KeyValue::Formula(self.formula(&quantity, &what, &wanted, context)))
             }
             Form::Curve(guide, wanted) => {
                 let quantity = self.faults.quantity(node, &written)?;
                 let turns = self.turns(fields.get(guide));
-                Some(Value::Formula(self.formula(&quantity, &what, &wanted[usize::from(turns)], context)))
+                Some(KeyValue::Formula(self.formula(&quantity, &what, &wanted[usize::from(turns)], context)))
             }
             Form::OtherJoint => {
                 let name = self.faults.text(node, &written)?;
@@ -307,28 +320,28 @@ impl<'s> Resolver<'s> {
                     self.unknown_joint(&name, user);
                     return None;
                 };
-                Some(Value::Joint(id))
+                Some(KeyValue::Joint(id))
             }
             Form::Vector(wanted) => {
                 let vector = self.faults.vector(node, &written)?;
-                Some(Value::Vector(self.vector(&vector, &what, &wanted, context)))
+                Some(KeyValue::Vector(self.vector(&vector, &what, &wanted, context)))
             }
             Form::ConstantVector(wanted) => {
                 let vector = self.faults.vector(node, &written)?;
-                Some(Value::Vector(self.vector(&vector, &what, &wanted, Context::Constant)))
+                Some(KeyValue::Vector(self.vector(&vector, &what, &wanted, Context::Constant)))
             }
-            Form::Switch => self.faults.boolean(node, &written).map(Value::Switch),
+            Form::Switch => self.faults.boolean(node, &written).map(KeyValue::Switch),
             Form::Axis => {
                 let vector = self.faults.vector(node, &written)?;
-                Some(Value::Vector(self.axis(&vector, &what)))
+                Some(KeyValue::Vector(self.axis(&vector, &what)))
             }
             Form::Friction(wanted, pressed) => {
-                self.friction(node, &written, user, (&wanted, pressed)).map(Value::Friction)
+                self.friction(node, &written, user, (&wanted, pressed)).map(KeyValue::Friction)
             }
-            Form::Limits(wanted) => self.stops(node, &written, user, &wanted).map(Value::Limits),
-            Form::Play(wanted) => self.play(node, &written, user, &wanted).map(Value::Limits),
-            Form::Rebound => self.rebound(node, &written, user).map(Value::Limits),
-            Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(Value::Motion),
+            Form::Limits(wanted) => self.stops(node, &written, user, &wanted).map(KeyValue::Limits),
+            Form::Play(wanted) => self.play(node, &written, user, &wanted).map(KeyValue::Limits),
+            Form::Rebound => self.rebound(node, &written, user).map(KeyValue::Limits),
+            Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(KeyValue::Motion),
             Form::Choice(words, help) => self.choice(node, fields, key.name, words, help),
             Form::CarrierBody | Form::CarrierPoint => {
                 let name = self.faults.text(node, &written)?;
@@ -336,7 +349,7 @@ impl<'s> Resolver<'s> {
                     Form::CarrierBody => centre(self.body(&name, user)?),
                     _ => self.place(&name, user)?,
                 };
-                Some(Value::Place(place))
+                Some(KeyValue::Place(place))
             }
             _ => None,
         }
@@ -344,12 +357,12 @@ impl<'s> Resolver<'s> {
 
     fn choice(
         &mut self,
-        node: &Node,
+        node: &DocumentNode,
         fields: &Fields<'_>,
         key: &str,
         words: &'static [&'static str],
         help: &str,
-    ) -> Option<Value> {
+    ) -> Option<KeyValue> {
         let text = self.faults.text(node, &fields.name_of(key))?;
         let word = words.iter().copied().find(|word| *word == text.text);
         if word.is_none() {
@@ -357,15 +370,15 @@ impl<'s> Resolver<'s> {
             let fault = Fault::new("scene::wrong_value", message, text.span).label(format!("no such {key}"));
             self.faults.push(fault.help(suggest::hint(&text.text, words.iter().copied(), help.to_string())));
         }
-        word.map(Value::Choice)
+        word.map(KeyValue::Choice)
     }
 
     /// The carrier must be neither of what it carries.
-    fn carrier_apart(&mut self, reading: &Reading<'_>) -> bool {
+    fn carrier_apart(&mut self, reading: &PartReading<'_>) -> bool {
         let has_carrier = reading.component.keys.iter().any(|key| key.form.is_carrier());
         let Some((names, places)) = reading.ends.as_ref().filter(|_| has_carrier) else { return true };
         let carrier = reading.values.iter().find_map(|(_, value)| match value {
-            Value::Place(place) => Some(place.body()),
+            KeyValue::Place(place) => Some(place.body()),
             _ => None,
         });
         let carrier = carrier.flatten();
@@ -397,8 +410,8 @@ impl<'s> Resolver<'s> {
     }
 
     /// Does this key name a joint that turns, and does not slide?
-    pub(super) fn turns(&self, joint: Option<&Node>) -> bool {
-        let Some(Node { kind: Content::Text(name), .. }) = joint else { return false };
+    pub(super) fn turns(&self, joint: Option<&DocumentNode>) -> bool {
+        let Some(DocumentNode { kind: Content::Text(name), .. }) = joint else { return false };
         let Some(super::names::Named::Joint(id)) = self.names.get(name) else { return false };
         let component = self.scene.joints[id.0].component(Section::Joints);
         component.is_some_and(|component| component.drivers == ["angle"])

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use super::Resolver;
 use super::context::Context;
 use super::names::Named;
-use crate::component::{Component, Frame, Placed, Section, minus, sum};
+use crate::component::{Component, PartFrame, Placed, Section, minus, sum};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::expr::Unary;
@@ -21,9 +21,9 @@ use crate::scene::part as written;
 /// The place of a part.
 #[derive(Clone, Default)]
 pub(super) struct Placement {
-    pub frame: Rc<Frame>,
+    pub frame: Rc<PartFrame>,
     /// The same if all bodies that carry it are at zero, as their own parts see it.
-    begin: Frame,
+    begin: PartFrame,
 }
 
 impl Use {
@@ -58,8 +58,9 @@ impl Resolver<'_> {
         let what = |key| format!("`{key}` of part `{}`", used.name.text);
         let at = used.at.as_ref().map(|at| self.vector(at, &what("at"), &LENGTH, Context::Constant));
         let angle = used.angle.as_ref().map(|angle| self.constant(angle, &what("angle"), &ANGLE));
-        let zero = Frame::default();
-        let own = Frame { mirror: used.mirror, angle: angle.unwrap_or(zero.angle), at: at.unwrap_or(zero.at), ..zero };
+        let zero = PartFrame::default();
+        let own =
+            PartFrame { mirror: used.mirror, angle: angle.unwrap_or(zero.angle), at: at.unwrap_or(zero.at), ..zero };
         let Placement { frame: outer, begin } = self.placements[used.within].clone();
         let begin = own.clone().within(&begin);
         let on = used.on.as_ref().and_then(|on| match self.names.get(&on.text) {
@@ -68,7 +69,7 @@ impl Resolver<'_> {
         });
         let mut frame = match on {
             // It goes where the body goes, which has its left and right exchanged with its own part.
-            Some(_) => own.within(&Frame { mirror: outer.mirror, on, ..Frame::default() }),
+            Some(_) => own.within(&PartFrame { mirror: outer.mirror, on, ..PartFrame::default() }),
             None => own.within(&outer),
         };
         frame.origin = self.known_place(&used.origin.text).unwrap_or(frame.origin);
@@ -84,7 +85,7 @@ impl Resolver<'_> {
     }
 
     /// Where the part is whose text is read.
-    pub(super) fn frame(&self) -> Rc<Frame> {
+    pub(super) fn frame(&self) -> Rc<PartFrame> {
         self.placements[self.part].frame.clone()
     }
 
@@ -213,7 +214,7 @@ impl Resolver<'_> {
     /// Where the bodies of parts begin, but for what begins at zero: where their parts have them at zero.
     pub(super) fn begins(&self) -> Vec<Initial> {
         let begin = |(index, body): (usize, &written::Part)| {
-            let Frame { at: [x, y], angle, .. } = self.placements[body.within].begin.clone();
+            let PartFrame { at: [x, y], angle, .. } = self.placements[body.within].begin.clone();
             let owner = Owner::Place(Place::Centre(BodyId(index)));
             [(Quantity::X, x), (Quantity::Y, y), (Quantity::Angle, angle)].map(|(quantity, value)| {
                 let variable = Variable { owner, quantity };

@@ -3,16 +3,16 @@
 use cotree_fmu::program::domain::Limit;
 
 use super::context::Context;
-use super::parts::Reader;
+use super::parts::KeyReader;
 use super::{Resolver, UNKNOWN};
 use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, DENSITY, LENGTH};
-use crate::model::{Body, Exponents, Formula, Range, Value};
+use crate::model::{Body, Exponents, Formula, KeyValue, Range};
 use crate::scene::decode::Fields;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key, Need, names};
 use crate::scene::unit::from_exponents;
 
@@ -26,7 +26,7 @@ impl Resolver<'_> {
     /// The shape of a body whose points are in the frame in which they are written.
     pub(super) fn shape(
         &mut self,
-        node: &Node,
+        node: &DocumentNode,
         body_fields: &Fields<'_>,
         body: &Body,
         has_centre: bool,
@@ -59,7 +59,7 @@ impl Resolver<'_> {
     }
 
     /// The shape that a table names.
-    fn kind_of_shape(&mut self, node: &Node, owner: &str) -> Option<&'static Shape> {
+    fn kind_of_shape(&mut self, node: &DocumentNode, owner: &str) -> Option<&'static Shape> {
         let fields = Fields::open_any(node, owner, node.span, self.faults)?;
         let given: Vec<_> = ALL.iter().filter(|shape| fields.get(shape.place.name).is_some()).collect();
         if let [only] = given[..] {
@@ -77,10 +77,10 @@ impl Resolver<'_> {
         None
     }
 
-    fn shape_number(&mut self, key: &'static Key, node: &Node, fields: &Fields<'_>) -> Option<Formula> {
-        let reader = Reader { fields, user: &fields.owner, context: Context::Constant };
+    fn shape_number(&mut self, key: &'static Key, node: &DocumentNode, fields: &Fields<'_>) -> Option<Formula> {
+        let reader = KeyReader { fields, user: &fields.owner, context: Context::Constant };
         match self.value_of(key, node, &reader)? {
-            Value::Formula(formula) => Some(formula),
+            KeyValue::Formula(formula) => Some(formula),
             _ => None,
         }
     }
@@ -112,7 +112,7 @@ impl Resolver<'_> {
     }
 
     /// A point of the body by its name, or two coordinates.
-    fn corner(&mut self, node: &Node, what: &str, body: &Body) -> Option<[Formula; 2]> {
+    fn corner(&mut self, node: &DocumentNode, what: &str, body: &Body) -> Option<[Formula; 2]> {
         let Content::Text(name) = &node.kind else {
             let at = self.faults.vector(node, what)?;
             return Some(self.vector(&at, what, &LENGTH, Context::Constant));
@@ -181,7 +181,7 @@ impl Resolver<'_> {
         Some(self.density_of_size(shape, fields, depth).unwrap_or(UNKNOWN))
     }
 
-    fn density_of_size(&mut self, shape: &Shape, fields: &Fields<'_>, depth: Option<&Node>) -> Option<Formula> {
+    fn density_of_size(&mut self, shape: &Shape, fields: &Fields<'_>, depth: Option<&DocumentNode>) -> Option<Formula> {
         let depth_key = &shape.depth;
         let (density, is_per_size) = self.density(shape, fields)?;
         match (depth, is_per_size) {

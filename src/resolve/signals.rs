@@ -9,15 +9,15 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, Input, Unit, Variable};
-use crate::scene::dimension::Known;
+use crate::scene::dimension::KnownUnit;
 use crate::scene::unit::from_exponents;
 use crate::scene::{constant, model};
 
 /// What the name of a signal stands for.
 #[derive(Clone)]
-pub(super) struct Signal {
+pub(super) struct ResolvedSignal {
     pub formula: Formula,
-    pub known: Known,
+    pub known: KnownUnit,
     /// What it is shown in.
     pub unit: Option<Unit>,
 }
@@ -58,7 +58,7 @@ impl<'s> Resolver<'s> {
         self.hear_of_all();
     }
 
-    fn signal(&mut self, signal: &model::Signal, pending: Option<&Pending>) -> Option<Signal> {
+    fn signal(&mut self, signal: &model::Signal, pending: Option<&Pending>) -> Option<ResolvedSignal> {
         let what = format!("signal `{}`", signal.name.text);
         let declared = self.unit(signal.unit.as_ref());
         let (formula, known) = match pending {
@@ -75,7 +75,8 @@ impl<'s> Resolver<'s> {
                 let (formula, own) = self.formula_and_unit(&signal.value, &what, &ANYTHING, Context::Output);
                 let factor = bare_factor(declared.as_ref(), &signal.value);
                 let hertz = hertz(own.as_ref(), Some(&signal.value), None);
-                let known = own.map_or(Known::Number, |unit| Known::constant(Some(unit.exponents)).in_hertz(hertz));
+                let known =
+                    own.map_or(KnownUnit::Number, |unit| KnownUnit::constant(Some(unit.exponents)).in_hertz(hertz));
                 (formula * Formula::Number(factor), known)
             }
         };
@@ -93,10 +94,12 @@ impl<'s> Resolver<'s> {
             self.declared_mismatch(&what, declared, own, signal.value.span);
         }
         let known = match &declared {
-            Some(unit) => Known::moving(Some(unit.exponents)).in_hertz(hertz(Some(unit), None, signal.unit.as_ref())),
+            Some(unit) => {
+                KnownUnit::moving(Some(unit.exponents)).in_hertz(hertz(Some(unit), None, signal.unit.as_ref()))
+            }
             None => known,
         };
-        Some(Signal { formula, known, unit: declared.or(own) })
+        Some(ResolvedSignal { formula, known, unit: declared.or(own) })
     }
 }
 

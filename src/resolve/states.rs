@@ -7,7 +7,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
 use crate::model::{Formula, State, Unit};
-use crate::scene::dimension::Known;
+use crate::scene::dimension::KnownUnit;
 use crate::scene::model;
 use crate::scene::quantity::Quantity;
 use crate::scene::unit::from_exponents;
@@ -94,7 +94,7 @@ impl Resolver<'_> {
         let what = format!("`rate` of state `{}`", state.name.text);
         let (formula, own, known) = self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
         let wanted = unit.per_second();
-        let differs = |own: &Unit| known != Known::Number && !own.exponents.is_compatible(wanted.exponents);
+        let differs = |own: &Unit| known != KnownUnit::Number && !own.exponents.is_compatible(wanted.exponents);
         if let Some(own) = own.filter(|own| !unit.si.is_empty() && differs(own)) {
             let wanted = from_exponents(wanted.exponents).si;
             let own = if own.si.is_empty() { "a pure number".to_owned() } else { format!("in `{}`", own.si) };

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::expr::{Binary, Function, Unary};
 use crate::model::measure::{ACCELERATION, INERTIA, LENGTH, MASS, NUMBER, Wanted};
-use crate::model::{Formula, Mechanism, Motion, Parameter, ParameterId, Part, Place, Unit, Value};
+use crate::model::{Formula, KeyValue, Mechanism, Motion, Parameter, ParameterId, Part, Place, Unit};
 use crate::network::{Origin, System};
 use crate::scene::constant::{evaluate, negate};
 use crate::scene::key::Form;
@@ -20,7 +20,7 @@ pub enum Style {
 
 /// A number that got a name.
 #[derive(Clone, Debug)]
-pub struct Named {
+pub struct NamedNumber {
     /// What it is, if that is more than a number.
     pub definition: Option<Formula>,
     /// The element that it belongs to; none for gravity.
@@ -35,7 +35,7 @@ pub struct Symbolic {
     /// The same mechanism.
     pub mechanism: Mechanism,
     /// The names, in the order of their parameters.
-    pub named: Vec<Named>,
+    pub named: Vec<NamedNumber>,
 }
 
 impl Symbolic {
@@ -62,7 +62,7 @@ struct Namer<'a> {
     style: Style,
     mechanism: Mechanism,
     taken: HashSet<String>,
-    named: Vec<Named>,
+    named: Vec<NamedNumber>,
 }
 
 /// A number that is to be named: whose it is, what it is, its letter and its measure.
@@ -168,12 +168,12 @@ impl Namer<'_> {
         part
     }
 
-    fn value(&mut self, value: &mut Value, about: About) {
+    fn value(&mut self, value: &mut KeyValue, about: About) {
         match value {
-            Value::Formula(formula) => *formula = self.formula(formula, about),
-            Value::Motion(Motion::Given(formula)) => *formula = self.formula(formula, about),
-            Value::Vector(both) if both.iter().all(is_unit) && about.what == "axis" => {}
-            Value::Vector(both) => {
+            KeyValue::Formula(formula) => *formula = self.formula(formula, about),
+            KeyValue::Motion(Motion::Given(formula)) => *formula = self.formula(formula, about),
+            KeyValue::Vector(both) if both.iter().all(is_unit) && about.what == "axis" => {}
+            KeyValue::Vector(both) => {
                 let single = both.contains(&Formula::Number(0.0));
                 let letters = ["x", "y"].map(|axis| match single {
                     true => about.letter.to_owned(),
@@ -182,7 +182,7 @@ impl Namer<'_> {
                 let [x, y] = [0, 1].map(|i| self.formula(&both[i], About { letter: &letters[i], ..about }));
                 *both = [x, y];
             }
-            Value::Friction(friction) => {
+            KeyValue::Friction(friction) => {
                 friction.coulomb = self.formula(&friction.coulomb, About { letter: "C", ..about });
                 let named = [(&mut friction.velocity, "w"), (&mut friction.radius, "r"), (&mut friction.length, "l")];
                 for (own, letter) in named {
@@ -193,14 +193,18 @@ impl Namer<'_> {
                     friction.ratio = self.formula(&friction.ratio, About { letter: "static", ..about });
                 }
             }
-            Value::Limits(limits) => {
+            KeyValue::Limits(limits) => {
                 let letters = ["min", "max"];
                 for (end, letter) in limits.ends.iter_mut().zip(letters) {
                     *end = end.as_ref().map(|own| self.formula(own, About { letter, signed: true, ..about }));
                 }
                 limits.restitution = self.formula(&limits.restitution, About { letter: "e", ..about });
             }
-            Value::Motion(_) | Value::Place(_) | Value::Joint(_) | Value::Choice(_) | Value::Switch(_) => {}
+            KeyValue::Motion(_)
+            | KeyValue::Place(_)
+            | KeyValue::Joint(_)
+            | KeyValue::Choice(_)
+            | KeyValue::Switch(_) => {}
         }
     }
 
@@ -264,7 +268,7 @@ impl Namer<'_> {
         });
         let definition = (!matches!(formula, Formula::Number(_))).then_some(formula);
         let element = about.owner.map(str::to_owned);
-        self.named.push(Named { definition, element, what: about.what });
+        self.named.push(NamedNumber { definition, element, what: about.what });
         parameter
     }
 

@@ -5,9 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use super::context::Context;
 use super::names::Named;
 use super::parameters::bare_factor;
-use super::signals::Signal;
+use super::signals::ResolvedSignal;
 use super::{Resolver, UNKNOWN};
-use crate::component::transfer::{ALL, Flaw, Given, Inner, Like, Made, NOMINAL, Transfer};
+use crate::component::transfer::{ALL, Flaw, Inner, Like, NOMINAL, Transfer, TransferKeys, TransferParts};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
@@ -15,7 +15,7 @@ use crate::expr::Binary;
 use crate::model::measure::{ANYTHING, TIME};
 use crate::model::{Exponents, Formula, Held, HeldWhat, Input, InputId, Range, Sampler, State, StateId, Unit};
 use crate::scene::decode::Fields;
-use crate::scene::dimension::{self, Known};
+use crate::scene::dimension::{self, KnownUnit};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::unit::from_exponents;
 use crate::scene::{constant, model, part};
@@ -31,11 +31,11 @@ pub(super) struct Transfers<'s> {
     /// What its states and sampled values are called.
     pub inner: HashMap<String, Named>,
     /// Signals that may depend on themselves.
-    waiting: Vec<Reading<'s>>,
+    waiting: Vec<TransferReading<'s>>,
 }
 
 /// A signal whose constant keys are known.
-struct Reading<'s> {
+struct TransferReading<'s> {
     signal: &'s model::Signal,
     transfer: &'static Transfer,
     fields: Fields<'s>,
@@ -43,7 +43,7 @@ struct Reading<'s> {
     what: String,
     values: Vec<(&'static str, Formula)>,
     /// The units of these values, and where they are written.
-    units: Vec<(&'static str, Known, Span)>,
+    units: Vec<(&'static str, KnownUnit, Span)>,
     declared: Option<Unit>,
     /// Its first state and its first sampled value.
     first: (usize, usize),
@@ -57,7 +57,7 @@ impl part::Part {
     }
 }
 
-impl Reading<'_> {
+impl TransferReading<'_> {
     fn is_there(&self, key: &str) -> bool {
         self.fields.get(key).is_some()
     }
@@ -70,8 +70,8 @@ impl Reading<'_> {
         self.transfer.sampled_by.is_some() && !self.is_sampled()
     }
 
-    fn made(&self, heard: Formula) -> Result<Made, Flaw> {
-        (self.transfer.made)(&Given { heard, values: &self.values, first: self.first })
+    fn made(&self, heard: Formula) -> Result<TransferParts, Flaw> {
+        (self.transfer.made)(&TransferKeys { heard, values: &self.values, first: self.first })
     }
 }
 
@@ -87,10 +87,10 @@ impl<'s> Resolver<'s> {
     }
 
     /// What a signal with a type gives.
-    pub(super) fn transfer(&mut self, signal: &'s model::Signal, inputs: &mut Vec<Input>) -> Option<Signal> {
+    pub(super) fn transfer(&mut self, signal: &'s model::Signal, inputs: &mut Vec<Input>) -> Option<ResolvedSignal> {
         let reading = self.constant_keys(signal, inputs)?;
         let waits = reading.declared.is_some() && !reading.is_at_once();
-        let (heard, known) = if waits { (UNKNOWN, Known::Nothing) } else { self.hear(&reading)? };
+        let (heard, known) = if waits { (UNKNOWN, KnownUnit::Nothing) } else { self.hear(&reading)? };
         let unit = self.unit_given(&reading, known, waits)?;
         let made = match reading.made(heard) {
             Ok(made) => made,
@@ -104,9 +104,9 @@ impl<'s> Resolver<'s> {
         if waits {
             self.transfers.waiting.push(reading);
         }
-        let known = unit.map_or(Known::Nothing, |unit| Known::moving(Some(unit)));
+        let known = unit.map_or(KnownUnit::Nothing, |unit| KnownUnit::moving(Some(unit)));
         let shown = signal.unit.as_ref().and_then(|text| self.unit(Some(text)));
-        Some(Signal { formula: made.output, known, unit: shown.or(unit.map(from_exponents)) })
+        Some(ResolvedSignal { formula: made.output, known, unit: shown.or(unit.map(from_exponents)) })
     }
 
     /// Resolves the inputs of the signals that give their unit, which may depend on their own output: by now every name is known.
@@ -116,7 +116,7 @@ impl<'s> Resolver<'s> {
         }
     }
 
-    fn hear_late(&mut self, reading: &Reading<'s>) -> Option<()> {
+    fn hear_late(&mut self, reading: &TransferReading<'s>) -> Option<()> {
         let (heard, known) = self.hear(reading)?;
         self.unit_given(reading, known, false)?;
         let made = reading.made(heard).ok()?;
@@ -129,7 +129,7 @@ impl<'s> Resolver<'s> {
         Some(())
     }
 
-    fn constant_keys(&mut self, signal: &'s model::Signal, inputs: &[Input]) -> Option<Reading<'s>> {
+    fn constant_keys(&mut self, signal: &'s model::Signal, inputs: &[Input]) -> Option<TransferReading<'s>> {
         let part = signal.part.as_ref()?;
         let Some(transfer) = part.transfer() else {
             self.unknown_transfer(signal, part);
@@ -142,7 +142,7 @@ impl<'s> Resolver<'s> {
         let declared = self.unit(signal.unit.as_ref());
         let first = (self.scene.states.len() + self.transfers.states.len(), inputs.len());
         let (values, units) = (Vec::new(), Vec::new());
-        let mut reading = Reading { signal, transfer, fields, what, values, units, declared, first };
+        let mut reading = TransferReading { signal, transfer, fields, what, values, units, declared, first };
         self.one_of_these(&reading)?;
         let mut complete = true;
         for key in transfer.keys.iter().chain([&NOMINAL]) {
@@ -163,7 +163,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// Exactly one of the keys that stand for one another must be there.
-    fn one_of_these(&mut self, reading: &Reading<'_>) -> Option<()> {
+    fn one_of_these(&mut self, reading: &TransferReading<'_>) -> Option<()> {
         let own = || reading.transfer.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)));
         let given: Vec<&Key> = own().filter(|key| reading.is_there(key.name)).collect();
         if own().count() == 0 || given.len() == 1 {
@@ -179,18 +179,18 @@ impl<'s> Resolver<'s> {
         None
     }
 
-    fn refuse_flaw(&mut self, reading: &Reading<'_>, flaw: Flaw) {
+    fn refuse_flaw(&mut self, reading: &TransferReading<'_>, flaw: Flaw) {
         self.refuse_keys(reading, flaw.key, &flaw.problem, flaw.help);
     }
 
-    fn refuse_keys(&mut self, reading: &Reading<'_>, key: &str, problem: &str, help: &str) {
+    fn refuse_keys(&mut self, reading: &TransferReading<'_>, key: &str, problem: &str, help: &str) {
         let span = reading.fields.key_span(key).unwrap_or(reading.signal.name.span);
         let fault = Fault::new("scene::signal_keys", format!("{} {problem}", reading.what), span);
         self.faults.push(fault.label("does not go together").help(help));
     }
 
     /// Reads a key whose value does not change, if it is there.
-    fn constant_key(&mut self, key: &'static Key, reading: &mut Reading<'_>) -> Option<()> {
+    fn constant_key(&mut self, key: &'static Key, reading: &mut TransferReading<'_>) -> Option<()> {
         let node = match key.need {
             Need::Required(help) => Some(reading.fields.required(key.name, help, self.faults)?),
             _ => reading.fields.get(key.name),
@@ -213,7 +213,7 @@ impl<'s> Resolver<'s> {
     }
 
     /// What it hears: in a state as in any rate, at a tick everything.
-    fn hear(&mut self, reading: &Reading<'s>) -> Option<(Formula, Known)> {
+    fn hear(&mut self, reading: &TransferReading<'s>) -> Option<(Formula, KnownUnit)> {
         let key = &reading.transfer.hears;
         let node = reading.fields.required(key.name, key.help(), self.faults)?;
         let quantity = self.faults.quantity(node, &reading.fields.name_of(key.name))?;
@@ -224,10 +224,15 @@ impl<'s> Resolver<'s> {
     }
 
     /// The unit of what it gives, if it is known; none if its keys contradict each other.
-    fn unit_given(&mut self, reading: &Reading<'_>, heard: Known, waits: bool) -> Option<Option<Exponents>> {
+    fn unit_given(
+        &mut self,
+        reading: &TransferReading<'_>,
+        heard: KnownUnit,
+        waits: bool,
+    ) -> Option<Option<Exponents>> {
         let mut known = match &reading.declared {
-            Some(unit) => Known::moving(Some(unit.exponents)),
-            None => Known::Number,
+            Some(unit) => KnownUnit::moving(Some(unit.exponents)),
+            None => KnownUnit::Number,
         };
         for &(key, like) in reading.transfer.terms {
             let span = reading.fields.key_span(key);
@@ -254,7 +259,7 @@ impl<'s> Resolver<'s> {
         Some(known.unit())
     }
 
-    fn refuse_unit(&mut self, reading: &Reading<'_>, (key, span): (&str, Span), units: [Exponents; 2]) {
+    fn refuse_unit(&mut self, reading: &TransferReading<'_>, (key, span): (&str, Span), units: [Exponents; 2]) {
         let [wanted, found] = units.map(|unit| match from_exponents(unit).si {
             si if si.is_empty() => "a pure number".to_owned(),
             si => format!("in `{si}`"),
@@ -266,7 +271,7 @@ impl<'s> Resolver<'s> {
         self.faults.push(fault.help(help));
     }
 
-    fn keep_positive(&mut self, reading: &Reading<'_>, made: &Made) {
+    fn keep_positive(&mut self, reading: &TransferReading<'_>, made: &TransferParts) {
         for (called, key, value) in &made.positive {
             let Some(node) = reading.fields.get(key) else { continue };
             let Some(quantity) = self.faults.quantity(node, &reading.fields.name_of(key)) else { continue };
@@ -278,9 +283,9 @@ impl<'s> Resolver<'s> {
     /// Adds its states, its sampled values and its sampler.
     fn declare(
         &mut self,
-        reading: &Reading<'_>,
-        made: &Made,
-        (given, heard): (Option<Exponents>, Known),
+        reading: &TransferReading<'_>,
+        made: &TransferParts,
+        (given, heard): (Option<Exponents>, KnownUnit),
         inputs: &mut Vec<Input>,
     ) {
         let unit = |inner: &Inner| match inner.unit {
@@ -303,7 +308,7 @@ impl<'s> Resolver<'s> {
         }
     }
 
-    fn add_state(&mut self, reading: &Reading<'_>, inner: &Inner, unit: Option<Exponents>, nominal: f64) {
+    fn add_state(&mut self, reading: &TransferReading<'_>, inner: &Inner, unit: Option<Exponents>, nominal: f64) {
         let signal = &reading.signal.name;
         let name = inner.name(&signal.text);
         let id = StateId(self.scene.states.len() + self.transfers.states.len());
@@ -321,7 +326,13 @@ impl<'s> Resolver<'s> {
         });
     }
 
-    fn add_sampled(&mut self, reading: &Reading<'_>, inner: &Inner, unit: Option<Exponents>, inputs: &mut Vec<Input>) {
+    fn add_sampled(
+        &mut self,
+        reading: &TransferReading<'_>,
+        inner: &Inner,
+        unit: Option<Exponents>,
+        inputs: &mut Vec<Input>,
+    ) {
         let signal = &reading.signal.name;
         let name = inner.name(&signal.text);
         self.transfers.inner.insert(name.clone(), Named::Held(InputId(inputs.len())));
@@ -338,7 +349,7 @@ impl<'s> Resolver<'s> {
         });
     }
 
-    fn usual_size(&self, reading: &Reading<'_>, made: &Made) -> f64 {
+    fn usual_size(&self, reading: &TransferReading<'_>, made: &TransferParts) -> f64 {
         let value = |key: &str| reading.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone());
         let sizes = [value(NOMINAL.name), made.size.clone(), value("start")];
         let sizes = sizes.into_iter().flatten().map(|size| self.value(&size).abs());
@@ -375,15 +386,15 @@ impl<'s> Resolver<'s> {
     }
 }
 
-fn writes(reading: &Reading<'_>, made: &Made) -> Vec<(InputId, Formula)> {
+fn writes(reading: &TransferReading<'_>, made: &TransferParts) -> Vec<(InputId, Formula)> {
     let place = |(index, inner): (usize, &Inner)| (InputId(reading.first.1 + index), inner.next.clone());
     made.sampled.iter().enumerate().map(place).collect()
 }
 
 /// The unit of a gain times what is heard and so many times the second.
-fn gained(gain: Known, heard: Known, seconds: i8) -> Known {
+fn gained(gain: KnownUnit, heard: KnownUnit, seconds: i8) -> KnownUnit {
     let product = dimension::multiply(Binary::Multiply, gain, heard, &UNKNOWN);
-    let second = Known::constant(TIME.exponents);
+    let second = KnownUnit::constant(TIME.exponents);
     match seconds {
         0 => product,
         1 => dimension::multiply(Binary::Multiply, product, second, &UNKNOWN),

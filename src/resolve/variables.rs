@@ -46,7 +46,7 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
 }
 
 /// An owner of variables, what to call it, and what it has.
-struct Found {
+struct FoundOwner {
     owner: Owner,
     called: String,
     has: Vec<Quantity>,
@@ -92,9 +92,9 @@ impl Resolver<'_> {
         None
     }
 
-    fn find_owner(&self, owner: &str) -> Option<Found> {
+    fn find_owner(&self, owner: &str) -> Option<FoundOwner> {
         let place = |place, called: String, has: &[Quantity]| {
-            Some(Found { owner: Owner::Place(place), called, has: has.to_vec() })
+            Some(FoundOwner { owner: Owner::Place(place), called, has: has.to_vec() })
         };
         if let Some((body, point)) = owner.split_once('.') {
             return match (body, self.names.get(body)) {
@@ -109,8 +109,9 @@ impl Resolver<'_> {
                 _ => None,
             };
         }
-        let system =
-            |has: &[Quantity]| Some(Found { owner: Owner::System, called: format!("`{owner}`"), has: has.to_vec() });
+        let system = |has: &[Quantity]| {
+            Some(FoundOwner { owner: Owner::System, called: format!("`{owner}`"), has: has.to_vec() })
+        };
         let dimension = self.scene.dimension;
         let part = |id, part: &Part, section| {
             let (words, mut has) = of_part(part, section)?;
@@ -120,7 +121,7 @@ impl Resolver<'_> {
                     has.push(quantity)
                 }
             });
-            Some(Found { owner: id, called: format!("{words} `{owner}`"), has })
+            Some(FoundOwner { owner: id, called: format!("{words} `{owner}`"), has })
         };
         match owner {
             "energy" => return system(ENERGIES),

@@ -16,7 +16,7 @@ use cotree_fmu::program::check::Fault;
 
 use crate::export::description::Description;
 use crate::model::Experiment;
-use crate::report::csv::Table;
+use crate::report::csv::CsvTable;
 pub use gaps::Gaps;
 pub use log::{Logged, What};
 pub use many::{Ended, Ensemble, Settings};
@@ -32,7 +32,7 @@ pub struct Run<'a> {
     /// Variables and the values they are set to.
     pub settings: Vec<(usize, f64)>,
     /// Inputs over time: variable and column of the table.
-    pub inputs: Option<(&'a Table, Vec<usize>)>,
+    pub inputs: Option<(&'a CsvTable, Vec<usize>)>,
     /// Variables to report.
     pub reported: Vec<usize>,
 }
@@ -178,7 +178,7 @@ fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f
 /// A value that cannot be set.
 pub fn set_inputs(
     instance: &mut Instance,
-    (table, variables): (&Table, &[usize]),
+    (table, variables): (&CsvTable, &[usize]),
     time: f64,
     stops: bool,
 ) -> Result<(), InstanceError> {
@@ -192,7 +192,7 @@ pub fn set_inputs(
 }
 
 /// Times of a table's rows after the start of a run and up to its end, each once.
-pub fn knots(table: &Table, [start, stop]: [f64; 2]) -> Vec<f64> {
+pub fn knots(table: &CsvTable, [start, stop]: [f64; 2]) -> Vec<f64> {
     let mut knots: Vec<f64> = table.times().iter().copied().filter(|&time| time > start && time <= stop).collect();
     knots.dedup();
     knots

@@ -9,7 +9,7 @@ use cotree_fmu::model::Model;
 use super::{Finish, Run, RunError};
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::Faults;
-use crate::report::csv::Writer;
+use crate::report::csv::CsvWriter;
 use crate::scene::Scene;
 
 /// Variables over time, in SI units.
@@ -101,7 +101,7 @@ impl Results {
     /// `out` cannot be written.
     pub fn write_csv(&self, out: impl Write) -> io::Result<()> {
         let names = self.columns.iter().map(|column| column.name.as_str());
-        let mut writer = Writer::new(out, ["time"].into_iter().chain(names).map(|name| (name, 1.0)))?;
+        let mut writer = CsvWriter::new(out, ["time"].into_iter().chain(names).map(|name| (name, 1.0)))?;
         for (index, time) in self.times.iter().enumerate() {
             writer.row([time].into_iter().chain(self.columns.iter().map(|column| &column.values[index])))?;
         }

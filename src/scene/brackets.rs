@@ -6,7 +6,7 @@ use crate::diagnostic::span::Span;
 
 /// What stands open at some place of a text.
 #[derive(Clone, Copy)]
-struct Open {
+struct OpenBracket {
     bracket: char,
     at: usize,
 }
@@ -25,7 +25,7 @@ pub(super) fn unclosed(text: &str, keys: &[&str]) -> Option<Fault> {
     if !mentions(text, keys) {
         return None;
     }
-    let mut open: Vec<Open> = Vec::new();
+    let mut open: Vec<OpenBracket> = Vec::new();
     let mut start = 0;
     let mut quote: Option<&str> = None;
     for line in text.split_inclusive('\n') {
@@ -46,7 +46,7 @@ pub(super) fn unclosed(text: &str, keys: &[&str]) -> Option<Fault> {
 }
 
 /// Is this line the header of a table, or a key with its value?
-fn begins_anew(line: &str, last: Option<&Open>) -> bool {
+fn begins_anew(line: &str, last: Option<&OpenBracket>) -> bool {
     let line = line.split('#').next().unwrap_or_default().trim();
     let is_word = |text: &str| {
         let text = text.trim().trim_matches('"');
@@ -61,7 +61,7 @@ fn begins_anew(line: &str, last: Option<&Open>) -> bool {
 }
 
 /// Follows brackets and quotes through a line.
-fn scan<'t>(line: &'t str, start: usize, open: &mut Vec<Open>, quote: &mut Option<&'t str>) {
+fn scan<'t>(line: &'t str, start: usize, open: &mut Vec<OpenBracket>, quote: &mut Option<&'t str>) {
     let mut at = 0;
     while at < line.len() {
         let rest = &line[at..];
@@ -78,7 +78,7 @@ fn scan<'t>(line: &'t str, start: usize, open: &mut Vec<Open>, quote: &mut Optio
         match (found, rest.as_bytes()[0]) {
             (Some(mark), _) => *quote = Some(&rest[..mark.len()]),
             (None, b'#') => return,
-            (None, b'[' | b'{') => open.push(Open { bracket: char::from(rest.as_bytes()[0]), at: start + at }),
+            (None, b'[' | b'{') => open.push(OpenBracket { bracket: char::from(rest.as_bytes()[0]), at: start + at }),
             (None, b']' | b'}') => _ = open.pop(),
             _ => {}
         }

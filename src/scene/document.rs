@@ -9,7 +9,7 @@ use crate::diagnostic::span::{Span, Text};
 
 /// A value of a document.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Node {
+pub struct DocumentNode {
     /// Where it is written; a text without its quotes if it is written verbatim.
     pub span: Span,
     pub kind: Content,
@@ -18,8 +18,8 @@ pub struct Node {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     /// In the order of the text.
-    Table(Vec<(Text, Node)>),
-    Array(Vec<Node>),
+    Table(Vec<(Text, DocumentNode)>),
+    Array(Vec<DocumentNode>),
     Text(String),
     Number(f64),
     Boolean(bool),
@@ -29,7 +29,7 @@ pub enum Content {
     Null,
 }
 
-impl Node {
+impl DocumentNode {
     /// Moves the places of a text that begins so much further on.
     pub fn shift(&mut self, by: usize) {
         self.span = self.span.shifted(by);
@@ -61,7 +61,7 @@ impl Content {
 
 /// Reads TOML. What is wrong goes to `faults`; there is no tree if its shape cannot be trusted. A text that is wrong and has none of the
 /// `keys` at its top, or that is wrong in most lines, is something else: that is said once.
-pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<Node> {
+pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<DocumentNode> {
     let (table, mut errors) = DeTable::parse_recoverable(text);
     errors.sort_by_key(|error| span_of(error, text).start);
     if !errors.is_empty()
@@ -78,11 +78,11 @@ pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<
         return None;
     }
     let mut usable = true;
-    let mut last: Option<Line<'_>> = None;
-    let mut repeated: Option<Line<'_>> = None;
+    let mut last: Option<TextLine<'_>> = None;
+    let mut repeated: Option<TextLine<'_>> = None;
     for error in errors {
         let span = span_of(&error, text);
-        let line = Line::at(text, span.start);
+        let line = TextLine::at(text, span.start);
         if !error.message().starts_with("duplicate key") {
             usable = false;
             // What follows on the same line comes from the first error, and what follows a key without its value is that value.
@@ -92,13 +92,13 @@ pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<
             last = Some(line);
         } else {
             let name = text.get(span.start..span.end).unwrap_or_default();
-            let table = Line { start: text[..line.start].rfind("\n[").map_or(0, |at| at + 1), ..line };
+            let table = TextLine { start: text[..line.start].rfind("\n[").map_or(0, |at| at + 1), ..line };
             match repeated {
                 // The keys of a table that is there twice are there twice as well.
                 Some(table) if span.start < table.start + table.text.len() => {}
                 _ if line.text.trim_start().starts_with('[') => {
                     let end = text[span.end..].find("\n[").map_or(text.len(), |length| span.end + length);
-                    repeated = Some(Line { start: line.start, text: &text[line.start..end] });
+                    repeated = Some(TextLine { start: line.start, text: &text[line.start..end] });
                     faults.push(duplicate_key(name, span));
                 }
                 _ => repeated_key(name, span, table, faults),
@@ -106,30 +106,30 @@ pub(crate) fn from_toml(text: &str, keys: &[&str], faults: &mut Sink) -> Option<
         }
     }
     let span = Span::new(table.span().start, table.span().end);
-    usable.then(|| Node { span, kind: table_of(text, table.into_inner()) })
+    usable.then(|| DocumentNode { span, kind: table_of(text, table.into_inner()) })
 }
 
 /// Reads JSON, likewise.
-pub(crate) fn from_json(text: &str, faults: &mut Sink) -> Option<Node> {
+pub(crate) fn from_json(text: &str, faults: &mut Sink) -> Option<DocumentNode> {
     json::read(text, faults)
 }
 
 /// A line of a text, without its end.
 #[derive(Clone, Copy)]
-struct Line<'t> {
+struct TextLine<'t> {
     start: usize,
     text: &'t str,
 }
 
-impl<'t> Line<'t> {
+impl<'t> TextLine<'t> {
     /// The line with this place.
-    fn at(text: &'t str, place: usize) -> Line<'t> {
+    fn at(text: &'t str, place: usize) -> TextLine<'t> {
         let start = text.get(..place).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
-        Line { start, text: text.get(start..).unwrap_or_default().lines().next().unwrap_or_default() }
+        TextLine { start, text: text.get(start..).unwrap_or_default().lines().next().unwrap_or_default() }
     }
 
     /// Does it end with a `=` whose value stands on the next line?
-    fn continues(self, next: Line<'_>) -> bool {
+    fn continues(self, next: TextLine<'_>) -> bool {
         self.text.trim_end().ends_with('=') && next.start == self.start + self.text.len() + 1
     }
 }
@@ -144,7 +144,8 @@ fn without_nothing(error: &toml::de::Error) -> &str {
 
 /// Does more than half of the lines have an error that is no usual slip, and are there a few of them?
 fn mostly_wrong(text: &str, errors: &[toml::de::Error], keys: &[&str]) -> bool {
-    let mut lines: Vec<Line<'_>> = errors.iter().map(|error| Line::at(text, span_of(error, text).start)).collect();
+    let mut lines: Vec<TextLine<'_>> =
+        errors.iter().map(|error| TextLine::at(text, span_of(error, text).start)).collect();
     lines.dedup_by_key(|line| line.start);
     let written = text.lines().filter(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#')).count();
     let strange = || lines.iter().filter(|line| slips::mended(line.text, keys).is_none()).count();
@@ -159,7 +160,7 @@ fn something_else(first: &toml::de::Error, text: &str) -> Fault {
 }
 
 /// A fault of TOML's syntax, with what is usually meant there; the same slip in other lines is the same fault.
-fn toml_syntax(line: Line<'_>, message: &str, span: Span, keys: &[&str], faults: &mut Sink) {
+fn toml_syntax(line: TextLine<'_>, message: &str, span: Span, keys: &[&str], faults: &mut Sink) {
     if let Some(Mended { what, place: (from, to), line: better }) = slips::mended(line.text, keys) {
         let span = Span::new(line.start + from, line.start + to);
         if !faults.again(&what, span) {
@@ -180,7 +181,7 @@ fn toml_syntax(line: Line<'_>, message: &str, span: Span, keys: &[&str], faults:
 }
 
 /// A key that a table has twice: where several are, the header of another table may be missing.
-fn repeated_key(name: &str, span: Span, table: Line<'_>, faults: &mut Sink) {
+fn repeated_key(name: &str, span: Span, table: TextLine<'_>, faults: &mut Sink) {
     let subject = format!("table at {}", table.start);
     if !faults.again(&subject, span) {
         let help = "remove one; or, if another table begins here, write its header above, such as `[bodies.NAME]`";
@@ -211,7 +212,7 @@ pub(crate) fn inside_quotes(source: &str, whole: Span, text: &str) -> Span {
 
 /// The depth of the tree is limited by the parser, so recursion is safe.
 fn table_of(source: &str, table: DeTable<'_>) -> Content {
-    let mut entries: Vec<(Text, Node)> = table
+    let mut entries: Vec<(Text, DocumentNode)> = table
         .into_iter()
         .map(|(key, value)| {
             let key_span = Span::new(key.span().start, key.span().end);
@@ -224,11 +225,11 @@ fn table_of(source: &str, table: DeTable<'_>) -> Content {
     Content::Table(entries)
 }
 
-fn node_of(source: &str, span: Span, value: DeValue<'_>) -> Node {
+fn node_of(source: &str, span: Span, value: DeValue<'_>) -> DocumentNode {
     let kind = match value {
         DeValue::String(text) => {
             let span = inside_quotes(source, span, &text);
-            return Node { span, kind: Content::Text(text.into_owned()) };
+            return DocumentNode { span, kind: Content::Text(text.into_owned()) };
         }
         DeValue::Integer(integer) => Content::Number(integer_of(integer.as_str(), integer.radix())),
         // A number beyond the largest float parses as infinite, which is refused where it is used.
@@ -246,7 +247,7 @@ fn node_of(source: &str, span: Span, value: DeValue<'_>) -> Node {
         ),
         DeValue::Table(table) => table_of(source, table),
     };
-    Node { span, kind }
+    DocumentNode { span, kind }
 }
 
 /// Digits of any length as a float.

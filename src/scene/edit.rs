@@ -1,7 +1,7 @@
 //! The same scene with other values: all else in its text stays as it is, comments too.
 
 use super::decode::{is_json, tree};
-use super::document::{Content, Node};
+use super::document::{Content, DocumentNode};
 use super::{Faults, Scene};
 use crate::diagnostic::{Span, suggest};
 use std::path::Path;
@@ -62,9 +62,9 @@ pub fn spliced(text: &str, mut places: Vec<(Span, String)>) -> Option<String> {
 }
 
 /// Where the value of a name is written.
-fn written(tree: &Node, name: &str) -> Result<Span, String> {
+fn written(tree: &DocumentNode, name: &str) -> Result<Span, String> {
     let tables = TABLES.iter().filter_map(|table| entries(tree)?.iter().find(|(key, _)| key.text == *table));
-    let mut found: Vec<&Node> = tables.filter_map(|(_, table)| at(table, name)).chain(at(tree, name)).collect();
+    let mut found: Vec<&DocumentNode> = tables.filter_map(|(_, table)| at(table, name)).chain(at(tree, name)).collect();
     found.dedup_by_key(|node| node.span);
     match found.as_slice() {
         [node] => own_value(node).map(|node| node.span).ok_or_else(|| {
@@ -82,14 +82,14 @@ fn written(tree: &Node, name: &str) -> Result<Span, String> {
 }
 
 /// What a path leads to; keys may have dots of their own.
-fn at<'n>(node: &'n Node, path: &str) -> Option<&'n Node> {
+fn at<'n>(node: &'n DocumentNode, path: &str) -> Option<&'n DocumentNode> {
     entries(node)?.iter().find_map(|(key, value)| {
         let rest = path.strip_prefix(key.text.as_str())?;
         if rest.is_empty() { Some(value) } else { at(value, rest.strip_prefix('.')?) }
     })
 }
 
-fn entries(node: &Node) -> Option<&[(crate::diagnostic::Text, Node)]> {
+fn entries(node: &DocumentNode) -> Option<&[(crate::diagnostic::Text, DocumentNode)]> {
     match &node.kind {
         Content::Table(entries) => Some(entries),
         Content::Array(_)
@@ -102,7 +102,7 @@ fn entries(node: &Node) -> Option<&[(crate::diagnostic::Text, Node)]> {
 }
 
 /// A value, or that of a table which has its value beside other keys.
-fn own_value(node: &Node) -> Option<&Node> {
+fn own_value(node: &DocumentNode) -> Option<&DocumentNode> {
     match entries(node) {
         Some(entries) => {
             ITSELF.iter().find_map(|own| entries.iter().find(|(key, _)| key.text == *own)).map(|(_, value)| value)
@@ -111,12 +111,12 @@ fn own_value(node: &Node) -> Option<&Node> {
     }
 }
 
-fn first_key(node: &Node) -> &str {
+fn first_key(node: &DocumentNode) -> &str {
     entries(node).and_then(<[_]>::first).map_or("", |(key, _)| key.text.as_str())
 }
 
 /// All names that can be changed.
-fn names(tree: &Node) -> Vec<String> {
+fn names(tree: &DocumentNode) -> Vec<String> {
     let mut all = Vec::new();
     for (table, entry) in entries(tree).unwrap_or_default() {
         for (name, value) in entries(entry).unwrap_or_default() {

@@ -25,8 +25,8 @@ const DEEPEST: usize = 250;
 
 /// A part of an expression.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Tree {
-    pub kind: TreeKind,
+pub(crate) struct SyntaxTree {
+    pub kind: SyntaxKind,
     /// First byte within the text of the expression.
     pub start: usize,
     /// One past its last byte.
@@ -35,28 +35,28 @@ pub(crate) struct Tree {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum TreeKind {
+pub(crate) enum SyntaxKind {
     Number(f64),
     /// A number with its unit, in SI.
     Measure(f64, Unit),
     Name(String),
     /// Operators too.
-    Call(Function, Vec<Tree>),
-    If(Comparison, Box<[Tree; 4]>),
+    Call(Function, Vec<SyntaxTree>),
+    If(Comparison, Box<[SyntaxTree; 4]>),
     /// What a sampled value gets at the same tick.
     New(String),
     /// A file's table at a value.
-    Table(Lookup, String, Box<Tree>),
+    Table(Lookup, String, Box<SyntaxTree>),
 }
 
-impl TreeKind {
+impl SyntaxKind {
     /// What it is made of, from left to right.
-    pub fn parts(&self) -> &[Tree] {
+    pub fn parts(&self) -> &[SyntaxTree] {
         match self {
-            TreeKind::Number(_) | TreeKind::Measure(..) | TreeKind::Name(_) | TreeKind::New(_) => &[],
-            TreeKind::Call(_, arguments) => arguments,
-            TreeKind::If(_, parts) => &parts[..],
-            TreeKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
+            SyntaxKind::Number(_) | SyntaxKind::Measure(..) | SyntaxKind::Name(_) | SyntaxKind::New(_) => &[],
+            SyntaxKind::Call(_, arguments) => arguments,
+            SyntaxKind::If(_, parts) => &parts[..],
+            SyntaxKind::Table(_, _, argument) => std::slice::from_ref(&**argument),
         }
     }
 }
@@ -84,7 +84,7 @@ impl Lookup {
     }
 }
 
-pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
+pub(crate) fn parse(text: &Text) -> Result<SyntaxTree, Fault> {
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, nesting: 0 };
     let tree = parser.sum()?;
@@ -99,7 +99,7 @@ pub(crate) fn parse(text: &Text) -> Result<Tree, Fault> {
 }
 
 /// A comparison of two expressions.
-pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [Tree; 2]), Fault> {
+pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [SyntaxTree; 2]), Fault> {
     const ONE: &str = "write one comparison, such as `beam.angle > 0.7`";
     const BOTH: &str = "one comparison can stand for both: `min(a, b) > 0` where a and b must be positive, `max(a, b) > 0` where one is enough";
     let or_one = |fault: Fault| if fault.help.is_empty() { fault.help(ONE) } else { fault };
@@ -252,7 +252,7 @@ struct Parser<'t> {
 }
 
 impl<'t> Parser<'t> {
-    fn sum(&mut self) -> Result<Tree, Fault> {
+    fn sum(&mut self) -> Result<SyntaxTree, Fault> {
         let mut left = self.product()?;
         while let Token::Operator(operator @ (Binary::Add | Binary::Subtract)) = self.peek() {
             self.at += 1;
@@ -261,7 +261,7 @@ impl<'t> Parser<'t> {
         Ok(left)
     }
 
-    fn product(&mut self) -> Result<Tree, Fault> {
+    fn product(&mut self) -> Result<SyntaxTree, Fault> {
         let mut left = self.sign()?;
         while let Token::Operator(operator @ (Binary::Multiply | Binary::Divide)) = self.peek() {
             self.at += 1;
@@ -270,14 +270,14 @@ impl<'t> Parser<'t> {
         Ok(left)
     }
 
-    fn sign(&mut self) -> Result<Tree, Fault> {
+    fn sign(&mut self) -> Result<SyntaxTree, Fault> {
         self.nested(|parser| match parser.peek() {
             Token::Operator(Binary::Subtract) => {
                 let start = parser.place().0;
                 parser.at += 1;
                 let inner = parser.sign()?;
                 let end = inner.end;
-                parser.tree(TreeKind::Call(Function::One(Unary::Negate), vec![inner]), start, end)
+                parser.tree(SyntaxKind::Call(Function::One(Unary::Negate), vec![inner]), start, end)
             }
             Token::Operator(Binary::Add) => {
                 parser.at += 1;
@@ -287,7 +287,7 @@ impl<'t> Parser<'t> {
         })
     }
 
-    fn power(&mut self) -> Result<Tree, Fault> {
+    fn power(&mut self) -> Result<SyntaxTree, Fault> {
         let base = self.primary()?;
         if self.peek() == Token::Operator(Binary::Power) {
             self.at += 1;
@@ -296,14 +296,14 @@ impl<'t> Parser<'t> {
         Ok(base)
     }
 
-    fn primary(&mut self) -> Result<Tree, Fault> {
+    fn primary(&mut self) -> Result<SyntaxTree, Fault> {
         let (token, (start, end)) = (self.peek(), self.place());
         match token {
             Token::Number(number) => {
                 self.at += 1;
                 match self.peek() {
                     Token::Unit(unit) => self.measure(number, unit, start),
-                    _ => self.tree(TreeKind::Number(number), start, end),
+                    _ => self.tree(SyntaxKind::Number(number), start, end),
                 }
             }
             Token::Name(name) => {
@@ -313,7 +313,7 @@ impl<'t> Parser<'t> {
                     Token::Open if name == NEW => self.newer(start),
                     Token::Open if Lookup::named(name).is_some() => self.lookup(name, start),
                     Token::Open => self.call(name, start, end),
-                    _ => self.tree(TreeKind::Name(name.to_string()), start, end),
+                    _ => self.tree(SyntaxKind::Name(name.to_string()), start, end),
                 }
             }
             Token::Open => {
@@ -332,16 +332,16 @@ impl<'t> Parser<'t> {
     }
 
     /// A number has been read, its unit is next.
-    fn measure(&mut self, number: f64, unit: &str, start: usize) -> Result<Tree, Fault> {
+    fn measure(&mut self, number: f64, unit: &str, start: usize) -> Result<SyntaxTree, Fault> {
         let (open, end) = self.place();
         self.at += 1;
         let unit = unit::parse(&Text::new(unit, self.text.part(open + 1, end - 1)))?;
         let factor = unit.display.as_ref().map_or(1.0, |display| display.factor);
-        self.tree(TreeKind::Measure(number * factor, unit), start, end)
+        self.tree(SyntaxKind::Measure(number * factor, unit), start, end)
     }
 
     /// `if` has been read, `(` is next.
-    fn conditional(&mut self, start: usize) -> Result<Tree, Fault> {
+    fn conditional(&mut self, start: usize) -> Result<SyntaxTree, Fault> {
         self.at += 1;
         let left = self.sum()?;
         let Token::Compare(comparison) = self.peek() else {
@@ -357,11 +357,11 @@ impl<'t> Parser<'t> {
         self.comma()?;
         let otherwise = self.sum()?;
         let end = self.close()?;
-        self.tree(TreeKind::If(comparison, Box::new([left, right, then, otherwise])), start, end)
+        self.tree(SyntaxKind::If(comparison, Box::new([left, right, then, otherwise])), start, end)
     }
 
     /// `new` has been read, `(` is next.
-    fn newer(&mut self, start: usize) -> Result<Tree, Fault> {
+    fn newer(&mut self, start: usize) -> Result<SyntaxTree, Fault> {
         self.at += 1;
         let Token::Name(name) = self.peek() else {
             let fault = self.fault("in `new(...)` stands the name of a sampled value").label("expected a name");
@@ -370,11 +370,11 @@ impl<'t> Parser<'t> {
         let name = name.to_owned();
         self.at += 1;
         let end = self.close()?;
-        self.tree(TreeKind::New(name), start, end)
+        self.tree(SyntaxKind::New(name), start, end)
     }
 
     /// The name of a way to read a table has been read, `(` is next.
-    fn lookup(&mut self, name: &str, start: usize) -> Result<Tree, Fault> {
+    fn lookup(&mut self, name: &str, start: usize) -> Result<SyntaxTree, Fault> {
         self.at += 1;
         let help = format!("write `{name}(\"file.csv\", x)`");
         let Token::Text(file) = self.peek() else {
@@ -391,11 +391,11 @@ impl<'t> Parser<'t> {
         let argument = self.sum()?;
         let end = self.close()?;
         let lookup = Lookup::named(name).unwrap_or(Lookup { smooth: false, periodic: false });
-        self.tree(TreeKind::Table(lookup, file, Box::new(argument)), start, end)
+        self.tree(SyntaxKind::Table(lookup, file, Box::new(argument)), start, end)
     }
 
     /// The name of a function has been read, `(` is next.
-    fn call(&mut self, name: &str, start: usize, name_end: usize) -> Result<Tree, Fault> {
+    fn call(&mut self, name: &str, start: usize, name_end: usize) -> Result<SyntaxTree, Fault> {
         let span = self.text.part(start, name_end);
         let Some(function) = Function::named(name) else {
             let names = || Function::all().map(Function::name).chain(Lookup::NAMES.map(|(name, _)| name));
@@ -421,30 +421,30 @@ impl<'t> Parser<'t> {
             return Err(Fault::new("scene::bad_expression", message, self.text.part(start, end))
                 .label(format!("{} given", count(arguments.len()))));
         }
-        self.tree(TreeKind::Call(function, arguments), start, end)
+        self.tree(SyntaxKind::Call(function, arguments), start, end)
     }
 
     fn binary(
         &mut self,
         operator: Binary,
-        left: Tree,
-        right: impl Fn(&mut Self) -> Result<Tree, Fault>,
-    ) -> Result<Tree, Fault> {
+        left: SyntaxTree,
+        right: impl Fn(&mut Self) -> Result<SyntaxTree, Fault>,
+    ) -> Result<SyntaxTree, Fault> {
         let right = right(self)?;
         let (start, end) = (left.start, right.end);
-        self.tree(TreeKind::Call(Function::Two(operator), vec![left, right]), start, end)
+        self.tree(SyntaxKind::Call(Function::Two(operator), vec![left, right]), start, end)
     }
 
     /// A tree that is not too deep.
-    fn tree(&self, kind: TreeKind, start: usize, end: usize) -> Result<Tree, Fault> {
+    fn tree(&self, kind: SyntaxKind, start: usize, end: usize) -> Result<SyntaxTree, Fault> {
         let depth = 1 + kind.parts().iter().map(|part| part.depth).max().unwrap_or(0);
         if depth > DEEPEST {
             return Err(self.too_deep());
         }
-        Ok(Tree { kind, start, end, depth })
+        Ok(SyntaxTree { kind, start, end, depth })
     }
 
-    fn nested(&mut self, parse: impl Fn(&mut Self) -> Result<Tree, Fault>) -> Result<Tree, Fault> {
+    fn nested(&mut self, parse: impl Fn(&mut Self) -> Result<SyntaxTree, Fault>) -> Result<SyntaxTree, Fault> {
         self.nesting += 1;
         let tree = if self.nesting > DEEPEST { Err(self.too_deep()) } else { parse(self) };
         self.nesting -= 1;

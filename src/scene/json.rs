@@ -1,6 +1,6 @@
 //! A JSON reader that knows where each value is written.
 
-use super::document::{Content, Node, duplicate_key, inside_quotes, syntax};
+use super::document::{Content, DocumentNode, duplicate_key, inside_quotes, syntax};
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Span, Text};
 use std::collections::HashSet;
@@ -9,8 +9,8 @@ use std::collections::HashSet;
 const DEEPEST: usize = 80;
 
 /// Reads one JSON value; the first syntax error ends the reading.
-pub(crate) fn read(text: &str, faults: &mut Sink) -> Option<Node> {
-    let mut reader = Reader { text, at: 0, faults };
+pub(crate) fn read(text: &str, faults: &mut Sink) -> Option<DocumentNode> {
+    let mut reader = JsonReader { text, at: 0, faults };
     let result = reader.value(0).and_then(|node| {
         reader.skip_space();
         if reader.at == text.len() { Ok(node) } else { Err(reader.expected("the end of the file")) }
@@ -24,14 +24,14 @@ pub(crate) fn read(text: &str, faults: &mut Sink) -> Option<Node> {
     }
 }
 
-struct Reader<'t, 'f> {
+struct JsonReader<'t, 'f> {
     text: &'t str,
     at: usize,
     faults: &'f mut Sink,
 }
 
-impl Reader<'_, '_> {
-    fn value(&mut self, depth: usize) -> Result<Node, Fault> {
+impl JsonReader<'_, '_> {
+    fn value(&mut self, depth: usize) -> Result<DocumentNode, Fault> {
         self.skip_space();
         let start = self.at;
         if depth > DEEPEST {
@@ -42,18 +42,18 @@ impl Reader<'_, '_> {
             Some('[') => self.array(depth)?,
             Some('"') => {
                 let Text { text, span } = self.string()?;
-                return Ok(Node { span, kind: Content::Text(text) });
+                return Ok(DocumentNode { span, kind: Content::Text(text) });
             }
             Some('-' | '0'..='9') => self.number()?,
             Some('a'..='z' | 'A'..='Z') => self.word()?,
             _ => return Err(self.expected("a value")),
         };
-        Ok(Node { span: Span::new(start, self.at), kind })
+        Ok(DocumentNode { span: Span::new(start, self.at), kind })
     }
 
     fn table(&mut self, depth: usize) -> Result<Content, Fault> {
         self.at += 1;
-        let mut entries: Vec<(Text, Node)> = Vec::new();
+        let mut entries: Vec<(Text, DocumentNode)> = Vec::new();
         let mut seen = HashSet::new();
         self.skip_space();
         if self.take('}') {

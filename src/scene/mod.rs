@@ -31,7 +31,7 @@ pub use model::{
 };
 pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
 pub use quantity::{Quantity, Value};
-pub(crate) use quantity::{Reading, read};
+pub(crate) use quantity::{QuantityReading, read};
 
 /// A scene without faults.
 #[derive(Clone, Debug, PartialEq)]

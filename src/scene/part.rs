@@ -1,6 +1,6 @@
 //! Bodies, joints, drivers and loads as they are written: tables whose keys their components know.
 
-use super::document::{Content, Node};
+use super::document::{Content, DocumentNode};
 use super::model::{InputAs, Motion, Point, Vector, Within};
 use super::quantity::{Quantity, Value};
 use crate::diagnostic::span::{Span, Text};
@@ -12,7 +12,7 @@ pub struct Part {
     /// The name.
     pub name: Text,
     /// A table, if it is well written.
-    pub(crate) node: Node,
+    pub(crate) node: DocumentNode,
     /// In whose text it is written.
     pub(crate) within: Within,
     /// Its points that are those of the ground of a part which it carries.
@@ -20,12 +20,12 @@ pub struct Part {
 }
 
 impl Part {
-    pub(super) fn new(name: Text, node: Node) -> Part {
+    pub(super) fn new(name: Text, node: DocumentNode) -> Part {
         Part { name, node, within: 0, carried: Vec::new() }
     }
 
     pub(super) fn empty() -> Part {
-        Part::new(Text::default(), Node::built(Content::Table(Vec::new())))
+        Part::new(Text::default(), DocumentNode::built(Content::Table(Vec::new())))
     }
 
     pub(super) fn with_name(mut self, name: &str) -> Part {
@@ -34,7 +34,7 @@ impl Part {
     }
 
     /// With a value for a key, in place of the one that it has.
-    pub(crate) fn set(mut self, key: &str, value: impl Into<Node>) -> Part {
+    pub(crate) fn set(mut self, key: &str, value: impl Into<DocumentNode>) -> Part {
         if let Content::Table(entries) = &mut self.node.kind {
             entries.retain(|(other, _)| other.text != key);
             entries.push((Text::from(key), value.into()));
@@ -48,17 +48,17 @@ impl Part {
     }
 
     /// Adds an entry to the table that a key has.
-    fn add(mut self, key: &str, name: &str, value: impl Into<Node>) -> Part {
+    fn add(mut self, key: &str, name: &str, value: impl Into<DocumentNode>) -> Part {
         self.add_entry(key, Text::from(name), value.into());
         self
     }
 
     /// The same, if it is a table.
-    fn add_entry(&mut self, key: &str, name: Text, value: Node) {
+    fn add_entry(&mut self, key: &str, name: Text, value: DocumentNode) {
         let Content::Table(entries) = &mut self.node.kind else { return };
         let place = entries.iter().position(|(other, _)| other.text == key).unwrap_or(entries.len());
         if place == entries.len() {
-            entries.push((Text::from(key), Node::built(Content::Table(Vec::new()))));
+            entries.push((Text::from(key), DocumentNode::built(Content::Table(Vec::new()))));
         }
         if let Content::Table(entries) = &mut entries[place].1.kind {
             entries.push((name, value));
@@ -67,26 +67,26 @@ impl Part {
 
     /// Is it a table, and so are its points, if it has any? Else nobody knows its points.
     pub(crate) fn is_readable(&self) -> bool {
-        let is_table = |node: &Node| matches!(node.kind, Content::Table(_));
+        let is_table = |node: &DocumentNode| matches!(node.kind, Content::Table(_));
         is_table(&self.node) && self.get("points").is_none_or(is_table)
     }
 
     /// The entries of a table with names, if it is one.
-    pub fn entries(&self, key: &str) -> &[(Text, Node)] {
+    pub fn entries(&self, key: &str) -> &[(Text, DocumentNode)] {
         match self.get(key).or_else(|| self.meant(key)) {
-            Some(Node { kind: Content::Table(entries), .. }) => entries,
+            Some(DocumentNode { kind: Content::Table(entries), .. }) => entries,
             _ => &[],
         }
     }
 
     /// What a key says that is nearly this one.
-    fn meant(&self, key: &str) -> Option<&Node> {
+    fn meant(&self, key: &str) -> Option<&DocumentNode> {
         let Content::Table(entries) = &self.node.kind else { return None };
         entries.iter().find(|(other, _)| suggest::nearest(&other.text, [key]).is_some()).map(|(_, node)| node)
     }
 
     /// What a key says, if it is there.
-    pub fn get(&self, key: &str) -> Option<&Node> {
+    pub fn get(&self, key: &str) -> Option<&DocumentNode> {
         let Content::Table(entries) = &self.node.kind else { return None };
         entries.iter().find(|(other, _)| other.text == key).map(|(_, node)| node)
     }
@@ -99,12 +99,12 @@ impl Part {
 
     /// The text of a key, if it is one.
     pub(crate) fn text(&self, key: &str) -> Option<Text> {
-        self.get(key).and_then(Node::text)
+        self.get(key).and_then(DocumentNode::text)
     }
 
     /// The two names of `between`, if it has two.
     pub(crate) fn between(&self) -> Option<[Text; 2]> {
-        let Some(Node { kind: Content::Array(items), .. }) = self.get("between") else { return None };
+        let Some(DocumentNode { kind: Content::Array(items), .. }) = self.get("between") else { return None };
         let [first, second] = &items[..] else { return None };
         Some([first.text()?, second.text()?])
     }
@@ -118,7 +118,7 @@ macro_rules! builders {
         pub struct $name(pub(super) Part);
 
         impl $name {
-            pub(crate) fn set(self, key: &str, value: impl Into<Node>) -> $name {
+            pub(crate) fn set(self, key: &str, value: impl Into<DocumentNode>) -> $name {
                 $name(self.0.set(key, value))
             }
         }
@@ -158,9 +158,9 @@ impl Joint {
     /// Dry friction of what turns [N.m] or slides \[N\], and the velocity below which it fades.
     #[must_use]
     pub fn friction(self, coulomb: impl Into<Quantity>, velocity: impl Into<Quantity>) -> Joint {
-        let entry = |key: &str, value: Quantity| (Text::from(key), Node::from(value));
+        let entry = |key: &str, value: Quantity| (Text::from(key), DocumentNode::from(value));
         let entries = vec![entry("coulomb", coulomb.into()), entry("velocity", velocity.into())];
-        self.set("friction", Node { span: Span::default(), kind: Content::Table(entries) })
+        self.set("friction", DocumentNode { span: Span::default(), kind: Content::Table(entries) })
     }
 
     /// The second body's angle minus the first's, or the second wheel's angle where the first's is zero.
@@ -203,7 +203,7 @@ impl Body {
     /// Gravity leaves it alone.
     #[must_use]
     pub fn weightless(self) -> Body {
-        self.set("gravity", Node::built(Content::Boolean(false)))
+        self.set("gravity", DocumentNode::built(Content::Boolean(false)))
     }
 
     /// Its shape: gives the mass centre, and with a density the mass and the moment of inertia.
@@ -227,7 +227,7 @@ impl Default for Body {
 
 /// A place in a body's frame: two coordinates \[m\], or the name of one of the body's points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Corner(Node);
+pub struct Corner(DocumentNode);
 
 impl From<&str> for Corner {
     fn from(point: &str) -> Corner {
@@ -245,7 +245,7 @@ impl Shape {
     /// A shape with these corners.
     pub(crate) fn new(kind: &str, corners: Vec<Corner>) -> Shape {
         let corners = corners.into_iter().map(|corner| corner.0).collect();
-        Shape(Part::empty()).set(kind, Node::built(Content::Array(corners)))
+        Shape(Part::empty()).set(kind, DocumentNode::built(Content::Array(corners)))
     }
 
     /// A shape about a place.
@@ -288,9 +288,9 @@ impl Load {
     }
 }
 
-impl Node {
-    fn built(kind: Content) -> Node {
-        Node { span: Span::default(), kind }
+impl DocumentNode {
+    fn built(kind: Content) -> DocumentNode {
+        DocumentNode { span: Span::default(), kind }
     }
 
     pub(crate) fn text(&self) -> Option<Text> {
@@ -299,42 +299,45 @@ impl Node {
     }
 }
 
-impl From<&str> for Node {
-    fn from(text: &str) -> Node {
-        Node::built(Content::Text(text.to_string()))
+impl From<&str> for DocumentNode {
+    fn from(text: &str) -> DocumentNode {
+        DocumentNode::built(Content::Text(text.to_string()))
     }
 }
 
-impl From<[&str; 2]> for Node {
-    fn from(pair: [&str; 2]) -> Node {
-        Node::built(Content::Array(pair.map(Node::from).into()))
+impl From<[&str; 2]> for DocumentNode {
+    fn from(pair: [&str; 2]) -> DocumentNode {
+        DocumentNode::built(Content::Array(pair.map(DocumentNode::from).into()))
     }
 }
 
-impl From<Quantity> for Node {
-    fn from(quantity: Quantity) -> Node {
+impl From<Quantity> for DocumentNode {
+    fn from(quantity: Quantity) -> DocumentNode {
         let kind = match quantity.value {
             Value::Number(number) => Content::Number(number),
             Value::Text(text) => Content::Text(text),
         };
-        Node { span: quantity.span, kind }
+        DocumentNode { span: quantity.span, kind }
     }
 }
 
-impl From<Vector> for Node {
-    fn from(vector: Vector) -> Node {
-        Node { span: vector.span, kind: Content::Array(vector.components.into_iter().map(Node::from).collect()) }
+impl From<Vector> for DocumentNode {
+    fn from(vector: Vector) -> DocumentNode {
+        DocumentNode {
+            span: vector.span,
+            kind: Content::Array(vector.components.into_iter().map(DocumentNode::from).collect()),
+        }
     }
 }
 
-impl From<Motion> for Node {
-    fn from(motion: Motion) -> Node {
+impl From<Motion> for DocumentNode {
+    fn from(motion: Motion) -> DocumentNode {
         match motion {
             Motion::Given(law) => law.into(),
             Motion::Follows { input, r#as } => {
-                let entry = |key: &str, text: &str| (Text::from(key), Node::from(text));
+                let entry = |key: &str, text: &str| (Text::from(key), DocumentNode::from(text));
                 let entries = vec![entry("input", &input.text), entry("as", r#as.word())];
-                Node::built(Content::Table(entries))
+                DocumentNode::built(Content::Table(entries))
             }
         }
     }

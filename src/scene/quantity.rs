@@ -55,7 +55,7 @@ impl From<String> for Quantity {
 
 /// What a text turns out to be.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Reading {
+pub(crate) enum QuantityReading {
     /// A number alone.
     Number(f64),
     /// A number with a unit: its SI value.
@@ -65,19 +65,19 @@ pub(crate) enum Reading {
 }
 
 /// Tells numbers, numbers with a unit and expressions apart.
-pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
+pub(crate) fn read(text: &Text) -> Result<QuantityReading, Fault> {
     let Some((number, at)) = leading_number(&text.text) else {
-        return Ok(Reading::Expression);
+        return Ok(QuantityReading::Expression);
     };
     let rest = text.text[at..].trim();
     if rest.is_empty() {
-        return Ok(Reading::Number(number));
+        return Ok(QuantityReading::Number(number));
     }
     if let Some(fault) = decimal_comma(text, at) {
         return Err(fault);
     }
     if !rest.starts_with(|c: char| c.is_alphabetic() || "°º˚%\"″”'′".contains(c)) && !rest.starts_with("1/") {
-        return Ok(Reading::Expression);
+        return Ok(QuantityReading::Expression);
     }
     let begin = at + (text.text[at..].len() - text.text[at..].trim_start().len());
     let unit_text = Text::new(rest, text.part(begin, begin + rest.len()));
@@ -92,7 +92,7 @@ pub(crate) fn read(text: &Text) -> Result<Reading, Fault> {
         }));
     }
     let unit = unit::parse(&unit_text).map_err(|fault| factor_with_unit(text, at, &unit_text).unwrap_or(fault))?;
-    Ok(Reading::Measure(number * unit.display.as_ref().map_or(1.0, |display| display.factor), unit))
+    Ok(QuantityReading::Measure(number * unit.display.as_ref().map_or(1.0, |display| display.factor), unit))
 }
 
 /// `"0,5 m"`
@@ -211,7 +211,7 @@ mod tests {
 
     fn si(text: &str) -> (f64, String) {
         match read(&Text::from(text)).unwrap() {
-            Reading::Measure(value, unit) => (value, unit.si),
+            QuantityReading::Measure(value, unit) => (value, unit.si),
             other => panic!("{text} is {other:?}"),
         }
     }
@@ -255,15 +255,15 @@ mod tests {
 
     #[test]
     fn a_unit_follows_a_number_and_nothing_else() {
-        assert_eq!(read(&Text::from("2*m")).unwrap(), Reading::Expression);
-        assert_eq!(read(&Text::from("crank_length")).unwrap(), Reading::Expression);
-        assert_eq!(read(&Text::from("-2")).unwrap(), Reading::Number(-2.0));
-        assert_eq!(read(&Text::from(" 2e3 ")).unwrap(), Reading::Number(2000.0));
+        assert_eq!(read(&Text::from("2*m")).unwrap(), QuantityReading::Expression);
+        assert_eq!(read(&Text::from("crank_length")).unwrap(), QuantityReading::Expression);
+        assert_eq!(read(&Text::from("-2")).unwrap(), QuantityReading::Number(-2.0));
+        assert_eq!(read(&Text::from(" 2e3 ")).unwrap(), QuantityReading::Number(2000.0));
         assert_eq!(read(&Text::from("2 m + x")).unwrap_err().code, "scene::unit_in_expression");
         let fault = read(&Text::from("360 deg*t")).unwrap_err();
         assert_eq!((fault.code, &*fault.help), ("scene::unit_in_expression", "write `360[deg]*t`"));
         assert_eq!(&*read(&Text::from("2 rad/s*t")).unwrap_err().help, "write `2[rad/s]*t`");
-        assert!(matches!(read(&Text::from("360[deg]*t")), Ok(Reading::Expression)));
+        assert!(matches!(read(&Text::from("360[deg]*t")), Ok(QuantityReading::Expression)));
         assert_eq!(read(&Text::from("2 furlong")).unwrap_err().code, "scene::unknown_unit");
         assert_eq!(read(&Text::from("2 t")).unwrap_err().code, "scene::unknown_unit");
         for (text, meant) in [

@@ -34,7 +34,7 @@ const WB: Base = base("Wb", Exponents::WEBER);
 const T: Base = base("T", Exponents::TESLA);
 
 /// A symbol: SI value of one of it, and the SI units that it is made of.
-struct Symbol {
+struct UnitSymbol {
     name: &'static str,
     factor: f64,
     si: &'static [(Base, i32)],
@@ -42,8 +42,8 @@ struct Symbol {
     prefixes: &'static str,
 }
 
-const fn symbol(name: &'static str, factor: f64, si: &'static [(Base, i32)], prefixes: &'static str) -> Symbol {
-    Symbol { name, factor, si, prefixes }
+const fn symbol(name: &'static str, factor: f64, si: &'static [(Base, i32)], prefixes: &'static str) -> UnitSymbol {
+    UnitSymbol { name, factor, si, prefixes }
 }
 
 const ALL: &str = "nuµμmckMG";
@@ -55,7 +55,7 @@ const ELECTRICAL: &str = "nuµμmkMG";
 
 const POUND: f64 = 0.453_592_37;
 
-const SYMBOLS: [Symbol; 31] = [
+const SYMBOLS: [UnitSymbol; 31] = [
     symbol("m", 1.0, &[(M, 1)], ALL),
     symbol("in", 0.0254, &[(M, 1)], NONE),
     symbol("ft", 0.3048, &[(M, 1)], NONE),
@@ -190,7 +190,7 @@ pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
     Ok(Unit { exponents, si, display })
 }
 
-fn parse_factor(text: &Text, start: usize, end: usize) -> Result<(&'static Symbol, f64, i32), Fault> {
+fn parse_factor(text: &Text, start: usize, end: usize) -> Result<(&'static UnitSymbol, f64, i32), Fault> {
     let word = text.text[start..end].trim();
     let letters = if word == "1" { 1 } else { word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len()) };
     let exponent = &word[letters..];
@@ -205,7 +205,7 @@ fn parse_factor(text: &Text, start: usize, end: usize) -> Result<(&'static Symbo
 }
 
 /// A symbol with or without a prefix. The bare symbol comes first: `min` is a minute, not a milli-inch.
-fn find(word: &str) -> Option<(&'static Symbol, f64)> {
+fn find(word: &str) -> Option<(&'static UnitSymbol, f64)> {
     if let Some(symbol) = SYMBOLS.iter().find(|symbol| symbol.name == word) {
         return Some((symbol, symbol.factor));
     }

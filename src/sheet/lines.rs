@@ -4,7 +4,7 @@ use super::SheetError;
 
 /// The rows of a text with one separator each between their cells.
 #[derive(Debug)]
-pub(super) struct Lines {
+pub(super) struct SheetLines {
     pub separator: u8,
     /// A line for each row, as RFC 4180 has them.
     pub text: String,
@@ -16,7 +16,7 @@ pub(super) struct Lines {
 
 /// What the reader of a row is at.
 #[derive(Clone, Copy, PartialEq)]
-enum At {
+enum CellState {
     Start,
     Bare,
     Quoted,
@@ -25,18 +25,19 @@ enum At {
     Behind,
 }
 
-impl Lines {
-    pub fn of(text: &str) -> Result<Lines, SheetError> {
+impl SheetLines {
+    pub fn of(text: &str) -> Result<SheetLines, SheetError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let (rows, comment) = rows(text)?;
-        let mut lines = Lines { separator: separator(&rows), text: String::new(), numbers: Vec::new(), comment };
+        let mut lines = SheetLines { separator: separator(&rows), text: String::new(), numbers: Vec::new(), comment };
         rows.into_iter().try_for_each(|(line, row)| lines.push(line, row))?;
         Ok(lines)
     }
 
     /// Another row with the same separator, alone.
-    pub fn only(&self, line: usize, row: &str) -> Result<Lines, SheetError> {
-        let mut only = Lines { separator: self.separator, text: String::new(), numbers: Vec::new(), comment: None };
+    pub fn only(&self, line: usize, row: &str) -> Result<SheetLines, SheetError> {
+        let mut only =
+            SheetLines { separator: self.separator, text: String::new(), numbers: Vec::new(), comment: None };
         only.push(line, row)?;
         Ok(only)
     }
@@ -47,30 +48,30 @@ impl Lines {
         let row = if by_blanks { row.trim() } else { row.trim_matches([' ', '\r']) };
         let row = if by_blanks && !begins_with_number(row) { &with_units_joined(row) } else { row };
         let separates = |c: char| if by_blanks { c.is_whitespace() } else { c == char::from(self.separator) };
-        let (mut at, mut column) = (At::Start, 1);
+        let (mut at, mut column) = (CellState::Start, 1);
         for c in row.chars() {
             let next = match (at, c) {
-                (At::Quoted, '"') => At::Closed,
-                (At::Quoted, _) | (At::Closed, '"') => At::Quoted,
-                (At::Start, c) if by_blanks && separates(c) => continue,
+                (CellState::Quoted, '"') => CellState::Closed,
+                (CellState::Quoted, _) | (CellState::Closed, '"') => CellState::Quoted,
+                (CellState::Start, c) if by_blanks && separates(c) => continue,
                 (_, c) if separates(c) => {
                     column += 1;
-                    At::Start
+                    CellState::Start
                 }
-                (At::Start, '"') => At::Quoted,
-                (At::Start, c) if c.is_whitespace() => continue,
-                (At::Closed | At::Behind, c) if c.is_whitespace() => {
-                    at = At::Behind;
+                (CellState::Start, '"') => CellState::Quoted,
+                (CellState::Start, c) if c.is_whitespace() => continue,
+                (CellState::Closed | CellState::Behind, c) if c.is_whitespace() => {
+                    at = CellState::Behind;
                     continue;
                 }
-                (At::Closed | At::Behind, _) => {
+                (CellState::Closed | CellState::Behind, _) => {
                     return Err(SheetError::new(line, column, "something stands behind a closed quotation mark"));
                 }
                 (_, '"') => return Err(SheetError::new(line, column, "a quote in the middle of a field")),
-                (At::Start | At::Bare, _) => At::Bare,
+                (CellState::Start | CellState::Bare, _) => CellState::Bare,
             };
             at = next;
-            self.text.push(if by_blanks && next == At::Start { ' ' } else { c });
+            self.text.push(if by_blanks && next == CellState::Start { ' ' } else { c });
         }
         self.text.push('\n');
         self.numbers.push(line);

@@ -12,7 +12,7 @@ use crate::scene::quantity::number_length;
 use crate::scene::unit;
 use decimal::Decimal;
 pub use heading::Heading;
-use lines::Lines;
+use lines::SheetLines;
 
 /// A fault of a table and its place. Lines and columns count from 1; columns are cells.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -68,7 +68,7 @@ impl Sheet {
     /// # Errors
     /// A quotation mark that is not closed or stands within a cell, or numbers of which the decimal sign is not clear.
     pub fn read(text: &str) -> Result<Self, SheetError> {
-        let lines = Lines::of(text)?;
+        let lines = SheetLines::of(text)?;
         let mut rows = rows(&lines)?;
         let width = rows.iter().map(|row| row.cells.len()).max().unwrap_or(0);
         if width > 1 && rows.iter().all(|row| row.cell(width - 1).is_empty()) {
@@ -135,7 +135,7 @@ impl Sheet {
 }
 
 /// The rows that are not empty.
-fn rows(lines: &Lines) -> Result<Vec<Row>, SheetError> {
+fn rows(lines: &SheetLines) -> Result<Vec<Row>, SheetError> {
     let mut reader = ReaderBuilder::new();
     let reader = reader.has_headers(false).flexible(true).delimiter(lines.separator);
     let mut reader = reader.from_reader(lines.text.as_bytes());
@@ -149,7 +149,7 @@ fn rows(lines: &Lines) -> Result<Vec<Row>, SheetError> {
 }
 
 /// The names in the comment just above the first row, if it has as many words as that has cells.
-fn commented(lines: &Lines, width: usize) -> Option<Row> {
+fn commented(lines: &SheetLines, width: usize) -> Option<Row> {
     let (line, comment) = lines.comment.as_ref()?;
     // What cannot be read as a row is a comment and nothing else.
     let own = lines.only(*line, comment).ok()?;

@@ -7,7 +7,7 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::visit::Dfs;
 
-use super::eliminate::{Factor, Obstacle, System};
+use super::eliminate::{EliminationSystem, Factorisation, Obstacle};
 use super::motion::{scales, typical, unit_masses};
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr};
@@ -79,7 +79,7 @@ pub struct Loops {
 #[derive(Clone, Debug)]
 struct Factorised {
     block: Block,
-    factor: Factor,
+    factor: Factorisation,
     /// Unknowns with a mass, before the multipliers.
     masses: usize,
     /// (row of the block, coordinate of an earlier block, entry of Phi_q)
@@ -164,8 +164,9 @@ impl Factorised {
         };
         let arena = &mut equations.system.arena;
         let mass = unit_masses(arena, &own);
-        let system = System { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &own, values: &values };
-        let factor = Factor::new(arena, &system).map_err(|obstacle| match obstacle {
+        let system =
+            EliminationSystem { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &own, values: &values };
+        let factor = Factorisation::new(arena, &system).map_err(|obstacle| match obstacle {
             Obstacle::Undetermined(index) => Obstacle::Undetermined(block.columns[index] as usize),
             Obstacle::TooLarge => obstacle,
         })?;

@@ -15,7 +15,7 @@ type Rows = Vec<BTreeMap<usize, Expr>>;
 
 /// A factorised system of n coordinates and the active multipliers.
 #[derive(Clone, Debug)]
-pub struct Factor {
+pub struct Factorisation {
     steps: Vec<PivotStep>,
     size: usize,
 }
@@ -50,7 +50,7 @@ impl From<Undetermined> for Obstacle {
 const OPERATIONS: usize = 5_000_000;
 
 #[derive(Clone, Copy)]
-pub struct System<'a> {
+pub struct EliminationSystem<'a> {
     /// \[M\] by rows.
     pub mass: &'a [Vec<(usize, Expr)>],
     /// \[Phi_q\] by rows, active constraints only.
@@ -63,12 +63,12 @@ pub struct System<'a> {
     pub values: &'a dyn Fn(Symbol) -> f64,
 }
 
-impl Factor {
+impl Factorisation {
     /// Orders and factorises.
     ///
     /// # Errors
     /// A coordinate moves no mass and is not constrained, or the elimination takes too many operations.
-    pub fn new(arena: &mut Arena, system: &System) -> Result<Factor, Obstacle> {
+    pub fn new(arena: &mut Arena, system: &EliminationSystem) -> Result<Factorisation, Obstacle> {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
         let mut elimination = Elimination::new(system);
@@ -82,7 +82,7 @@ impl Factor {
                 return Err(Obstacle::TooLarge);
             }
         }
-        Ok(Factor { steps: elimination.steps, size })
+        Ok(Factorisation { steps: elimination.steps, size })
     }
 
     /// Solves for one right-hand side: first the coordinates' entries, then the multipliers'.
@@ -178,7 +178,7 @@ struct Elimination {
 }
 
 impl Elimination {
-    fn new(system: &System) -> Self {
+    fn new(system: &EliminationSystem) -> Self {
         let coordinates = system.mass.len();
         let size = coordinates + system.jacobian.len();
         Elimination {
@@ -196,7 +196,7 @@ impl Elimination {
     }
 
     /// Light coordinates whose multiplier has a constant entry for them.
-    fn eliminate_pairs(&mut self, arena: &mut Arena, system: &System) {
+    fn eliminate_pairs(&mut self, arena: &mut Arena, system: &EliminationSystem) {
         let diagonal: Vec<Expr> = (0..self.coordinates).map(|i| self.entry(i, i)).collect();
         let mut weights = arena.evaluate(&diagonal, &system.values);
         weights.iter_mut().zip(system.scales).for_each(|(weight, scale)| *weight *= scale * scale);
@@ -216,7 +216,7 @@ impl Elimination {
     }
 
     /// Adds loop equations until the mass matrix is positive definite.
-    fn augment(&mut self, arena: &mut Arena, system: &System) -> Result<(), Undetermined> {
+    fn augment(&mut self, arena: &mut Arena, system: &EliminationSystem) -> Result<(), Undetermined> {
         let mut places: Vec<(usize, usize)> = Vec::new();
         for index in (0..self.rows.len()).filter(|&index| !self.gone[index]) {
             places.extend(self.rows[index].range(..self.coordinates).map(|(&column, _)| (index, column)));
@@ -368,7 +368,7 @@ impl Elimination {
     }
 }
 
-fn rows(system: &System) -> Rows {
+fn rows(system: &EliminationSystem) -> Rows {
     let coordinates = system.mass.len();
     let mut rows: Rows = system.mass.iter().map(|row| row.iter().copied().collect()).collect();
     for (index, constraint) in system.jacobian.iter().enumerate() {
@@ -400,14 +400,14 @@ mod tests {
                 .collect()
         };
         let (mass_rows, jacobian_rows) = (sparse(mass), sparse(jacobian));
-        let system = System {
+        let system = EliminationSystem {
             mass: &mass_rows,
             jacobian: &jacobian_rows,
             diagonal: &[],
             scales: &vec![1.0; mass.len()],
             values: &|_| 0.0,
         };
-        let factor = Factor::new(&mut arena, &system).unwrap();
+        let factor = Factorisation::new(&mut arena, &system).unwrap();
         let (n, m) = (mass.len(), jacobian.len());
         let solution: Vec<f64> = (0..n + m).map(|i| 1.0 + i as f64 * 0.7).collect();
         let right: Vec<Expr> = (0..n + m)
@@ -444,13 +444,13 @@ mod tests {
     #[test]
     fn a_coordinate_that_nothing_holds_is_reported() {
         let mut arena = Arena::default();
-        let system = System {
+        let system = EliminationSystem {
             mass: &[vec![(0, Expr::ONE)], vec![]],
             jacobian: &[],
             diagonal: &[],
             scales: &[1.0; 2],
             values: &|_| 0.0,
         };
-        assert_eq!(Factor::new(&mut arena, &system).unwrap_err(), Obstacle::Undetermined(1));
+        assert_eq!(Factorisation::new(&mut arena, &system).unwrap_err(), Obstacle::Undetermined(1));
     }
 }

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::DMatrix;
 
 use super::blocks::{Block, transposed};
-use super::eliminate::{Factor, Obstacle, System};
+use super::eliminate::{EliminationSystem, Factorisation, Obstacle};
 use super::motion::{scales, typical, unit_masses};
 use crate::equations::{Constraint, Equations, Standing};
 use crate::expr::{Arena, Expr, Symbol};
@@ -172,8 +172,8 @@ fn least_change(
         entries.filter(|(_, entry)| *entry != Expr::ZERO).collect()
     };
     let mass: Vec<Vec<(usize, Expr)>> = normal.iter().map(sparse).collect();
-    let system = System { mass: &mass, jacobian, diagonal: &[], scales: &scales, values: &values };
-    let factor = Factor::new(arena, &system)?;
+    let system = EliminationSystem { mass: &mass, jacobian, diagonal: &[], scales: &scales, values: &values };
+    let factor = Factorisation::new(arena, &system)?;
     let mut right: Vec<Expr> = normal.iter().map(|row| row[rows.len()]).collect();
     right.resize(rows.len() + jacobian.len(), Expr::ZERO);
     let mut solution = factor.solve(arena, &right);
@@ -195,8 +195,9 @@ fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result
     let dropped: Vec<_> = dropped.collect();
     let arena = &mut equations.system.arena;
     let mass = unit_masses(arena, &scales);
-    let system = System { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &scales, values: &values };
-    let factor = Factor::new(arena, &system)?;
+    let system =
+        EliminationSystem { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &scales, values: &values };
+    let factor = Factorisation::new(arena, &system)?;
     let balance = |(row, entries): (usize, Vec<(usize, Expr)>)| {
         let mut right = vec![Expr::ZERO; mass.len()];
         entries.into_iter().for_each(|(column, entry)| right[column] = entry);

@@ -18,15 +18,15 @@ const LEAST: f64 = 1e-150;
 
 /// The levels of a mechanism, with what they read of the solution and what they add to it.
 pub(crate) struct Levels {
-    all: Vec<Law>,
+    all: Vec<MultiplierLaw>,
     /// What each law reads: sums over the solution.
-    sums: Vec<Vec<Sum>>,
+    sums: Vec<Vec<AffineSum>>,
     /// What a level of one adds to accelerations and multipliers.
     responses: Vec<Vec<Expr>>,
 }
 
 /// Whose value a multiplier is.
-enum Law {
+enum MultiplierLaw {
     /// The level of what rubs at this place in the mechanism.
     Friction(usize, Level),
     Load(LoadLaw),
@@ -42,13 +42,13 @@ struct LoadLaw {
 
 /// rest + sum of slope x solution.
 #[derive(Clone)]
-struct Sum {
+struct AffineSum {
     rest: Expr,
     slopes: Vec<(usize, Expr)>,
 }
 
 /// A solution with its levels.
-pub(crate) struct Solution {
+pub(crate) struct LevelSolution {
     pub values: Vec<Expr>,
     /// All positive, or the mechanism locks itself.
     pub locks: Vec<Expr>,
@@ -57,10 +57,10 @@ pub(crate) struct Solution {
 impl Levels {
     /// The levels of a mechanism; `response` gives the change of the solution by loads on the coordinates.
     pub fn new(equations: &mut Equations, mut response: impl FnMut(&mut Arena, &[Expr]) -> Vec<Expr>) -> Self {
-        let mut all: Vec<Law> =
-            equations.levels().into_iter().map(|(place, level)| Law::Friction(place, level)).collect();
+        let mut all: Vec<MultiplierLaw> =
+            equations.levels().into_iter().map(|(place, level)| MultiplierLaw::Friction(place, level)).collect();
         for load in equations.feedback() {
-            all.push(Law::Load(LoadLaw::new(&mut equations.system.arena, &load)));
+            all.push(MultiplierLaw::Load(LoadLaw::new(&mut equations.system.arena, &load)));
         }
         let coordinates = equations.coordinates.len();
         let read: Vec<Vec<Expr>> = all.iter().map(|law| law.reads(&mut equations.system.arena)).collect();
@@ -79,8 +79,10 @@ impl Levels {
     /// What presses where signs decide: each sign's place among those of its level, and the sum.
     pub fn signed(&self) -> impl Iterator<Item = (usize, &[(Expr, Expr)])> {
         self.all.iter().filter_map(|law| match law {
-            Law::Friction(place, Level { pressing: Pressing::Sum(signed), .. }) => Some((*place, &signed[..])),
-            Law::Friction(_, Level { pressing: Pressing::Sizes(_), .. }) | Law::Load(_) => None,
+            MultiplierLaw::Friction(place, Level { pressing: Pressing::Sum(signed), .. }) => {
+                Some((*place, &signed[..]))
+            }
+            MultiplierLaw::Friction(_, Level { pressing: Pressing::Sizes(_), .. }) | MultiplierLaw::Load(_) => None,
         })
     }
 
@@ -90,9 +92,9 @@ impl Levels {
     }
 
     /// The solution with friction from that without. In an impact only what follows from impulses counts.
-    pub fn solve(&self, arena: &mut Arena, without: Vec<Expr>, impact: bool) -> Solution {
+    pub fn solve(&self, arena: &mut Arena, without: Vec<Expr>, impact: bool) -> LevelSolution {
         if self.all.is_empty() {
-            return Solution { values: without, locks: Vec::new() };
+            return LevelSolution { values: without, locks: Vec::new() };
         }
         let (at_rest, changes) = self.read(arena, &without, impact);
         let (sizes, locks) = self.sizes(arena, impact, &at_rest, &changes);
@@ -102,18 +104,18 @@ impl Levels {
                 *value = arena.add_product(*value, change, *size);
             }
         }
-        Solution { values, locks }
+        LevelSolution { values, locks }
     }
 
     /// What each law reads without them, and what each level changes in it.
     fn read(&self, arena: &mut Arena, without: &[Expr], impact: bool) -> (Vec<Vec<Expr>>, Vec<Vec<Vec<Expr>>>) {
-        let mut at = |sum: &Sum, solution: &[Expr], rest: Expr| {
+        let mut at = |sum: &AffineSum, solution: &[Expr], rest: Expr| {
             sum.slopes.iter().fold(rest, |total, &(index, slope)| arena.add_product(total, slope, solution[index]))
         };
-        let rest = |sum: &Sum| if impact { Expr::ZERO } else { sum.rest };
+        let rest = |sum: &AffineSum| if impact { Expr::ZERO } else { sum.rest };
         let at_rest = self.sums.iter().map(|own| own.iter().map(|sum| at(sum, without, rest(sum))).collect()).collect();
         let changes = self.sums.iter().map(|own| {
-            let of = |sum: &Sum| self.responses.iter().map(|response| at(sum, response, Expr::ZERO)).collect();
+            let of = |sum: &AffineSum| self.responses.iter().map(|response| at(sum, response, Expr::ZERO)).collect();
             own.iter().map(of).collect()
         });
         let changes = changes.collect();
@@ -129,7 +131,7 @@ impl Levels {
         changes: &[Vec<Vec<Expr>>],
     ) -> (Vec<Expr>, Vec<Expr>) {
         let laws = |arena: &mut Arena, sizes: &[Expr]| -> Vec<(Expr, Vec<Expr>)> {
-            let of = |(index, law): (usize, &Law)| {
+            let of = |(index, law): (usize, &MultiplierLaw)| {
                 let sums = at_rest[index].iter().zip(&changes[index]).map(|(&rest, change)| {
                     change.iter().zip(sizes).fold(rest, |sum, (&change, &size)| arena.add_product(sum, change, size))
                 });
@@ -160,7 +162,7 @@ impl Levels {
         if !is_linear {
             let values = laws(arena, &sizes);
             locks.push(converged(arena, &sizes, &values));
-        } else if self.all.iter().all(|law| matches!(law, Law::Load(_))) {
+        } else if self.all.iter().all(|law| matches!(law, MultiplierLaw::Load(_))) {
             // Linear equations have one solution, whatever the signs.
             locks.clear();
         }
@@ -168,26 +170,26 @@ impl Levels {
     }
 }
 
-impl Law {
+impl MultiplierLaw {
     fn row(&self) -> usize {
         match self {
-            Law::Friction(_, level) => level.row,
-            Law::Load(load) => load.row,
+            MultiplierLaw::Friction(_, level) => level.row,
+            MultiplierLaw::Load(load) => load.row,
         }
     }
 
     fn reads(&self, arena: &mut Arena) -> Vec<Expr> {
         match self {
-            Law::Friction(_, level) => level.pressing.sums(),
-            Law::Load(load) => load.read.iter().map(|&symbol| arena.symbol(symbol)).collect(),
+            MultiplierLaw::Friction(_, level) => level.pressing.sums(),
+            MultiplierLaw::Load(load) => load.read.iter().map(|&symbol| arena.symbol(symbol)).collect(),
         }
     }
 
     /// True if it is linear in what it reads.
     fn is_linear(&self, arena: &Arena) -> bool {
         match self {
-            Law::Friction(_, level) => matches!(level.pressing, Pressing::Sum(_)),
-            Law::Load(load) => !arena.symbols(load.slopes.iter().copied()).into_iter().any(Symbol::is_solved),
+            MultiplierLaw::Friction(_, level) => matches!(level.pressing, Pressing::Sum(_)),
+            MultiplierLaw::Load(load) => !arena.symbols(load.slopes.iter().copied()).into_iter().any(Symbol::is_solved),
         }
     }
 
@@ -200,8 +202,8 @@ impl Law {
         (changes, count): (&[Vec<Expr>], usize),
     ) -> (Expr, Vec<Expr>) {
         let (share, (read, factors)) = match self {
-            Law::Friction(_, level) => (level.share, level.pressing.at(arena, sums)),
-            Law::Load(load) => (Expr::ONE, load.at(arena, sums)),
+            MultiplierLaw::Friction(_, level) => (level.share, level.pressing.at(arena, sums)),
+            MultiplierLaw::Load(load) => (Expr::ONE, load.at(arena, sums)),
         };
         let slope = |level: usize| {
             let own = factors.iter().zip(changes);
@@ -211,8 +213,8 @@ impl Law {
         };
         let slopes = (0..count).map(slope).collect();
         let free = match self {
-            Law::Friction(_, level) if !impact => level.free,
-            Law::Friction(..) | Law::Load(_) => Expr::ZERO,
+            MultiplierLaw::Friction(_, level) if !impact => level.free,
+            MultiplierLaw::Friction(..) | MultiplierLaw::Load(_) => Expr::ZERO,
         };
         (arena.add_product(free, share, read), slopes)
     }
@@ -277,13 +279,13 @@ fn direction_of(arena: &mut Arena, vector: &[Expr]) -> (Expr, Vec<Expr>) {
 }
 
 /// Sums over accelerations and multipliers as such.
-fn solved_sums(arena: &mut Arena, sums: &[Expr], coordinates: usize) -> Vec<Sum> {
+fn solved_sums(arena: &mut Arena, sums: &[Expr], coordinates: usize) -> Vec<AffineSum> {
     let symbols = arena.symbols(sums.iter().copied()).into_iter().filter(|symbol| symbol.is_solved());
     let symbols: Vec<Symbol> = symbols.collect();
     let zero: HashMap<Symbol, Expr> = symbols.iter().map(|&symbol| (symbol, Expr::ZERO)).collect();
     let before = arena.clone();
     let rests = arena.import(&before, sums, &zero);
-    let mut found: Vec<Sum> = rests.into_iter().map(|rest| Sum { rest, slopes: Vec::new() }).collect();
+    let mut found: Vec<AffineSum> = rests.into_iter().map(|rest| AffineSum { rest, slopes: Vec::new() }).collect();
     for symbol in symbols {
         let index = match symbol {
             Symbol::Coordinate(index, Order::Acceleration) => index,

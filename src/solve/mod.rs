@@ -10,9 +10,9 @@ pub(crate) mod solve_tree;
 
 pub use blocks::{Block, Incidence};
 pub(crate) use blocks::{Loops, blocks};
-pub use eliminate::{Factor, Obstacle, System};
+pub use eliminate::{EliminationSystem, Factorisation, Obstacle};
 pub use least_norm::Shared;
-pub(crate) use levels::{Levels, Solution};
+pub(crate) use levels::{LevelSolution, Levels};
 pub(crate) use motion::typical;
-pub use motion::{MotionSystem, Solver};
+pub use motion::{MotionSolver, MotionSystem};
 pub use solve_tree::{SolveTree, in_solve_tree};

@@ -3,7 +3,7 @@
 
 use cotree_fmu::model::State;
 
-use super::eliminate::{self, Factor, Obstacle};
+use super::eliminate::{self, Factorisation, Obstacle};
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol, Values};
 
@@ -40,9 +40,9 @@ pub struct Branch {
 }
 
 #[derive(Clone, Debug)]
-pub struct Solver {
+pub struct MotionSolver {
     system: MotionSystem,
-    factor: Factor,
+    factor: Factorisation,
 }
 
 impl MotionSystem {
@@ -73,19 +73,19 @@ impl MotionSystem {
     ///
     /// # Errors
     /// A coordinate of the system moves no mass and is not constrained.
-    pub fn factorise(self, equations: &mut Equations, pose: &State) -> Result<Solver, Obstacle> {
+    pub fn factorise(self, equations: &mut Equations, pose: &State) -> Result<MotionSolver, Obstacle> {
         let values = typical(pose);
         let jacobian: Vec<Vec<(usize, Expr)>> = self.rows.iter().map(|row| row.jacobian.clone()).collect();
         let diagonal: Vec<Expr> = self.rows.iter().map(|row| row.diagonal).collect();
-        let matrix = eliminate::System {
+        let matrix = eliminate::EliminationSystem {
             mass: &self.mass,
             jacobian: &jacobian,
             diagonal: &diagonal,
             scales: &self.scales,
             values: &values,
         };
-        let factor = Factor::new(&mut equations.system.arena, &matrix)?;
-        Ok(Solver { system: self, factor })
+        let factor = Factorisation::new(&mut equations.system.arena, &matrix)?;
+        Ok(MotionSolver { system: self, factor })
     }
 }
 
@@ -116,7 +116,7 @@ pub fn scales(equations: &Equations, length: f64) -> Vec<f64> {
     equations.coordinates.iter().map(|coordinate| if coordinate.angular { 1.0 } else { length }).collect()
 }
 
-impl Solver {
+impl MotionSolver {
     /// Accelerations of the branch coordinates, then the reactions of their loop equations: zero where not active.
     pub fn motion(&self, arena: &mut Arena, constraints: usize) -> Vec<Expr> {
         let mut right = self.system.load.clone();

@@ -12,7 +12,7 @@
 use std::collections::HashMap;
 
 use super::eliminate::Obstacle;
-use super::motion::{Branch, LoopRow, MotionSystem, Solver, scales, typical};
+use super::motion::{Branch, LoopRow, MotionSolver, MotionSystem, scales, typical};
 use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::BodyId;
@@ -44,7 +44,11 @@ pub struct SolveTree {
 ///
 /// # Errors
 /// A branch coordinate that moves no mass and is not constrained.
-pub fn solver(equations: &mut Equations, length: f64, pose: &State) -> Result<(Solver, Option<SolveTree>), Obstacle> {
+pub fn solver(
+    equations: &mut Equations,
+    length: f64,
+    pose: &State,
+) -> Result<(MotionSolver, Option<SolveTree>), Obstacle> {
     let bodies = equations.system.mechanism.bodies.len();
     let deepest = (0..bodies).map(|body| equations.depth(BodyId(body))).max().unwrap_or(0);
     // Levels act on the branch coordinates.
@@ -64,7 +68,7 @@ pub fn solver(equations: &mut Equations, length: f64, pose: &State) -> Result<(S
     }
     let system = MotionSystem::in_branch_coordinates(equations, length).factorise(equations, pose)?;
     let branch_cost = cost_of(equations, &system);
-    let mut best: Option<(Solver, SolveTree)> = None;
+    let mut best: Option<(MotionSolver, SolveTree)> = None;
     let mut least = branch_cost.nanoseconds();
     for stride in STRIDES {
         // A body without mass may leave the order without a pivot that the branch coordinates have.
@@ -94,7 +98,7 @@ fn with_stride(
     stride: usize,
     length: f64,
     pose: &State,
-) -> Result<(Solver, SolveTree), Obstacle> {
+) -> Result<(MotionSolver, SolveTree), Obstacle> {
     let chosen = |body: BodyId| equations.depth(body).is_multiple_of(stride);
     let trees = equations.trees.with_bodies(&equations.system, chosen);
     let mut other = Equations::new(equations.system.anew(), trees.clone());
@@ -107,7 +111,7 @@ fn with_stride(
     Ok((solver, SolveTree { trees, cost, branch_cost: None }))
 }
 
-fn cost_of(equations: &mut Equations, solver: &Solver) -> Cost {
+fn cost_of(equations: &mut Equations, solver: &MotionSolver) -> Cost {
     let results = solver.motion(&mut equations.system.arena, equations.constraints.len());
     kernel_cost(equations, &results)
 }

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 use cotree_fmu::program::Layout;
 use cotree_fmu::tape::{Instruction, Operation, Tape};
 
-use crate::expr::{Arena, Binary, Expansions, Expr, Node, Order, Run, Symbol, Unary};
+use crate::expr::{Arena, Binary, Evaluation, Expansions, Expr, ExprNode, Order, Symbol, Unary};
 
 /// Register allocation for the constants and parameter expressions that the kernels of one program share; then their tapes.
 #[derive(Debug)]
@@ -36,8 +36,8 @@ impl<'a> Assembler<'a> {
         let mut fixed = vec![false; arena.len()];
         for &expr in &used {
             fixed[expr.index()] = match arena.node(expr) {
-                Node::Constant(_) => true,
-                Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+                ExprNode::Constant(_) => true,
+                ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
                 node => node.operands().all(|operand| fixed[operand.index()]),
             };
         }
@@ -65,7 +65,7 @@ impl<'a> Assembler<'a> {
             .into_iter()
             .filter(|&expr| self.home(expr).is_none() && !self.fixed[expr.index()])
             .collect();
-        let mut writer = Writer::new(self, &order, results);
+        let mut writer = TapeWriter::new(self, &order, results);
         writer.write();
         let results = results.iter().map(|&result| writer.register(result)).collect();
         let tape = Tape::new(writer.tape, results);
@@ -76,7 +76,7 @@ impl<'a> Assembler<'a> {
     /// The register of an expression that needs no instruction.
     fn home(&self, expr: Expr) -> Option<u32> {
         match self.arena.node(expr) {
-            Node::Symbol(symbol) => Some(symbol_register(&self.layout, symbol) as u32),
+            ExprNode::Symbol(symbol) => Some(symbol_register(&self.layout, symbol) as u32),
             _ => self.shared[expr.index()],
         }
     }
@@ -102,7 +102,7 @@ impl<'a> Assembler<'a> {
         let order: Vec<Expr> =
             self.arena.reachable(frontier).into_iter().filter(|&expr| self.home(expr).is_none()).collect();
         let first = self.scratch;
-        let mut writer = Writer::new(self, &order, &order);
+        let mut writer = TapeWriter::new(self, &order, &order);
         writer.write();
         let (tape, places, highest) = (std::mem::take(&mut writer.tape), writer.places, writer.highest);
         order.iter().zip(places).for_each(|(expr, place)| self.shared[expr.index()] = place);
@@ -137,7 +137,7 @@ pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
 const NONE: u32 = u32::MAX;
 
 /// Lists by numbers instead of maps by expressions: neighbours in the order are neighbours in memory.
-struct Writer<'w, 'a> {
+struct TapeWriter<'w, 'a> {
     assembler: &'w Assembler<'a>,
     /// What is computed, operands first.
     order: &'w [Expr],
@@ -155,11 +155,11 @@ struct Writer<'w, 'a> {
     tape: Vec<Instruction>,
 }
 
-impl<'w, 'a> Writer<'w, 'a> {
+impl<'w, 'a> TapeWriter<'w, 'a> {
     fn new(assembler: &'w Assembler<'a>, order: &'w [Expr], results: &[Expr]) -> Self {
         let mut numbers = vec![NONE; order.last().map_or(0, |last| last.index() + 1)];
         order.iter().zip(0..).for_each(|(expr, number)| numbers[expr.index()] = number);
-        let mut writer = Writer {
+        let mut writer = TapeWriter {
             assembler,
             order,
             numbers,
@@ -198,10 +198,10 @@ impl<'w, 'a> Writer<'w, 'a> {
     /// Of two products the one that more operations precede: it would be waited for, and results take three times as long through a register of the file as within an instruction.
     fn fusible(&self, expr: Expr, uses: &[usize], depths: &[usize]) -> Option<usize> {
         let arena = &self.assembler.arena;
-        let Node::Binary(Binary::Add | Binary::Subtract, a, b) = arena.node(expr) else { return None };
+        let ExprNode::Binary(Binary::Add | Binary::Subtract, a, b) = arena.node(expr) else { return None };
         let product = |operand: Expr| {
             let number = self.number(operand).filter(|&number| uses[number] == 1)?;
-            matches!(arena.node(operand), Node::Binary(Binary::Multiply, ..)).then_some(number)
+            matches!(arena.node(operand), ExprNode::Binary(Binary::Multiply, ..)).then_some(number)
         };
         [a, b].into_iter().filter_map(product).max_by_key(|&number| depths[number])
     }
@@ -288,7 +288,7 @@ impl<'w, 'a> Writer<'w, 'a> {
     }
 
     fn write_one(&mut self, expr: Expr) {
-        if let Node::Unary(function @ (Unary::Sin | Unary::Cos), angle) = self.assembler.arena.node(expr) {
+        if let ExprNode::Unary(function @ (Unary::Sin | Unary::Cos), angle) = self.assembler.arena.node(expr) {
             self.write_sin_cos(expr, function, angle);
             return;
         }
@@ -302,7 +302,8 @@ impl<'w, 'a> Writer<'w, 'a> {
     /// Sine and cosine are computed together; the register of an unused one is free at once.
     fn write_sin_cos(&mut self, expr: Expr, function: Unary, angle: Expr) {
         let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
-        let partner = self.assembler.arena.existing(Node::Unary(other, angle)).filter(|p| self.number(*p).is_some());
+        let partner =
+            self.assembler.arena.existing(ExprNode::Unary(other, angle)).filter(|p| self.number(*p).is_some());
         let a = self.register(angle);
         let (own, beside) = (self.allocate(), self.allocate());
         self.set_place(expr, own);
@@ -316,29 +317,29 @@ impl<'w, 'a> Writer<'w, 'a> {
 
     fn kind(&self, expr: Expr) -> Operation {
         match self.assembler.arena.node(expr) {
-            Node::Binary(Binary::Add, a, b) if self.is_fused(a) || self.is_fused(b) => Operation::MultiplyAdd,
-            Node::Binary(Binary::Subtract, a, _) if self.is_fused(a) => Operation::MultiplySubtract,
-            Node::Binary(Binary::Subtract, _, b) if self.is_fused(b) => Operation::SubtractProduct,
-            Node::Binary(function, ..) => operation(function.definition().run),
-            Node::Unary(function, _) => operation(function.definition().run),
-            Node::Select(..) => Operation::Select,
+            ExprNode::Binary(Binary::Add, a, b) if self.is_fused(a) || self.is_fused(b) => Operation::MultiplyAdd,
+            ExprNode::Binary(Binary::Subtract, a, _) if self.is_fused(a) => Operation::MultiplySubtract,
+            ExprNode::Binary(Binary::Subtract, _, b) if self.is_fused(b) => Operation::SubtractProduct,
+            ExprNode::Binary(function, ..) => operation(function.definition().run),
+            ExprNode::Unary(function, _) => operation(function.definition().run),
+            ExprNode::Select(..) => Operation::Select,
             // Constants and symbols have registers of their own and are not scheduled.
-            Node::Constant(_) | Node::Symbol(_) => Operation::Copy,
+            ExprNode::Constant(_) | ExprNode::Symbol(_) => Operation::Copy,
         }
     }
 
     fn operation(&self, expr: Expr) -> (Operation, [u32; 3]) {
         let at = |e: Expr| self.register(e);
         let operands = match self.assembler.arena.node(expr) {
-            Node::Binary(Binary::Add | Binary::Subtract, a, b) if self.is_fused(a) || self.is_fused(b) => {
+            ExprNode::Binary(Binary::Add | Binary::Subtract, a, b) if self.is_fused(a) || self.is_fused(b) => {
                 let (product, other) = if self.is_fused(a) { (a, b) } else { (b, a) };
                 let factors: Vec<u32> = self.assembler.arena.node(product).operands().map(at).collect();
                 [factors[0], factors[1], at(other)]
             }
-            Node::Binary(_, a, b) => [at(a), at(b), 0],
-            Node::Unary(_, a) => [at(a), 0, 0],
-            Node::Select(a, b, c) => [at(a), at(b), at(c)],
-            Node::Constant(_) | Node::Symbol(_) => [at(expr), 0, 0],
+            ExprNode::Binary(_, a, b) => [at(a), at(b), 0],
+            ExprNode::Unary(_, a) => [at(a), 0, 0],
+            ExprNode::Select(a, b, c) => [at(a), at(b), at(c)],
+            ExprNode::Constant(_) | ExprNode::Symbol(_) => [at(expr), 0, 0],
         };
         (self.kind(expr), operands)
     }
@@ -365,10 +366,10 @@ impl<'w, 'a> Writer<'w, 'a> {
 }
 
 /// Functions composed of others are expanded before they get here.
-fn operation<const N: usize>(run: Run<N>) -> Operation {
+fn operation<const N: usize>(run: Evaluation<N>) -> Operation {
     match run {
-        Run::Own(operation, ..) => operation,
-        Run::As(_) => Operation::Copy,
+        Evaluation::Own(operation, ..) => operation,
+        Evaluation::As(_) => Operation::Copy,
     }
 }
 

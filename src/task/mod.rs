@@ -12,9 +12,9 @@ use crate::files;
 use crate::model::{Formula, ParameterId, Unit};
 use crate::scene::constant::evaluate;
 use crate::scene::decode::Fields;
-use crate::scene::document::{self, Content, Node};
-use crate::scene::expression::{self, Tree, TreeKind};
-use crate::scene::{Reading, Value, read};
+use crate::scene::document::{self, Content, DocumentNode};
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
+use crate::scene::{QuantityReading, Value, read};
 use crate::sheet::{Sheet, SheetError};
 pub use schema::schema;
 
@@ -24,7 +24,7 @@ pub struct Task {
     /// Its name.
     pub name: String,
     /// What is to be done.
-    pub kind: Kind,
+    pub kind: TaskKind,
     /// What else is asked of a linkage.
     pub limits: Demands,
     /// What is chosen where the task leaves it free.
@@ -37,7 +37,7 @@ pub struct Task {
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub enum TaskKind {
     /// A body takes poses.
     Poses {
         /// x \[m\], y \[m\], angle \[rad\]
@@ -118,12 +118,12 @@ pub struct Choose {
     /// Pins in the body, in its frame.
     pub moving: [Option<[f64; 2]>; 2],
     /// Lines on which a pin is, for four poses.
-    pub lines: Vec<Line>,
+    pub lines: Vec<PinLine>,
 }
 
 /// The line `x = value` or `y = value` on which a pin is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct PinLine {
     /// A pin in the ground? Else in the body, in its frame.
     pub of_ground: bool,
     /// y = value? Else x = value.
@@ -137,71 +137,75 @@ const LARGEST: u64 = 16 << 20;
 const KINDS: [&str; 4] = ["poses", "function", "path", "stroke"];
 const TOP: [&str; 9] = ["$schema", "name", "description", "poses", "function", "path", "stroke", "limits", "choose"];
 /// What is written in each table.
-const POSES: &[Key] = &[
-    Key(
+const POSES: &[TaskKey] = &[
+    TaskKey(
         "at",
-        Form::Poses,
+        ValueForm::Poses,
         "[x, y, angle] of each pose [m, rad], or a CSV file with the columns x, y, angle, and perhaps tolerance and weight",
     ),
-    Key("tolerance", Form::Each, "how near poses are to be met [m], for all or each"),
-    Key("weight", Form::Each, "how much poses count, for all or each"),
+    TaskKey("tolerance", ValueForm::Each, "how near poses are to be met [m], for all or each"),
+    TaskKey("weight", ValueForm::Each, "how much poses count, for all or each"),
 ];
-const FUNCTION: &[Key] = &[
-    Key(
+const FUNCTION: &[TaskKey] = &[
+    TaskKey(
         "input",
-        Form::Numbers,
+        ValueForm::Numbers,
         "turns of the input from the first position [rad]; of a law from where to where it goes",
     ),
-    Key("output", Form::NumbersOrLaw, "turns [rad] or ways [m] of the output from the first position, or a law of x"),
-    Key("x", Form::Pair, "from where to where the law goes"),
-    Key("range", Form::Pair, "from where to where the output goes by the law [rad or m]"),
-    Key("input_zero", Form::Number, "the angle of the input bar at the first position [rad]"),
-    Key("output_zero", Form::Number, "the angle of the output bar at the first position [rad]"),
-    Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
+    TaskKey(
+        "output",
+        ValueForm::NumbersOrLaw,
+        "turns [rad] or ways [m] of the output from the first position, or a law of x",
+    ),
+    TaskKey("x", ValueForm::Pair, "from where to where the law goes"),
+    TaskKey("range", ValueForm::Pair, "from where to where the output goes by the law [rad or m]"),
+    TaskKey("input_zero", ValueForm::Number, "the angle of the input bar at the first position [rad]"),
+    TaskKey("output_zero", ValueForm::Number, "the angle of the output bar at the first position [rad]"),
+    TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
-const PATH: &[Key] = &[
-    Key(
+const PATH: &[TaskKey] = &[
+    TaskKey(
         "points",
-        Form::PointsOrTable,
+        ValueForm::PointsOrTable,
         "[x, y] of each point [m], or a CSV file with the columns x, y, and perhaps crank",
     ),
-    Key("closed", Form::Flag, "whether the last point is beside the first; false if absent"),
-    Key("crank", Form::Numbers, "the turn of the crank at each point from the first one on [rad]"),
-    Key("pivots", Form::TwoPoints, "the pivots in the ground, if they are given [m]"),
+    TaskKey("closed", ValueForm::Flag, "whether the last point is beside the first; false if absent"),
+    TaskKey("crank", ValueForm::Numbers, "the turn of the crank at each point from the first one on [rad]"),
+    TaskKey("pivots", ValueForm::TwoPoints, "the pivots in the ground, if they are given [m]"),
 ];
-const STROKE: &[Key] = &[
-    Key("crank_turn", Form::Number, "how far the crank turns during the way there [rad]"),
-    Key("time_ratio", Form::Number, "the time of the way there over that of the way back"),
-    Key("swing", Form::Number, "how far a rocker swings [rad]"),
-    Key("stroke", Form::Number, "how far a slider goes [m]"),
-    Key("offset", Form::Number, "of the line of the slider from the pivot of the crank [m]"),
-    Key("ground", Form::Number, "the length of the ground [m]; 1 m if absent"),
+const STROKE: &[TaskKey] = &[
+    TaskKey("crank_turn", ValueForm::Number, "how far the crank turns during the way there [rad]"),
+    TaskKey("time_ratio", ValueForm::Number, "the time of the way there over that of the way back"),
+    TaskKey("swing", ValueForm::Number, "how far a rocker swings [rad]"),
+    TaskKey("stroke", ValueForm::Number, "how far a slider goes [m]"),
+    TaskKey("offset", ValueForm::Number, "of the line of the slider from the pivot of the crank [m]"),
+    TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
-const LIMITS: &[Key] = &[
-    Key("ground", Form::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
-    Key("moving", Form::Area, "where pins in the body may be, in its frame [m]"),
-    Key("length", Form::Pair, "shortest and longest bar [m]"),
-    Key("transmission", Form::Number, "the smallest transmission angle over the part that is used [rad]"),
-    Key("crank", Form::Flag, "whether the input must turn fully; false if absent"),
+const LIMITS: &[TaskKey] = &[
+    TaskKey("ground", ValueForm::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
+    TaskKey("moving", ValueForm::Area, "where pins in the body may be, in its frame [m]"),
+    TaskKey("length", ValueForm::Pair, "shortest and longest bar [m]"),
+    TaskKey("transmission", ValueForm::Number, "the smallest transmission angle over the part that is used [rad]"),
+    TaskKey("crank", ValueForm::Flag, "whether the input must turn fully; false if absent"),
 ];
-const CHOOSE: &[Key] = &[
-    Key("ground_a", Form::Point, "a pin in the ground, of the first bar [m]"),
-    Key("ground_b", Form::Point, "a pin in the ground, of the second bar [m]"),
-    Key("moving_a", Form::Point, "a pin in the body, of the first bar [m]"),
-    Key("moving_b", Form::Point, "a pin in the body, of the second bar [m]"),
-    Key("ground_x", Form::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
-    Key("ground_y", Form::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
-    Key("moving_x", Form::Number, "a line x = ... for a pin in the body, for four poses [m]"),
-    Key("moving_y", Form::Number, "a line y = ... for a pin in the body, for four poses [m]"),
+const CHOOSE: &[TaskKey] = &[
+    TaskKey("ground_a", ValueForm::Point, "a pin in the ground, of the first bar [m]"),
+    TaskKey("ground_b", ValueForm::Point, "a pin in the ground, of the second bar [m]"),
+    TaskKey("moving_a", ValueForm::Point, "a pin in the body, of the first bar [m]"),
+    TaskKey("moving_b", ValueForm::Point, "a pin in the body, of the second bar [m]"),
+    TaskKey("ground_x", ValueForm::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
+    TaskKey("ground_y", ValueForm::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
+    TaskKey("moving_x", ValueForm::Number, "a line x = ... for a pin in the body, for four poses [m]"),
+    TaskKey("moving_y", ValueForm::Number, "a line y = ... for a pin in the body, for four poses [m]"),
 ];
 
 /// A key, how its value is written, and what it says.
 #[derive(Clone, Copy)]
-struct Key(&'static str, Form, &'static str);
+struct TaskKey(&'static str, ValueForm, &'static str);
 
 /// How a value is written.
 #[derive(Clone, Copy)]
-enum Form {
+enum ValueForm {
     Number,
     Numbers,
     /// A number for all, or one for each.
@@ -216,7 +220,7 @@ enum Form {
     Area,
 }
 
-fn names(keys: &[Key]) -> Vec<&'static str> {
+fn names(keys: &[TaskKey]) -> Vec<&'static str> {
     keys.iter().map(|key| key.0).collect()
 }
 
@@ -256,7 +260,7 @@ impl Task {
         } else {
             document::from_toml(&text, &TOP, &mut faults)
         };
-        let task = document.and_then(|document| Reader { faults: &mut faults, folder }.task(&document, &source));
+        let task = document.and_then(|document| TaskReader { faults: &mut faults, folder }.task(&document, &source));
         match task {
             Some(task) if !faults.has_errors() => Ok(task),
             _ => Err(faults.into_faults(source)),
@@ -270,7 +274,7 @@ impl Task {
     }
 }
 
-struct Reader<'f> {
+struct TaskReader<'f> {
     faults: &'f mut Sink,
     /// Where tables are.
     folder: &'f Path,
@@ -279,8 +283,8 @@ struct Reader<'f> {
 /// Points of a table, and the angles of the crank beside them if it has any.
 type Tabled = (Vec<[f64; 2]>, Option<Vec<f64>>);
 
-impl Reader<'_> {
-    fn task(&mut self, document: &Node, source: &Source) -> Option<Task> {
+impl TaskReader<'_> {
+    fn task(&mut self, document: &DocumentNode, source: &Source) -> Option<Task> {
         let top = Fields::open(document, "the task", Span::new(0, 0), &TOP, self.faults)?;
         let name = top.get("name").and_then(|node| self.faults.text(node, "`name`"));
         let there: Vec<&str> = KINDS.into_iter().filter(|kind| top.get(kind).is_some()).collect();
@@ -300,8 +304,8 @@ impl Reader<'_> {
         let limits = top.get("limits").map(|node| self.limits(node)).unwrap_or_default();
         let choose = top.get("choose").map(|node| self.choose(node)).unwrap_or_default();
         let is_free = match &read {
-            Some(Kind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
-            Some(Kind::Function { .. } | Kind::Path { .. } | Kind::Stroke { .. }) => false,
+            Some(TaskKind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
+            Some(TaskKind::Function { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. }) => false,
             None => true,
         };
         if !is_free {
@@ -311,14 +315,15 @@ impl Reader<'_> {
         Some(Task { name, kind: read?, limits, choose, source: source.clone(), span })
     }
 
-    fn wrong<T>(&mut self, node: &Node, message: String, help: &str) -> Option<T> {
+    fn wrong<T>(&mut self, node: &DocumentNode, message: String, help: &str) -> Option<T> {
         self.faults.push(Fault::new("scene::wrong_value", message, node.span).help(help));
         None
     }
 
     /// Keys that would have no effect are refused.
     fn without(&mut self, fields: &Fields<'_>, keys: &[&str], other: &str) -> Option<()> {
-        let written: Vec<(&str, &Node)> = keys.iter().filter_map(|key| Some((*key, fields.get(key)?))).collect();
+        let written: Vec<(&str, &DocumentNode)> =
+            keys.iter().filter_map(|key| Some((*key, fields.get(key)?))).collect();
         for (key, node) in &written {
             let message = format!("{} has no effect on {other}", fields.name_of(key));
             self.faults.push(Fault::new("scene::wrong_value", message, node.span).help("leave it out"));
@@ -326,7 +331,7 @@ impl Reader<'_> {
         written.is_empty().then_some(())
     }
 
-    fn number(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<f64> {
+    fn number(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<f64> {
         let quantity = self.faults.quantity(node, what)?;
         let text = match quantity.value {
             Value::Number(number) => return Some(number),
@@ -338,16 +343,18 @@ impl Reader<'_> {
                 self.faults.push(fault);
                 None
             }
-            Ok(Reading::Number(number)) => Some(number),
-            Ok(Reading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
-            Ok(Reading::Measure(..)) => {
+            Ok(QuantityReading::Number(number)) => Some(number),
+            Ok(QuantityReading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
+            Ok(QuantityReading::Measure(..)) => {
                 self.wrong(node, format!("{what} is not in {}", unit.si), &format!("write {wanted}"))
             }
-            Ok(Reading::Expression) => self.wrong(node, format!("{what} is no number"), &format!("write {wanted}")),
+            Ok(QuantityReading::Expression) => {
+                self.wrong(node, format!("{what} is no number"), &format!("write {wanted}"))
+            }
         }
     }
 
-    fn items<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [Node]> {
+    fn items<'n>(&mut self, node: &'n DocumentNode, what: &str) -> Option<&'n [DocumentNode]> {
         match &node.kind {
             Content::Array(items) => Some(&items[..]),
             other => {
@@ -356,26 +363,26 @@ impl Reader<'_> {
         }
     }
 
-    fn numbers(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<Vec<f64>> {
+    fn numbers(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<Vec<f64>> {
         let items = self.items(node, what)?;
         let numbers: Vec<Option<f64>> = items.iter().map(|item| self.number(item, what, unit)).collect();
         numbers.into_iter().collect()
     }
 
-    fn point(&mut self, node: &Node, what: &str) -> Option<[f64; 2]> {
+    fn point(&mut self, node: &DocumentNode, what: &str) -> Option<[f64; 2]> {
         let numbers = self.numbers(node, what, &Unit::length())?;
         let count = numbers.len();
         let point: Option<[f64; 2]> = numbers.try_into().ok();
         point.or_else(|| self.wrong(node, format!("{what} has {count} numbers, but a point has two"), "write `[x, y]`"))
     }
 
-    fn points(&mut self, node: &Node, what: &str) -> Option<Vec<[f64; 2]>> {
+    fn points(&mut self, node: &DocumentNode, what: &str) -> Option<Vec<[f64; 2]>> {
         let items = self.items(node, what)?;
         let points: Vec<Option<[f64; 2]>> = items.iter().map(|item| self.point(item, what)).collect();
         points.into_iter().collect()
     }
 
-    fn range(&mut self, node: &Node, what: &str, unit: &Unit) -> Option<[f64; 2]> {
+    fn range(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<[f64; 2]> {
         let numbers = self.numbers(node, what, unit)?;
         match numbers[..] {
             [low, high] if low <= high => Some([low, high]),
@@ -393,7 +400,7 @@ impl Reader<'_> {
     }
 
     /// A number for each of `count`, where one stands for all.
-    fn each(&mut self, node: &Node, what: &str, unit: &Unit, count: usize) -> Option<Vec<f64>> {
+    fn each(&mut self, node: &DocumentNode, what: &str, unit: &Unit, count: usize) -> Option<Vec<f64>> {
         if !matches!(node.kind, Content::Array(_)) {
             return self.number(node, what, unit).map(|number| vec![number; count]);
         }
@@ -401,7 +408,7 @@ impl Reader<'_> {
         self.count(node, what, numbers, count)
     }
 
-    fn count(&mut self, node: &Node, what: &str, numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    fn count(&mut self, node: &DocumentNode, what: &str, numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
         if numbers.len() == count {
             return Some(numbers);
         }
@@ -409,14 +416,14 @@ impl Reader<'_> {
         self.wrong(node, format!("{what} has {found} numbers for {count}"), "write one for each")
     }
 
-    fn above_zero(&mut self, node: &Node, what: &str, numbers: &[f64]) -> Option<()> {
+    fn above_zero(&mut self, node: &DocumentNode, what: &str, numbers: &[f64]) -> Option<()> {
         if numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
             return Some(());
         }
         self.wrong(node, format!("{what} must be above zero"), "leave it out, or write a larger number")
     }
 
-    fn poses(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn poses(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`poses`", span, &names(POSES), self.faults)?;
         let at = fields.required("at", "write `at = [[x, y, angle], ...]`, or the name of a CSV file", self.faults)?;
         let (poses, [of_table, weights]) = match at.kind {
@@ -437,10 +444,10 @@ impl Reader<'_> {
         };
         let tolerance = list("tolerance", &Unit::length())?.or(of_table);
         let weight = list("weight", &Unit::default())?.or(weights);
-        Some(Kind::Poses { at: poses, tolerance, weight })
+        Some(TaskKind::Poses { at: poses, tolerance, weight })
     }
 
-    fn listed_poses(&mut self, at: &Node) -> Option<Vec<[f64; 3]>> {
+    fn listed_poses(&mut self, at: &DocumentNode) -> Option<Vec<[f64; 3]>> {
         let mut poses = Vec::new();
         for item in self.items(at, "`at`")? {
             let parts = self.items(item, "a pose")?;
@@ -456,14 +463,14 @@ impl Reader<'_> {
     }
 
     /// The poses of a table, with its tolerances and weights.
-    fn tabled_poses(&mut self, fields: &Fields<'_>, at: &Node) -> Option<TabledPoses> {
+    fn tabled_poses(&mut self, fields: &Fields<'_>, at: &DocumentNode) -> Option<TabledPoses> {
         let (length, angle, plain) = (Unit::length(), Unit::angle(), Unit::default());
         let columns = [
-            Column { name: "x", unit: length.clone(), is_needed: true },
-            Column { name: "y", unit: length.clone(), is_needed: true },
-            Column { name: "angle", unit: angle, is_needed: true },
-            Column { name: "tolerance", unit: length, is_needed: false },
-            Column { name: "weight", unit: plain, is_needed: false },
+            ExpectedColumn { name: "x", unit: length.clone(), is_needed: true },
+            ExpectedColumn { name: "y", unit: length.clone(), is_needed: true },
+            ExpectedColumn { name: "angle", unit: angle, is_needed: true },
+            ExpectedColumn { name: "tolerance", unit: length, is_needed: false },
+            ExpectedColumn { name: "weight", unit: plain, is_needed: false },
         ];
         let [x, y, angle, tolerance, weight] = self.table(at, columns)?;
         for (key, column) in [("tolerance", &tolerance), ("weight", &weight)] {
@@ -476,7 +483,11 @@ impl Reader<'_> {
     }
 
     /// The columns of a CSV file that is named instead of numbers.
-    fn table<const N: usize>(&mut self, node: &Node, columns: [Column; N]) -> Option<[Option<Vec<f64>>; N]> {
+    fn table<const N: usize>(
+        &mut self,
+        node: &DocumentNode,
+        columns: [ExpectedColumn; N],
+    ) -> Option<[Option<Vec<f64>>; N]> {
         let path = self.folder.join(node.text()?.text);
         let bytes = files::read(&path, LARGEST).map_err(|error| error.to_string());
         let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not a text".to_owned()));
@@ -506,7 +517,7 @@ impl Reader<'_> {
         Some(ground.unwrap_or(1.0))
     }
 
-    fn function(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn function(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`function`", span, &names(FUNCTION), self.faults)?;
         let input = fields.required("input", "write turns of the input: `input = [0, 0.4, ...]`", self.faults)?;
         let output = fields.required("output", "write turns of the output, or a law such as \"x^1.5\"", self.faults)?;
@@ -518,14 +529,14 @@ impl Reader<'_> {
         if let Content::Text(_) = output.kind {
             let (input, (output, is_slider)) = self.law(&fields, input, output)?;
             self.of_slider(&fields, is_slider)?;
-            return Some(Kind::Function { input, output, is_slider, zero, ground });
+            return Some(TaskKind::Function { input, output, is_slider, zero, ground });
         }
         self.without(&fields, &["x", "range"], "outputs that are numbers")?;
         let turns = self.numbers(input, "`input`", &Unit::angle())?;
         let (ways, is_slider) = self.ways(output, "`output`")?;
         let ways = self.count(output, "`output`", ways, turns.len())?;
         self.of_slider(&fields, is_slider)?;
-        Some(Kind::Function { input: turns, output: ways, is_slider, zero, ground })
+        Some(TaskKind::Function { input: turns, output: ways, is_slider, zero, ground })
     }
 
     fn of_slider(&mut self, fields: &Fields<'_>, is_slider: bool) -> Option<()> {
@@ -534,7 +545,7 @@ impl Reader<'_> {
     }
 
     /// Lengths if one of them has a unit of length, else angles.
-    fn ways(&mut self, node: &Node, what: &str) -> Option<(Vec<f64>, bool)> {
+    fn ways(&mut self, node: &DocumentNode, what: &str) -> Option<(Vec<f64>, bool)> {
         let items = self.items(node, what)?;
         let is_slider = items.iter().any(is_length);
         let unit = if is_slider { Unit::length() } else { Unit::angle() };
@@ -542,7 +553,7 @@ impl Reader<'_> {
     }
 
     /// `output = "x^1.5"`, `x = [1, 4]`, `input = ["0 deg", "90 deg"]`, `range = ["0 deg", "90 deg"]`: turns of input and output from the first position.
-    fn law(&mut self, fields: &Fields<'_>, input: &Node, output: &Node) -> Option<Pairs> {
+    fn law(&mut self, fields: &Fields<'_>, input: &DocumentNode, output: &DocumentNode) -> Option<Pairs> {
         let x = fields.required("x", "write from where to where the law goes: `x = [1, 4]`", self.faults)?;
         let range = fields.required(
             "range",
@@ -590,7 +601,7 @@ impl Reader<'_> {
         Some((inputs, (outputs, is_slider)))
     }
 
-    fn path(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn path(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`path`", span, &names(PATH), self.faults)?;
         let points =
             fields.required("points", "write `points = [[x, y], ...]`, or the name of a CSV file", self.faults)?;
@@ -638,15 +649,15 @@ impl Reader<'_> {
                 }
             }
         };
-        Some(Kind::Path { points: list, closed, crank, pivots })
+        Some(TaskKind::Path { points: list, closed, crank, pivots })
     }
 
     /// The points of a table, with its turns of the crank.
-    fn tabled_points(&mut self, fields: &Fields<'_>, points: &Node) -> Option<Tabled> {
+    fn tabled_points(&mut self, fields: &Fields<'_>, points: &DocumentNode) -> Option<Tabled> {
         let columns = [
-            Column { name: "x", unit: Unit::length(), is_needed: true },
-            Column { name: "y", unit: Unit::length(), is_needed: true },
-            Column { name: "crank", unit: Unit::angle(), is_needed: false },
+            ExpectedColumn { name: "x", unit: Unit::length(), is_needed: true },
+            ExpectedColumn { name: "y", unit: Unit::length(), is_needed: true },
+            ExpectedColumn { name: "crank", unit: Unit::angle(), is_needed: false },
         ];
         let [x, y, crank] = self.table(points, columns)?;
         if crank.is_some() {
@@ -655,7 +666,7 @@ impl Reader<'_> {
         Some((x?.into_iter().zip(y?).map(|(x, y)| [x, y]).collect(), crank))
     }
 
-    fn stroke(&mut self, node: &Node, span: Span) -> Option<Kind> {
+    fn stroke(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`stroke`", span, &names(STROKE), self.faults)?;
         let turn = self.optional(&fields, "crank_turn", &Unit::angle())?;
         let plain = Unit::default();
@@ -678,11 +689,11 @@ impl Reader<'_> {
         match (swing, stroke) {
             (Some(way), None) => {
                 self.without(&fields, &["offset"], "a swing")?;
-                Some(Kind::Stroke { crank_turn: turn, way, is_slider: false, offset, ground })
+                Some(TaskKind::Stroke { crank_turn: turn, way, is_slider: false, offset, ground })
             }
             (None, Some(way)) => {
                 self.without(&fields, &["ground"], "a slider")?;
-                Some(Kind::Stroke { crank_turn: turn, way, is_slider: true, offset, ground })
+                Some(TaskKind::Stroke { crank_turn: turn, way, is_slider: true, offset, ground })
             }
             _ => self.wrong(
                 node,
@@ -715,7 +726,7 @@ impl Reader<'_> {
         Some(Area::Box([left, bottom], [right, top]))
     }
 
-    fn limits(&mut self, node: &Node) -> Demands {
+    fn limits(&mut self, node: &DocumentNode) -> Demands {
         let Some(fields) = Fields::open(node, "`limits`", node.span, &names(LIMITS), self.faults) else {
             return Demands::default();
         };
@@ -736,7 +747,7 @@ impl Reader<'_> {
         Demands { ground, moving, length, transmission, crank }
     }
 
-    fn choose(&mut self, node: &Node) -> Choose {
+    fn choose(&mut self, node: &DocumentNode) -> Choose {
         let points = ["ground_a", "ground_b", "moving_a", "moving_b"];
         let lines = [
             ("ground_x", true, false),
@@ -750,27 +761,27 @@ impl Reader<'_> {
         let [a, b, c, d] = points.map(|key| fields.get(key).and_then(|node| self.point(node, &fields.name_of(key))));
         let mut line = |(key, of_ground, is_y): (&str, bool, bool)| {
             let value = self.number(fields.get(key)?, &fields.name_of(key), &Unit::length())?;
-            Some(Line { of_ground, is_y, value })
+            Some(PinLine { of_ground, is_y, value })
         };
         Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().filter_map(&mut line).collect() }
     }
 }
 
-fn is_length(node: &Node) -> bool {
+fn is_length(node: &DocumentNode) -> bool {
     let Some(text) = node.text() else { return false };
-    matches!(read(&text), Ok(Reading::Measure(_, unit)) if unit.exponents == Unit::length().exponents)
+    matches!(read(&text), Ok(QuantityReading::Measure(_, unit)) if unit.exponents == Unit::length().exponents)
 }
 
 /// An expression of x alone.
-fn formula(tree: &Tree) -> Option<Formula> {
-    let all = |parts: &[Tree]| parts.iter().map(formula).collect::<Option<Vec<Formula>>>();
+fn formula(tree: &SyntaxTree) -> Option<Formula> {
+    let all = |parts: &[SyntaxTree]| parts.iter().map(formula).collect::<Option<Vec<Formula>>>();
     match &tree.kind {
-        TreeKind::Number(number) | TreeKind::Measure(number, _) => Some(Formula::Number(*number)),
-        TreeKind::Name(name) if name == "x" => Some(Formula::Parameter(ParameterId(0))),
-        TreeKind::Name(name) if name == "pi" => Some(Formula::Number(std::f64::consts::PI)),
-        TreeKind::Name(_) | TreeKind::New(_) | TreeKind::Table(..) => None,
-        TreeKind::Call(function, arguments) => Some(Formula::Call(*function, all(arguments)?)),
-        TreeKind::If(comparison, parts) => {
+        SyntaxKind::Number(number) | SyntaxKind::Measure(number, _) => Some(Formula::Number(*number)),
+        SyntaxKind::Name(name) if name == "x" => Some(Formula::Parameter(ParameterId(0))),
+        SyntaxKind::Name(name) if name == "pi" => Some(Formula::Number(std::f64::consts::PI)),
+        SyntaxKind::Name(_) | SyntaxKind::New(_) | SyntaxKind::Table(..) => None,
+        SyntaxKind::Call(function, arguments) => Some(Formula::Call(*function, all(arguments)?)),
+        SyntaxKind::If(comparison, parts) => {
             let parts: [Formula; 4] = all(&parts[..])?.try_into().ok()?;
             Some(Formula::If(*comparison, Box::new(parts)))
         }
@@ -778,14 +789,14 @@ fn formula(tree: &Tree) -> Option<Formula> {
 }
 
 /// A column of a table: its name, the unit of what it has, and whether it has to be there.
-struct Column {
+struct ExpectedColumn {
     name: &'static str,
     unit: Unit,
     is_needed: bool,
 }
 
 /// The numbers of each column in SI, as far as it is there.
-fn tabled<const N: usize>(text: &str, columns: &[Column; N]) -> Result<[Option<Vec<f64>>; N], SheetError> {
+fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<[Option<Vec<f64>>; N], SheetError> {
     let sheet = Sheet::read(text)?;
     let mut found: [Option<Vec<f64>>; N] = std::array::from_fn(|_| None);
     for (place, heading) in sheet.headings().iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{CHOOSE, FUNCTION, Form, KINDS, Key, LIMITS, PATH, POSES, STROKE};
+use super::{CHOOSE, FUNCTION, KINDS, LIMITS, PATH, POSES, STROKE, TaskKey, ValueForm};
 
 /// The schema of task files (JSON Schema, draft 2020-12).
 pub fn schema() -> String {
@@ -46,8 +46,8 @@ fn list(of: &str, count: usize) -> Value {
     json!({ "type": "array", "items": reference(of), "minItems": count, "maxItems": count })
 }
 
-fn table(keys: &[Key], required: &[&str]) -> Value {
-    let property = |Key(name, form, about): &Key| {
+fn table(keys: &[TaskKey], required: &[&str]) -> Value {
+    let property = |TaskKey(name, form, about): &TaskKey| {
         let mut value = form.schema();
         value["description"] = json!(about);
         ((*name).to_owned(), value)
@@ -60,23 +60,23 @@ fn table(keys: &[Key], required: &[&str]) -> Value {
     table
 }
 
-impl Form {
+impl ValueForm {
     fn schema(self) -> Value {
         let either = |one: Value, other: Value| json!({ "anyOf": [one, other] });
         let text = || json!({ "type": "string" });
         match self {
-            Form::Number => reference("quantity"),
-            Form::Numbers => reference("numbers"),
-            Form::Each => either(reference("quantity"), reference("numbers")),
-            Form::Pair | Form::Point => reference("pair"),
-            Form::NumbersOrLaw => either(text(), reference("numbers")),
-            Form::Flag => json!({ "type": "boolean" }),
-            Form::TwoPoints => list("pair", 2),
-            Form::PointsOrTable => {
+            ValueForm::Number => reference("quantity"),
+            ValueForm::Numbers => reference("numbers"),
+            ValueForm::Each => either(reference("quantity"), reference("numbers")),
+            ValueForm::Pair | ValueForm::Point => reference("pair"),
+            ValueForm::NumbersOrLaw => either(text(), reference("numbers")),
+            ValueForm::Flag => json!({ "type": "boolean" }),
+            ValueForm::TwoPoints => list("pair", 2),
+            ValueForm::PointsOrTable => {
                 either(text(), json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))
             }
-            Form::Poses => either(text(), json!({ "type": "array", "items": list("quantity", 3), "minItems": 2 })),
-            Form::Area => {
+            ValueForm::Poses => either(text(), json!({ "type": "array", "items": list("quantity", 3), "minItems": 2 })),
+            ValueForm::Area => {
                 let sides = json!({ "x": reference("pair"), "y": reference("pair") });
                 let sides = json!({ "type": "object", "properties": sides, "additionalProperties": false });
                 either(sides, json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))

@@ -2,7 +2,7 @@
 
 use super::support::*;
 use cotree_study::analysis::report::Statics;
-use cotree_study::analysis::{Failure, Stability};
+use cotree_study::analysis::{AnalysisFailure, Stability};
 
 const G: f64 = 9.81;
 
@@ -122,7 +122,7 @@ fn what_falls_is_named() {
     let falling = "format = 1\nname = \"falling\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 1.0\ninertia = 0.1\n";
     resting(falling, |_, _, found| {
         let failure = found.unwrap_err();
-        assert!(matches!(failure, Failure::NoEquilibrium { .. }), "{failure}");
+        assert!(matches!(failure, AnalysisFailure::NoEquilibrium { .. }), "{failure}");
         let text = failure.to_string();
         assert!(text.contains("`ball.y` (-9.81 m/s2)") && !text.contains("ball.x"), "{text}");
     });
@@ -147,7 +147,7 @@ fn a_pose_in_which_branches_cross_is_said_to_be_one() {
     );
     resting(&text, |_, _, found| {
         let failure = found.unwrap_err();
-        assert!(matches!(failure, Failure::Crossing { .. }), "{failure}");
+        assert!(matches!(failure, AnalysisFailure::Crossing { .. }), "{failure}");
         let text = failure.to_string();
         assert!(text.contains("singular pose") && text.contains("`b1.angle` (") && !text.contains("s2"), "{text}");
     });

@@ -2,7 +2,7 @@
 
 use super::support::*;
 use cotree_fmu::model::Model;
-use cotree_study::analysis::{Failure, Point, StateSpace, Variation, modes};
+use cotree_study::analysis::{AnalysisFailure, OperatingPoint, StateSpace, Variation, modes};
 use nalgebra::{Complex, DMatrix, DVector, Matrix2};
 
 #[test]
@@ -213,11 +213,11 @@ fn a_pose_with_more_freedom_is_named() {
     with(&text, |formulated| {
         let variation = Variation::new(formulated);
         let model = Model::new(formulated.lowered.program.clone()).unwrap();
-        let mut point = Point::resting(&model, &formulated.state);
+        let mut point = OperatingPoint::resting(&model, &formulated.state);
         assert!(StateSpace::new(formulated, &variation, &point, None).is_ok());
         point.positions_mut().fill(0.0);
         let failure = StateSpace::new(formulated, &variation, &point, None).unwrap_err();
-        assert!(matches!(failure, Failure::Singular { .. }), "{failure}");
+        assert!(matches!(failure, AnalysisFailure::Singular { .. }), "{failure}");
         assert!(failure.to_string().contains(".angle` is not determined"), "{failure}");
     });
 }

@@ -4,7 +4,7 @@ use super::run::scene_of;
 use super::support::{PENDULUM, close};
 use cotree::scene::Scene;
 use cotree_study::analysis::report::Statics;
-use cotree_study::analysis::{At, Stability, StateSpace, Study};
+use cotree_study::analysis::{LinearisedAt, Stability, StateSpace, Study};
 use nalgebra::{Complex, DMatrix};
 
 fn study(text: &str, modes: &[(&str, &str)]) -> Study {
@@ -91,7 +91,7 @@ fn what_is_closed_is_a_loop_equation_and_what_is_open_is_not_there() {
     let driven = arms("", "", 9.0, "[drivers.hold]\njoint = \"elbow\"\nangle = 0.3\n");
     let free = arms("", start, 9.0, "");
     let limited = arms(LIMITS, start, 9.0, "");
-    let at = At::Times(vec![0.0]);
+    let at = LinearisedAt::Times(vec![0.0]);
     let of = |text: &str, modes: &[(&str, &str)]| {
         let mut found = study(text, modes).linearize(&at).unwrap();
         found.points.remove(0)
@@ -107,7 +107,8 @@ fn what_is_closed_is_a_loop_equation_and_what_is_open_is_not_there() {
     // Along the motion it is what it is at each time: pulled away, it opens at once.
     let leaving = arms(LIMITS, start, -9.0, "");
     same(&of(&leaving, &[]), &of(&arms("", start, -9.0, ""), &[]));
-    let later = study(&leaving, &[("elbow.max", "closed")]).linearize(&At::Times(vec![0.1])).unwrap_err().to_string();
+    let later =
+        study(&leaving, &[("elbow.max", "closed")]).linearize(&LinearisedAt::Times(vec![0.1])).unwrap_err().to_string();
     assert!(later.contains("`elbow.max` cannot be closed: it is open by"), "{later}");
     let unknown = Study::new(&Scene::from_toml(&limited).unwrap())
         .unwrap()

@@ -6,7 +6,7 @@ use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Source;
-use cotree_study::analysis::{Point, StateSpace, Variation};
+use cotree_study::analysis::{OperatingPoint, StateSpace, Variation};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -122,7 +122,7 @@ pub fn against_differences(text: &str, times: &[f64]) {
             if time > 0.0 {
                 instance.step_to(time).unwrap();
             }
-            let point = Point::moving(&model, &instance.state()).unwrap();
+            let point = OperatingPoint::moving(&model, &instance.state()).unwrap();
             let system = StateSpace::new(formulated, &variation, &point, None).unwrap();
             let f = (system.states.len() - model.program().followers.len()) / 2;
             let coordinates = &model.program().coordinates;

@@ -6,7 +6,7 @@ use super::support::close;
 use crate::support::linkage::linkage;
 use cotree::scene::Scene;
 use cotree_study::analysis::report::Statics;
-use cotree_study::analysis::{At, Stability, StateSpace, Study, StudyError};
+use cotree_study::analysis::{LinearisedAt, Stability, StateSpace, Study, StudyError};
 use nalgebra::DMatrix;
 
 fn study(text: &str, modes: &[(&str, &str)]) -> Study {
@@ -18,7 +18,7 @@ fn study(text: &str, modes: &[(&str, &str)]) -> Study {
 }
 
 fn linear(text: &str, time: f64, modes: &[(&str, &str)]) -> Result<StateSpace, StudyError> {
-    study(text, modes).linearize(&At::Times(vec![time])).map(|mut found| found.points.remove(0))
+    study(text, modes).linearize(&LinearisedAt::Times(vec![time])).map(|mut found| found.points.remove(0))
 }
 
 fn resting(text: &str) -> Statics {

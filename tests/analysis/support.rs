@@ -3,7 +3,7 @@
 use cotree::formulate::{Formulated, formulate};
 use cotree::scene::Resolved;
 use cotree_fmu::model::Model;
-use cotree_study::analysis::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest};
+use cotree_study::analysis::{AnalysisFailure, Equilibrium, OperatingPoint, StateSpace, Variation, at_rest};
 
 pub use super::run::scene_of;
 use super::run::{formulated, resolved};
@@ -30,7 +30,10 @@ pub fn with<T>(text: &str, then: impl FnOnce(&mut Formulated) -> T) -> T {
 }
 
 /// The equilibrium of a scene.
-pub fn resting<T>(text: &str, then: impl FnOnce(&mut Formulated, &Variation, Result<Equilibrium, Failure>) -> T) -> T {
+pub fn resting<T>(
+    text: &str,
+    then: impl FnOnce(&mut Formulated, &Variation, Result<Equilibrium, AnalysisFailure>) -> T,
+) -> T {
     let Resolved { mechanism, outputs, .. } = resolved(text);
     let mut formulated = formulate(&at_rest(&mechanism), &outputs).unwrap();
     let variation = Variation::new(&mut formulated);
@@ -50,7 +53,7 @@ pub fn at_equilibrium(text: &str, then: impl FnOnce(&Formulated, &StateSpace)) {
 pub fn at_start(formulated: &mut Formulated) -> StateSpace {
     let variation = Variation::new(formulated);
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
-    let point = Point::moving(&model, &formulated.state).unwrap();
+    let point = OperatingPoint::moving(&model, &formulated.state).unwrap();
     StateSpace::new(formulated, &variation, &point, None).unwrap()
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotree::compile::compile_with_equations;
-use cotree::formulate::assemblies::{Assemblies, Value, assemblies};
+use cotree::formulate::assemblies::{Assemblies, CoordinateValue, assemblies};
 use cotree::model::{Mechanism, Unit};
 use cotree::scene::Scene;
 use cotree::typeset::{counted, fixed};
@@ -19,7 +19,7 @@ use super::{MessageFormat, output};
 /// is found.
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree assemblies four_bar.toml --drawings poses")]
-pub struct FindAssemblies {
+pub struct AssembliesCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// From how many starts
@@ -30,7 +30,7 @@ pub struct FindAssemblies {
     drawings: Option<PathBuf>,
 }
 
-impl FindAssemblies {
+impl AssembliesCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let scene = output::load(&self.scene)?;
         let resolved = scene.resolve()?;
@@ -50,7 +50,7 @@ impl FindAssemblies {
 }
 
 /// The scene in one of its assemblies.
-fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
+fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v CoordinateValue>) -> Scene {
     scene.initial.retain(|initial| initial.known);
     for value in pose {
         if scene.initial.iter().all(|known| known.variable.text != value.name) {
@@ -61,7 +61,7 @@ fn posed<'v>(mut scene: Scene, pose: impl Iterator<Item = &'v Value>) -> Scene {
 }
 
 fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
-    let shown = |value: &Value| {
+    let shown = |value: &CoordinateValue| {
         let unit = mechanism.units.of(&if value.angular { Unit::angle() } else { Unit::length() });
         format!("{} {}", fixed(value.value / unit.factor), unit.name)
     };

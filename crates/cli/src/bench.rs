@@ -22,7 +22,7 @@ use super::{MessageFormat, output, stop};
 #[command(after_help = "Examples:\n  cotree bench slider_crank.toml --plot slider_crank.svg\n  \
                   cotree bench slider_crank.toml --json > slider_crank.json\n\n\
                   Methods: auto (what the FMU does by itself), taylor, explicit, implicit; loops if drivers determine the motion.")]
-pub struct Bench {
+pub struct BenchCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// As JSON, for scripts
@@ -33,7 +33,7 @@ pub struct Bench {
     plot: Option<PathBuf>,
 }
 
-impl Bench {
+impl BenchCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;

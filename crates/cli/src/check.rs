@@ -27,7 +27,7 @@ use super::{MessageFormat, output};
     after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png\n  \
                   cotree check *.toml\n  cat slider_crank.toml | cotree check -"
 )]
-pub struct Check {
+pub struct CheckCommand {
     /// Scene files (TOML or JSON); `-` is standard input
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
@@ -36,7 +36,7 @@ pub struct Check {
     drawing: Option<PathBuf>,
 }
 
-impl Check {
+impl CheckCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::is_written_as(self.drawing.as_deref(), &["svg", "png", "tex"])?;
         let [scene] = &self.scenes[..] else { return self.run_each(format) };

@@ -21,7 +21,7 @@ use super::output;
 #[command(
     after_help = "Examples:\n  cotree draw\n  cotree draw slider_crank.toml\n  cotree draw slider_crank.toml -o draw.html --runtimes target/runtimes"
 )]
-pub struct Draw {
+pub struct DrawCommand {
     /// Scene file (TOML or JSON) to begin with [default: an empty sheet]
     scene: Option<PathBuf>,
     /// Where the page goes [default: the name of the scene file with `_draw.html`, or `draw.html`, in the current folder]
@@ -32,7 +32,7 @@ pub struct Draw {
     runtimes: Option<PathBuf>,
 }
 
-impl Draw {
+impl DrawCommand {
     pub fn run(self) -> Result<(), Failure> {
         output::is_written_as(self.output.as_deref(), &["html", "htm"])?;
         let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);

@@ -15,7 +15,7 @@ use super::output;
 /// It is made from the keys that cotree itself reads. A TOML scene names it in its first line: `#:schema scene.schema.json`.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree schema -o scene.schema.json\n  cotree schema --task -o task.schema.json")]
-pub struct Schema {
+pub struct SchemaCommand {
     /// That of tasks for `cotree synthesize`
     #[arg(long)]
     task: bool,
@@ -24,7 +24,7 @@ pub struct Schema {
     output: Option<PathBuf>,
 }
 
-impl Schema {
+impl SchemaCommand {
     pub fn run(self) -> Result<(), Failure> {
         let schema = if self.task { task::schema() } else { component::schema() };
         output::put(output::file(self.output.as_deref()), &schema)
@@ -35,12 +35,12 @@ impl Schema {
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree completions bash > ~/.local/share/bash-completion/completions/cotree\n  \
                   cotree completions zsh > ~/.zfunc/_cotree\n  cotree completions fish > ~/.config/fish/completions/cotree.fish")]
-pub struct Completions {
+pub struct CompletionsCommand {
     /// Which shell
     shell: Shell,
 }
 
-impl Completions {
+impl CompletionsCommand {
     pub fn run(self, mut command: Command) -> Result<(), Failure> {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut command, "cotree", &mut text);
@@ -51,12 +51,12 @@ impl Completions {
 /// Write the manual pages of cotree and of each of its commands into a folder
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree man ~/.local/share/man/man1 && man cotree-simulate")]
-pub struct Manual {
+pub struct ManualCommand {
     /// The folder; it is made if it is not there
     folder: PathBuf,
 }
 
-impl Manual {
+impl ManualCommand {
     pub fn run(self, mut command: Command) -> Result<(), Failure> {
         // Gives the commands their full names, such as `cotree-show`.
         command.build();

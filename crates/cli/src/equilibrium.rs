@@ -14,7 +14,7 @@ use super::study::Arguments;
 #[command(after_help = "Examples:\n  cotree equilibrium four_bar.toml\n  \
                   cotree equilibrium four_bar.toml --set stall_torque=\"2 N.m\" --json -o rest.json\n  \
                   cotree equilibrium four_bar.toml --sensitivity stall_torque")]
-pub struct Equilibrium {
+pub struct EquilibriumCommand {
     #[command(flatten)]
     asked: Arguments,
     /// Instead, the outputs there and their derivatives with respect to a parameter or constant input; may be given several times
@@ -22,7 +22,7 @@ pub struct Equilibrium {
     sensitivity: Vec<String>,
 }
 
-impl Equilibrium {
+impl EquilibriumCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let mut study = self.asked.open()?;
         if !self.sensitivity.is_empty() {

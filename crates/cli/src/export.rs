@@ -19,7 +19,7 @@ use super::{MessageFormat, output};
     after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  cotree export slider_crank.toml --fmi 3\n  \
                   cotree export slider_crank.toml --platform linux64,win64 --runtimes target/runtimes"
 )]
-pub struct Export {
+pub struct ExportCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Where the FMU goes [default: the name of the scene file, .fmu, in the current folder; for `scene.toml` the name in it]
@@ -42,7 +42,7 @@ pub struct Export {
     runtimes: Option<PathBuf>,
 }
 
-impl Export {
+impl ExportCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;

@@ -5,16 +5,16 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::model::Units;
-use cotree::report::csv::{Naming, Table};
+use cotree::report::csv::{CsvTable, Naming};
 use cotree::scene::{Asked, Scene};
 use cotree::typeset::counted;
 use cotree_study::analysis::Study;
-use cotree_study::fit::{self, Ended, Fit as Found, FitError, Request, Trial, Vary};
+use cotree_study::fit::{self, Fit as Found, FitEnded, FitError, FitRequest, FitTrial, Vary};
 use indicatif::ProgressBar;
 
 use super::columns::Columns;
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop, study};
 
@@ -31,7 +31,7 @@ use super::{MessageFormat, output, stop, study};
                   cotree fit suspension.toml --to light.csv --to heavy.csv --set 2:load=200 --vary stiffness,damping\n\n\
                   The table begins with a line such as `time,wheel.s` or `time [ms]; wheel.s [mm]`: names of variables of the scene,\n\
                   in any order. Where a cell is empty nothing was measured.")]
-pub struct Fit {
+pub struct FitCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// What was measured: a CSV file with the columns `time` and variables of the scene; may be given several times, for experiments that are fitted together
@@ -70,7 +70,7 @@ pub struct Fit {
     tolerance: Option<f64>,
 }
 
-impl Fit {
+impl FitCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [&self.scene].into_iter().chain(&self.measured).chain(&self.input);
         let read: Vec<Option<&Path>> = read.map(|path| Some(path.as_path())).collect();
@@ -80,7 +80,7 @@ impl Fit {
         let request = self.request(&scene)?;
         let units = self.units.of(&scene)?.units;
         let mut studies = self.studies(&scene, &request)?;
-        let (stop, mut progress) = (stop::listen()?, Progress::new(&request));
+        let (stop, mut progress) = (stop::listen()?, FitProgress::new(&request));
         let found = fit::fit_watched(&mut studies, &request, &mut |trial| {
             progress.show(trial);
             !stop.load(Ordering::Relaxed)
@@ -94,12 +94,12 @@ impl Fit {
         output::print(&if self.json { report.json() } else { report.text(&units) })?;
         self.write(&scene, &found, &units, format)?;
         match found.ended {
-            Ended::Stopped => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
-            Ended::Settled | Ended::Exhausted => Ok(()),
+            FitEnded::Stopped => Err(Failure::Stopped("stopped: these are the best values so far".to_owned())),
+            FitEnded::Settled | FitEnded::Exhausted => Ok(()),
         }
     }
 
-    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+    fn request(&self, scene: &Scene) -> Result<FitRequest, Failure> {
         let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
         let wrong = |option: &str, text: &str, message: String| Failure::Usage(format!("--{option} {text}: {message}"));
         let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
@@ -109,7 +109,7 @@ impl Fit {
         };
         let own = |name: &str| units.get(name).cloned();
         let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&own));
-        Ok(Request {
+        Ok(FitRequest {
             tables: self.measured.iter().map(table).collect::<Result<_, _>>()?,
             vary: vary.collect::<Result<_, _>>()?,
             deviations: self.deviations.iter().map(deviation).collect::<Result<_, _>>()?,
@@ -117,7 +117,7 @@ impl Fit {
     }
 
     /// The study of each experiment.
-    fn studies(&self, scene: &Scene, request: &Request) -> Result<Vec<Study>, Failure> {
+    fn studies(&self, scene: &Scene, request: &FitRequest) -> Result<Vec<Study>, Failure> {
         let count = self.measured.len();
         if !self.input.is_empty() && self.input.len() != count {
             let [inputs, tables] = [self.input.len(), count].map(|count| counted(count, "time"));
@@ -125,8 +125,8 @@ impl Fit {
             return Err(Failure::Usage(message));
         }
         let settings = self.settings.iter().map(|text| numbered(text, count)).collect::<Result<Vec<_>, _>>()?;
-        let times = Times::of(self.stop.clone(), None, self.tolerance);
-        let study = |(index, (path, table)): (usize, (&PathBuf, &Table))| {
+        let times = TimeArguments::of(self.stop.clone(), None, self.tolerance);
+        let study = |(index, (path, table)): (usize, (&PathBuf, &CsvTable))| {
             let own = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
             let own: Vec<String> = own.map(|(_, setting)| (*setting).to_owned()).collect();
             let study = study::asking(scene, &Asked::these(table.names()), &own);
@@ -186,19 +186,19 @@ fn drive(study: &mut Study, path: &Path, settings: &[String]) -> Result<(), Fail
 }
 
 /// The motions so far, on standard error if that is a terminal.
-struct Progress {
+struct FitProgress {
     bar: ProgressBar,
     names: Vec<String>,
     trials: usize,
 }
 
-impl Progress {
-    fn new(request: &Request) -> Self {
+impl FitProgress {
+    fn new(request: &FitRequest) -> Self {
         let names = request.vary.iter().map(|own| own.name.clone()).collect();
         Self { bar: output::spinner(), names, trials: 0 }
     }
 
-    fn show(&mut self, trial: Trial) {
+    fn show(&mut self, trial: FitTrial) {
         self.trials += 1;
         let residuals = trial.length.map_or("no motion".to_owned(), |length| format!("residuals {length:.6}"));
         let verdict = if trial.is_accepted { "" } else { ", rejected" };

@@ -19,7 +19,7 @@ const LARGEST: u64 = 16 << 20;
 /// `mechanism_to_json` writes.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree import linkage.pmks\n  cotree import fourbar.json -o four_bar.toml")]
-pub struct Import {
+pub struct ImportCommand {
     /// File of PMKS+ or pylinkage
     file: PathBuf,
     /// Where the scene goes [default: the name of the file, .toml, in the current folder]
@@ -27,7 +27,7 @@ pub struct Import {
     output: Option<PathBuf>,
 }
 
-impl Import {
+impl ImportCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let stem = self.file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let path = self.output.unwrap_or_else(|| PathBuf::from(format!("{}.toml", identifier(&stem))));

@@ -13,7 +13,7 @@ use super::output;
 #[command(
     after_help = "Examples:\n  cotree info slider_crank.fmu\n  cotree info slider_crank.fmu --scene > slider_crank.toml"
 )]
-pub struct Info {
+pub struct InfoCommand {
     /// FMU file
     fmu: PathBuf,
     /// Print the scene that the FMU was made from, and nothing else
@@ -21,7 +21,7 @@ pub struct Info {
     scene: bool,
 }
 
-impl Info {
+impl InfoCommand {
     pub fn run(self) -> Result<(), Failure> {
         let contents = Contents::read(&self.fmu).map_err(|error| Failure::file("read", &self.fmu, error))?;
         if !self.scene {

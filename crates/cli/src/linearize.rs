@@ -3,7 +3,7 @@
 use clap::Args;
 use cotree::model::Experiment;
 use cotree::run as simulate;
-use cotree_study::analysis::At;
+use cotree_study::analysis::LinearisedAt;
 
 use super::failure::Failure;
 use super::study::{self, Arguments};
@@ -23,7 +23,7 @@ const MOST_POINTS: u64 = 1_000_000;
                   cotree linearize cart_pole.toml --equilibrium --discrete \"10 ms\" -o plant.m\n  \
                   cotree linearize four_bar.toml --at \"0.5 s\"\n  \
                   cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
-pub struct Linearize {
+pub struct LinearizeCommand {
     #[command(flatten)]
     asked: Arguments,
     /// At this time of the motion [default: at its start]
@@ -46,10 +46,14 @@ pub struct Linearize {
     step: Option<String>,
 }
 
-impl Linearize {
+impl LinearizeCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let mut study = self.asked.open()?;
-        let at = if self.equilibrium { At::Equilibrium } else { At::Times(self.times(study.experiment())?) };
+        let at = if self.equilibrium {
+            LinearisedAt::Equilibrium
+        } else {
+            LinearisedAt::Times(self.times(study.experiment())?)
+        };
         let mut found = study.linearize(&at);
         if let Some(text) = &self.discrete {
             let step = times::seconds("discrete", text)?;

@@ -15,7 +15,7 @@ use super::study::{self, Arguments};
                   cotree modes four_bar.toml --set stall_torque=0 --csv -o modes.csv\n  \
                   cotree modes governor.toml --at \"20 s\"\n  \
                   cotree modes four_bar.toml --sensitivity stall_torque")]
-pub struct Modes {
+pub struct ModesCommand {
     #[command(flatten)]
     asked: Arguments,
     /// At this time of the motion [default: at the equilibrium next to its start]
@@ -26,7 +26,7 @@ pub struct Modes {
     sensitivity: Vec<String>,
 }
 
-impl Modes {
+impl ModesCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let mut study = self.asked.open()?;
         if !self.sensitivity.is_empty() {

@@ -6,7 +6,7 @@ use clap::Args;
 use cotree::compile;
 use cotree::model::{Unit, Units};
 use cotree::scene::Scene;
-use cotree_study::motion::{self, MotionError, Request};
+use cotree_study::motion::{self, MotionError, MotionRequest};
 
 use super::failure::Failure;
 use super::units::{self, InUnits};
@@ -24,7 +24,7 @@ use super::{MessageFormat, output, study};
                   cotree motion excavator.toml --input cylinder --range \"0 mm..400 mm\" --json\n  \
                   cotree motion four_bar.toml --point coupler.tracer --fluctuation 0.02"
 )]
-pub struct Motion {
+pub struct MotionCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// The joint (or its driver) that is moved; `pin.s` and `pin.angle` where it slides and turns [default: the joint with a driver]
@@ -67,7 +67,7 @@ pub struct Motion {
     plot: Option<PathBuf>,
 }
 
-impl Motion {
+impl MotionCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.table.as_deref(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
@@ -75,7 +75,7 @@ impl Motion {
         let scene = output::load(&self.scene)?;
         let set = study::with_settings(&scene, &self.settings)?;
         let units = self.units(&scene)?;
-        let request = Request { units: units.clone(), ..self.request(&scene)? };
+        let request = MotionRequest { units: units.clone(), ..self.request(&scene)? };
         let figures = motion::study_of(&scene, set.mechanism(), &request)?;
         let report = figures.report();
         if let Some(path) = &self.table {
@@ -96,9 +96,10 @@ impl Motion {
         output::print(&report.text(&units))
     }
 
-    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+    fn request(&self, scene: &Scene) -> Result<MotionRequest, Failure> {
         let wrong = |option: &str, message: String| Failure::Usage(format!("--{option}: {message}"));
-        let names = Request { input: self.input.clone(), output: self.of_interest.clone(), ..Request::default() };
+        let names =
+            MotionRequest { input: self.input.clone(), output: self.of_interest.clone(), ..MotionRequest::default() };
         let [input, output] = motion::units(scene, &names)?;
         let number = |option: &str, text: &str, unit: &Unit| {
             compile::quantity(text, unit).map_err(|message| wrong(option, message))
@@ -120,7 +121,15 @@ impl Motion {
         }
         let speed = self.speed.as_deref().map(|speed| number("speed", speed, &input.per_second())).transpose()?;
         let every = self.every.as_deref().map(|every| number("every", every, &input)).transpose()?;
-        Ok(Request { speed, range, every, point: self.point.clone(), dwell, fluctuation: self.fluctuation, ..names })
+        Ok(MotionRequest {
+            speed,
+            range,
+            every,
+            point: self.point.clone(),
+            dwell,
+            fluctuation: self.fluctuation,
+            ..names
+        })
     }
 
     /// Those of the command line, of the scene, and then those that people think of mechanisms in.

@@ -18,7 +18,7 @@ const TEMPLATE: &str = include_str!("template.toml");
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree new my_mechanism                    writes my_mechanism.toml\n  \
                   cotree new my_mechanism --from four_bar    begins with a model instead of the commented slider-crank")]
-pub struct New {
+pub struct NewCommand {
     /// Name of the mechanism; the file gets the ending `.toml`
     name: PathBuf,
     /// Begin with one of the models
@@ -26,7 +26,7 @@ pub struct New {
     from: Option<String>,
 }
 
-impl New {
+impl NewCommand {
     pub fn run(self) -> Result<(), Failure> {
         let text = match &self.from {
             None => TEMPLATE.to_string(),
@@ -116,9 +116,9 @@ mod tests {
         for name in models {
             let path = place.join(&name).join("mine.toml");
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            New { name: path.clone(), from: Some(name.clone()) }.run().unwrap();
+            NewCommand { name: path.clone(), from: Some(name.clone()) }.run().unwrap();
             assert_eq!(Scene::read(&path).unwrap().resolve().unwrap().mechanism.name, "mine", "{name}");
-            assert!(New { name: path, from: Some(name) }.run().is_err());
+            assert!(NewCommand { name: path, from: Some(name) }.run().is_err());
         }
         std::fs::remove_dir_all(place).unwrap();
         assert!(model("fourbar").is_err());

@@ -7,12 +7,12 @@ use clap::{ArgGroup, Args};
 use cotree::scene::{Asked, Scene};
 use cotree_study::fit::{Vary, with_values};
 use cotree_study::motion;
-use cotree_study::optimize::{self, Aim, Best, Ended, Goal, Limit, OptimizeError, Progress, Request};
+use cotree_study::optimize::{self, Aim, Best, Ended, Goal, Limit, OptimizeError, OptimizeRequest, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::columns::Columns;
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop, study};
 
@@ -34,7 +34,7 @@ const TURN_STARTS: usize = 8;
                   Measures: max, min, peak (of the magnitude), range, mean, rms, first, last of a variable; a variable alone is its\n\
                   last value. Sums have weights: \"peak(a.torque) + 0.1*rms(b.fn)\".\n\
                   Limits: \"max(x) <= 3 mm\", \">=\", \"=\".")]
-pub struct Optimize {
+pub struct OptimizeCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// What is varied, with bounds: parameters, constant inputs or initial values, such as "crank=40..160 mm,rod=0.2..0.8 m" [bounds by default: the scene's]
@@ -93,10 +93,10 @@ pub struct Optimize {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    times: Times,
+    times: TimeArguments,
 }
 
-impl Optimize {
+impl OptimizeCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(
             &[Some(&self.scene), self.matched.as_deref()],
@@ -137,7 +137,7 @@ impl Optimize {
         }
     }
 
-    fn request(&self, scene: &Scene) -> Result<Request, Failure> {
+    fn request(&self, scene: &Scene) -> Result<OptimizeRequest, Failure> {
         let wrong = |option: &str, text: &str, message: String| format!("--{option} {text}: {message}");
         let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
         let limits = self.limits.iter().map(|text| text.parse().map_err(|message| wrong("subject-to", text, message)));
@@ -156,13 +156,13 @@ impl Optimize {
             }
             (None, None) => return Err(Failure::Usage("give --minimize, --maximize or --match".to_owned())),
         };
-        let turn = self.turn.as_ref().map(|joint| motion::Request {
+        let turn = self.turn.as_ref().map(|joint| motion::MotionRequest {
             input: Some(joint.clone()),
             output: self.of_interest.clone(),
-            ..motion::Request::default()
+            ..motion::MotionRequest::default()
         });
         let starts = self.starts.unwrap_or(if turn.is_some() { TURN_STARTS } else { STARTS });
-        Ok(Request { vary: vary?, aim, limits: limits?, turn, starts, seed: self.seed, threads: self.threads })
+        Ok(OptimizeRequest { vary: vary?, aim, limits: limits?, turn, starts, seed: self.seed, threads: self.threads })
     }
 
     /// The scene with the best values.
@@ -183,7 +183,7 @@ impl Optimize {
 }
 
 /// Where searches ended before.
-fn searched(path: &Path, request: &Request) -> Result<Vec<(usize, Vec<f64>)>, Failure> {
+fn searched(path: &Path, request: &OptimizeRequest) -> Result<Vec<(usize, Vec<f64>)>, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::file("read", path, error))?;
     optimize::searched(&text, request).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }

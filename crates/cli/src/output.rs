@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use cotree::compile::{self, Compiled};
 use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
-use cotree::report::csv::{Naming, Table, Writer};
+use cotree::report::csv::{CsvTable, CsvWriter, Naming};
 use cotree::run::{Finish, Gaps};
 use cotree::scene::{Asked, Fault, Faults, Scene, Span};
 use cotree::sheet::SheetError;
@@ -126,7 +126,7 @@ pub fn json(value: &impl Serialize) -> Result<(), Failure> {
 }
 
 /// Ends a table.
-pub fn finish(table: Writer<Destination>, file: Option<&Path>) -> Result<(), Failure> {
+pub fn finish(table: CsvWriter<Destination>, file: Option<&Path>) -> Result<(), Failure> {
     table.finish().and_then(Destination::commit).map_err(|error| match file {
         Some(path) => Failure::file("write", path, error),
         None => Failure::from(error),
@@ -137,8 +137,8 @@ pub fn finish(table: Writer<Destination>, file: Option<&Path>) -> Result<(), Fai
 pub fn begin(
     file: Option<&Path>,
     columns: impl IntoIterator<Item = (impl AsRef<str>, f64)>,
-) -> Result<Writer<Destination>, Failure> {
-    Ok(Writer::new(Destination::new(file)?, columns)?)
+) -> Result<CsvWriter<Destination>, Failure> {
+    Ok(CsvWriter::new(Destination::new(file)?, columns)?)
 }
 
 /// Writes a picture, as PNG or for LaTeX if its name ends so, and says what it is.
@@ -230,16 +230,16 @@ pub fn spinner() -> ProgressBar {
 }
 
 /// Reads a table of values over time.
-pub fn table(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
-    table_by(path, |text| Table::read(text, naming))
+pub fn table(path: &Path, naming: &Naming<'_>) -> Result<CsvTable, Failure> {
+    table_by(path, |text| CsvTable::read(text, naming))
 }
 
 /// Reads a table whose cells may be empty.
-pub fn table_with_gaps(path: &Path, naming: &Naming<'_>) -> Result<Table, Failure> {
-    table_by(path, |text| Table::read_with_gaps(text, naming))
+pub fn table_with_gaps(path: &Path, naming: &Naming<'_>) -> Result<CsvTable, Failure> {
+    table_by(path, |text| CsvTable::read_with_gaps(text, naming))
 }
 
-fn table_by(path: &Path, read: impl Fn(&str) -> Result<Table, SheetError>) -> Result<Table, Failure> {
+fn table_by(path: &Path, read: impl Fn(&str) -> Result<CsvTable, SheetError>) -> Result<CsvTable, Failure> {
     let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
     let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
         Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")

@@ -13,11 +13,11 @@ use cotree::scene::Scene;
 use cotree_draw::graph::GraphDrawing;
 use cotree_draw::pose::{draw, draw_at};
 use cotree_study::analysis::state_at;
-use cotree_study::compare::{Comparison, compare};
+use cotree_study::compare::{CoordinateComparison, compare};
 use cotree_text::Prose;
-use cotree_text::Written;
+use cotree_text::SymbolNotation;
 use cotree_text::written;
-use cotree_text::written::Notation;
+use cotree_text::written::EquationFormat;
 use serde::Serialize;
 
 use super::failure::Failure;
@@ -34,15 +34,15 @@ use super::{MessageFormat, output, study};
                   cotree show slider_crank.toml --drawing slider_crank.svg --graph graphs.svg\n  \
                   cotree show slider_crank.toml --drawing pose.png --at \"0.3 s\""
 )]
-pub struct Show {
+pub struct ShowCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// The summary (and comparison) as JSON, for scripts
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     json: bool,
     /// The equations of motion instead of the summary
-    #[arg(long, value_name = "NOTATION", value_parser = one_of(&Notation::WORDS))]
-    equations: Option<Notation>,
+    #[arg(long, value_name = "NOTATION", value_parser = one_of(&EquationFormat::WORDS))]
+    equations: Option<EquationFormat>,
     /// With --equations: a name for every number, such as m_rod and g, and a table of the values
     #[arg(long, requires = "equations")]
     symbols: bool,
@@ -68,14 +68,14 @@ pub struct Show {
 
 /// What `--json` says.
 #[derive(Serialize)]
-struct Figures {
+struct SummaryAndComparison {
     #[serde(flatten)]
     summary: Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
-    comparison: Option<Comparison>,
+    comparison: Option<CoordinateComparison>,
 }
 
-impl Show {
+impl ShowCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene)], &[self.graph.as_deref(), self.drawing.as_deref()])?;
         let [drawing, graph] = [["svg", "png", "tex", "dxf"], ["svg", "png", "tex", "dot"]];
@@ -101,7 +101,7 @@ impl Show {
     }
 
     /// Everything that is asked for, of one set of equations.
-    fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<Shown, Failure> {
+    fn shown(&self, scene: &Scene, formulated: &mut Formulated) -> Result<ShownMechanism, Failure> {
         let faults = |list: Vec<Fault>| Faults::new(scene.source.clone(), list);
         let text = match (self.equations, self.steps) {
             (Some(notation), _) if self.minimal => {
@@ -118,11 +118,11 @@ impl Show {
         };
         let graph = self.graph.as_deref().map(|path| graph(formulated, path));
         let drawing = self.drawing.as_deref().map(|path| self.drawn(formulated, path)).transpose()?;
-        let figures = text.is_none().then(|| Figures {
+        let figures = text.is_none().then(|| SummaryAndComparison {
             summary: summarise(formulated),
             comparison: self.compare.then(|| compare(&formulated.equations.system.mechanism, &formulated.outputs)),
         });
-        Ok(Shown { text, graph, drawing, figures })
+        Ok(ShownMechanism { text, graph, drawing, figures })
     }
 
     /// The drawing at the start or at another time: for CAD, or as a picture.
@@ -140,27 +140,29 @@ impl Show {
 }
 
 /// How equations for people and for other programs are written; `option` is not for code.
-fn prose(notation: Notation, option: &str) -> Result<Written, Failure> {
+fn prose(notation: EquationFormat, option: &str) -> Result<SymbolNotation, Failure> {
     match notation {
-        Notation::Text => Ok(Written::Prose(Prose::Text)),
-        Notation::Latex => Ok(Written::Prose(Prose::Latex)),
-        Notation::Html => Ok(Written::Prose(Prose::Html)),
-        Notation::Json => Ok(Written::Json),
-        Notation::C | Notation::Fortran | Notation::Rust | Notation::Python => Err(Failure::Usage(format!(
-            "`{option}` is for text, latex, html and json: the functions of a programming language compute with all coordinates and exact numbers"
-        ))),
+        EquationFormat::Text => Ok(SymbolNotation::Prose(Prose::Text)),
+        EquationFormat::Latex => Ok(SymbolNotation::Prose(Prose::Latex)),
+        EquationFormat::Html => Ok(SymbolNotation::Prose(Prose::Html)),
+        EquationFormat::Json => Ok(SymbolNotation::Json),
+        EquationFormat::C | EquationFormat::Fortran | EquationFormat::Rust | EquationFormat::Python => {
+            Err(Failure::Usage(format!(
+                "`{option}` is for text, latex, html and json: the functions of a programming language compute with all coordinates and exact numbers"
+            )))
+        }
     }
 }
 
 /// What is shown of a mechanism.
-struct Shown {
+struct ShownMechanism {
     text: Option<String>,
     graph: Option<String>,
     drawing: Option<String>,
-    figures: Option<Figures>,
+    figures: Option<SummaryAndComparison>,
 }
 
-impl Figures {
+impl SummaryAndComparison {
     fn print(&self, as_json: bool) -> Result<(), Failure> {
         if as_json {
             return output::json(self);

@@ -123,7 +123,7 @@ impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Scene(faults) => Failure::Scene(faults),
-            StudyError::Analysis(analysis::Failure::Unknown(messages)) => Failure::usage(&messages),
+            StudyError::Analysis(analysis::AnalysisFailure::Unknown(messages)) => Failure::usage(&messages),
             StudyError::Analysis(error) => Failure::Numerical(error.to_string()),
         }
     }

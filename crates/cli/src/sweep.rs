@@ -9,12 +9,12 @@ use cotree::export::description::Description;
 use cotree::files;
 use cotree::run::Measure;
 use cotree::scene::Scene;
-use cotree_draw::study::sweep::Picture;
-use cotree_study::sweep::{self, Design, Factor, Inaccurate, Record, RecordError, Sampling};
+use cotree_draw::study::sweep::SweepPicture;
+use cotree_study::sweep::{self, Design, DesignFactor, Inaccurate, RecordError, Sampling, SweepRecord};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::failure::Failure;
-use super::times::Times;
+use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop};
 
@@ -34,7 +34,7 @@ const LARGEST_TABLE: u64 = 1 << 30;
                   between), 0.5+-0.01 or 0.5+-2% (any within), 0.5~0.01 (normal, by its standard deviation). Numbers may have units.\n\
                   Measures: max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min of a variable, of its\n\
                   values at communication points; a variable alone is its last value.")]
-pub struct Sweep {
+pub struct SweepCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// What is varied: a parameter, a constant input or an initial value, and its values; of several all combinations
@@ -70,10 +70,10 @@ pub struct Sweep {
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     #[command(flatten)]
-    times: Times,
+    times: TimeArguments,
 }
 
-impl Sweep {
+impl SweepCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
@@ -84,7 +84,7 @@ impl Sweep {
         let experiment = self.times.experiment(compiled.description.experiment)?;
         let units = self.units.of(&scene)?.units;
         let sweep = sweep::Sweep { compiled, experiment, measures, design, units };
-        let drawn = |_| Picture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
+        let drawn = |_| SweepPicture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
         let mut picture = self.plot.as_ref().map(drawn).transpose()?;
         let stop = stop::listen()?;
         match self.file() {
@@ -134,7 +134,7 @@ impl Sweep {
 
     fn design(&self, description: &Description) -> Result<Design, Failure> {
         let read =
-            |text: &String| Factor::read(description, text).map_err(|message| format!("--set {text}: {message}"));
+            |text: &String| DesignFactor::read(description, text).map_err(|message| format!("--set {text}: {message}"));
         let factors = Failure::every(self.factors.iter().map(read))?;
         let design = match (&self.table, self.random, self.latin) {
             (Some(path), ..) => {
@@ -156,10 +156,10 @@ impl Sweep {
         path: &Path,
         sweep: &sweep::Sweep,
         stop: &AtomicBool,
-        mut picture: Option<&mut Picture>,
+        mut picture: Option<&mut SweepPicture>,
         format: MessageFormat,
     ) -> Result<(), Failure> {
-        let mut record = Record::open(path, sweep, self.resume)?;
+        let mut record = SweepRecord::open(path, sweep, self.resume)?;
         if let Some(picture) = &mut picture {
             picture.add(&record.outcomes(sweep)?);
         }
@@ -186,7 +186,7 @@ impl Sweep {
         &self,
         sweep: &sweep::Sweep,
         stop: &AtomicBool,
-        mut picture: Option<&mut Picture>,
+        mut picture: Option<&mut SweepPicture>,
         format: MessageFormat,
     ) -> Result<(), Failure> {
         let mut out = std::io::stdout().lock();

@@ -22,7 +22,7 @@ use super::{MessageFormat, output};
                   [poses]\n  at = [[\"0 mm\", \"0 mm\", \"0 deg\"], [\"35 mm\", \"20 mm\", \"14 deg\"], [\"80 mm\", \"60 mm\", \"38 deg\"]]\n  \
                   [limits]\n  transmission = \"35 deg\""
 )]
-pub struct Synthesize {
+pub struct SynthesizeCommand {
     /// Task file (TOML or JSON)
     task: PathBuf,
     /// Folder for the scenes `1.toml`, `2.toml`, ... and the picture `solutions.svg`
@@ -38,7 +38,7 @@ pub struct Synthesize {
     json: bool,
 }
 
-impl Synthesize {
+impl SynthesizeCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         if !self.task.is_file() {
             return Err(Failure::file("read", &self.task, "there is no such file"));

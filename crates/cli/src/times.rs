@@ -8,7 +8,7 @@ use super::failure::Failure;
 
 /// Times and tolerance; what is not given is the scene's.
 #[derive(Args)]
-pub struct Times {
+pub struct TimeArguments {
     /// End of the simulation, such as 10 or "10 s" [default: the scene's]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<String>,
@@ -20,10 +20,10 @@ pub struct Times {
     tolerance: Option<f64>,
 }
 
-impl Times {
+impl TimeArguments {
     /// Of a command that has some of them only.
     pub fn of(stop: Option<String>, step: Option<String>, tolerance: Option<f64>) -> Self {
-        Times { stop, step, tolerance }
+        TimeArguments { stop, step, tolerance }
     }
 
     /// Together with those of the scene.

@@ -14,7 +14,7 @@ use cotree_draw::dxf;
 use cotree_page::film;
 
 use super::failure::Failure;
-use super::units::{InUnits, Shown};
+use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output};
 
 /// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
@@ -26,7 +26,7 @@ use super::{MessageFormat, output};
     after_help = "Examples:\n  cotree trace four_bar.toml coupler.tracer\n  cotree trace four_bar.toml coupler.tracer crank.pin -o curves.dxf\n  \
                   cotree trace cam_oscillating.toml cam -o profile.dxf"
 )]
-pub struct Trace {
+pub struct TraceCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// The points, or cams [default: the points of which the scene reports x and y]
@@ -38,7 +38,7 @@ pub struct Trace {
     output: Option<PathBuf>,
 }
 
-impl Trace {
+impl TraceCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let file = output::file(self.output.as_deref());
         output::apart(&[Some(&self.scene)], &[file])?;
@@ -137,7 +137,7 @@ fn rows(compiled: &Compiled, format: MessageFormat) -> Result<(Vec<Sample>, Resu
 fn table(
     compiled: &Compiled,
     points: &[String],
-    shown: &Shown,
+    shown: &ShownUnits,
     file: Option<&Path>,
     format: MessageFormat,
 ) -> Result<(), Failure> {

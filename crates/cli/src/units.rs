@@ -18,9 +18,9 @@ pub struct InUnits {
 
 impl InUnits {
     /// Those of the command line, then those of the scene.
-    pub fn of(&self, scene: &Scene) -> Result<Shown, Failure> {
+    pub fn of(&self, scene: &Scene) -> Result<ShownUnits, Failure> {
         let units = self.before(&display(scene)?)?;
-        Ok(Shown { in_header: self.is_si() || units != Units::default(), units })
+        Ok(ShownUnits { in_header: self.is_si() || units != Units::default(), units })
     }
 
     /// Those of the command line, and others for kinds of values that it does not name; SI instead of these if it says so.
@@ -48,13 +48,13 @@ pub fn display(scene: &Scene) -> Result<Units, Faults> {
 }
 
 /// The units of results.
-pub struct Shown {
+pub struct ShownUnits {
     pub units: Units,
     /// Are units written into the header of the table?
     in_header: bool,
 }
 
-impl Shown {
+impl ShownUnits {
     /// How values of a unit are shown.
     pub fn of(&self, unit: &Unit) -> DisplayUnit {
         self.units.of(unit)

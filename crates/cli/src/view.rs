@@ -27,7 +27,7 @@ const MOST_PICTURES: u32 = 100_000;
     after_help = "Examples:\n  cotree view slider_crank.toml\n  cotree view slider_crank.toml -o crank.html --runtimes target/runtimes\n  \
                   cotree view slider_crank.toml --svg --speed 0.25\n  cotree view slider_crank.toml --frames film --fps 30"
 )]
-pub struct View {
+pub struct ViewCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Where the page goes [default: the name of the scene file, .html (.svg with --svg), in the current folder; for `scene.toml` the name in it]
@@ -53,7 +53,7 @@ pub struct View {
     runtimes: Option<PathBuf>,
 }
 
-impl View {
+impl ViewCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let named = self.output.as_deref();
         let is_film = self.svg || self.frames.is_some() || named.is_some_and(|path| output::has_extension(path, "svg"));

@@ -58,12 +58,12 @@ pub struct Stretch {
     pub retreat: [f64; 2],
     /// The length that its lines are drawn for [pins].
     pub length: f64,
-    pub lines: Vec<Line>,
+    pub lines: Vec<CarriedLine>,
 }
 
 /// A line of a sign: where its points are, and how far they go along if the sign becomes longer by one [pins].
 #[derive(Clone, Debug, Serialize)]
-pub struct Line {
+pub struct CarriedLine {
     pub closed: bool,
     pub points: Vec<[f64; 3]>,
     /// How it is drawn, first behind all others, then before them.
@@ -108,7 +108,7 @@ pub struct Rail {
     pub beyond: [f64; 2],
     /// How far it lies to the right of the base.
     pub off: f64,
-    pub pattern: Pattern,
+    pub pattern: LinePattern,
     #[serde(skip)]
     pub style: String,
 }
@@ -116,7 +116,7 @@ pub struct Rail {
 /// What a line along a way is made of [px].
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Pattern {
+pub enum LinePattern {
     Line,
     /// Strokes on its right, or on its left if the side is -1.
     Hatch {

@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write};
 
-use super::drawing::{Coupling, CouplingKind, Drawing, Hold, Shape, Wheel};
+use super::drawing::{CouplingKind, Drawing, DrawnCoupling, DrawnShape, Hold, Wheel};
 
 const MILLIMETRES: f64 = 1e3;
 /// The longest name of a layer in release 12.
@@ -156,8 +156,8 @@ impl Drawing {
         let of = |body: Option<usize>| body.and_then(|body| bodies.get(body)).unwrap_or(&ground);
         for (index, body) in self.bodies.iter().enumerate() {
             match &body.shape {
-                Some(Shape::Disc(centre, radius)) => dxf.circle(&bodies[index], *centre, *radius),
-                Some(Shape::Polygon(corners)) => dxf.polyline(&bodies[index], corners, true),
+                Some(DrawnShape::Disc(centre, radius)) => dxf.circle(&bodies[index], *centre, *radius),
+                Some(DrawnShape::Polygon(corners)) => dxf.polyline(&bodies[index], corners, true),
                 None => {}
             }
             let corners = self.corners(index);
@@ -175,7 +175,7 @@ impl Drawing {
             let springs = dxf.layer("springs", INK);
             self.springs.iter().for_each(|spring| dxf.polyline(&springs, &spring.ends, false));
         }
-        for Coupling { kind, .. } in &self.couplings {
+        for DrawnCoupling { kind, .. } in &self.couplings {
             let mut wheel = |wheel: &Wheel| dxf.circle(of(wheel.body), wheel.centre, wheel.radius);
             match kind {
                 CouplingKind::Gears(wheels) | CouplingKind::Band { wheels, .. } => wheels.iter().for_each(wheel),

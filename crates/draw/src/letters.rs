@@ -39,7 +39,7 @@ pub struct Label {
     pub text: String,
     pub at: [f64; 2],
     /// What of its line is there.
-    pub anchor: Anchor,
+    pub anchor: TextAnchor,
     /// Of the letters \[px\].
     pub size: f64,
     pub is_bold: bool,
@@ -47,7 +47,7 @@ pub struct Label {
 
 /// A place on a line of text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub enum TextAnchor {
     Start,
     Middle,
     End,
@@ -91,9 +91,9 @@ impl Label {
             text: written.split_whitespace().collect::<Vec<_>>().join(" "),
             at: [number("x", 0.0), number("y", 0.0)],
             anchor: match node.attribute("text-anchor") {
-                Some("middle") => Anchor::Middle,
-                Some("end") => Anchor::End,
-                _ => Anchor::Start,
+                Some("middle") => TextAnchor::Middle,
+                Some("end") => TextAnchor::End,
+                _ => TextAnchor::Start,
             },
             size: number("font-size", MEDIUM),
             is_bold: number("font-weight", 0.0) >= BOLD || node.attribute("font-weight") == Some("bold"),
@@ -146,11 +146,11 @@ impl Font {
         let scale = label.size / f64::from(self.face.units_per_em());
         let (glyphs, length) = self.line(&label.text);
         let share = match label.anchor {
-            Anchor::Start => 0.0,
-            Anchor::Middle => 0.5,
-            Anchor::End => 1.0,
+            TextAnchor::Start => 0.0,
+            TextAnchor::Middle => 0.5,
+            TextAnchor::End => 1.0,
         };
-        let mut outline = Outline { data: String::new(), at: label.at, scale };
+        let mut outline = GlyphOutline { data: String::new(), at: label.at, scale };
         for (glyph, along) in glyphs {
             outline.at[0] = label.at[0] + scale * (along - share * length);
             self.face.outline_glyph(glyph, &mut outline);
@@ -163,13 +163,13 @@ impl Font {
 }
 
 /// Outlines of glyphs as path data; in a font y points up.
-struct Outline {
+struct GlyphOutline {
     data: String,
     at: [f64; 2],
     scale: f64,
 }
 
-impl Outline {
+impl GlyphOutline {
     fn add(&mut self, command: char, points: &[(f32, f32)]) {
         self.data.push(command);
         for (x, y) in points {
@@ -180,7 +180,7 @@ impl Outline {
     }
 }
 
-impl OutlineBuilder for Outline {
+impl OutlineBuilder for GlyphOutline {
     fn move_to(&mut self, x: f32, y: f32) {
         self.add('M', &[(x, y)]);
     }
@@ -213,8 +213,8 @@ mod tests {
         let (picture, labels) = outlined(svg).unwrap();
         let label = |text: &str, at, anchor, size, is_bold| Label { text: text.into(), at, anchor, size, is_bold };
         let expected = [
-            label("l & l", [10.0, 20.0], Anchor::End, 12.0, false),
-            label("I I", [1.0, 2.0], Anchor::Start, 16.0, true),
+            label("l & l", [10.0, 20.0], TextAnchor::End, 12.0, false),
+            label("I I", [1.0, 2.0], TextAnchor::Start, 16.0, true),
         ];
         assert_eq!(labels, expected);
         let document = Document::parse(&picture).unwrap();

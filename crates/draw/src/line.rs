@@ -1,6 +1,6 @@
 //! Masses on a line: laid out so that elements side by side do not hide one another.
 
-use super::drawing::{Body, Coupling, CouplingKind, Drawing, Hold, Joint, Spring};
+use super::drawing::{CouplingKind, Drawing, DrawnBody, DrawnCoupling, DrawnJoint, DrawnSpring, Hold};
 
 /// Distance between elements side by side, as a part of the drawing's width.
 const PITCH: f64 = 0.05;
@@ -41,7 +41,8 @@ fn gather(drawing: &mut Drawing) {
 
 /// Draws masses and walls at equal distances, in their order, if some are in one place: coordinates of a vibrating system often count from rest.
 fn spread(drawing: &mut Drawing) {
-    let wall = |spring: &Spring| (0..2).find(|&side| spring.between[side].is_none()).map(|side| spring.ends[side][0]);
+    let wall =
+        |spring: &DrawnSpring| (0..2).find(|&side| spring.between[side].is_none()).map(|side| spring.ends[side][0]);
     let mut walls: Vec<f64> = drawing.springs.iter().filter_map(wall).collect();
     walls.sort_by(f64::total_cmp);
     walls.dedup();
@@ -74,15 +75,16 @@ fn spread(drawing: &mut Drawing) {
 
 /// Draws a weld between separate masses as a rigid link.
 fn stretch_welds(drawing: &mut Drawing) {
-    let stretched = |joint: &Joint| joint.kind == Hold::Fixed && joint.at[0] != joint.at[1];
+    let stretched = |joint: &DrawnJoint| joint.kind == Hold::Fixed && joint.at[0] != joint.at[1];
     let (welds, others) = std::mem::take(&mut drawing.joints).into_iter().partition(stretched);
     drawing.joints = others;
-    let link = |weld: Joint| Coupling { name: weld.name, between: weld.between, kind: CouplingKind::Link(weld.at) };
+    let link =
+        |weld: DrawnJoint| DrawnCoupling { name: weld.name, between: weld.between, kind: CouplingKind::Link(weld.at) };
     drawing.couplings.extend(Vec::into_iter(welds).map(link));
 }
 
 fn put_on_rails(drawing: &mut Drawing) {
-    let rail = |(index, body): (usize, &Body)| Joint {
+    let rail = |(index, body): (usize, &DrawnBody)| DrawnJoint {
         name: String::new(),
         kind: Hold::Slider([1.0, 0.0]),
         between: [None, Some(index)],
@@ -150,10 +152,10 @@ mod tests {
     use cotree::component::Glyph;
 
     fn line(springs: &[[f64; 2]]) -> Drawing {
-        let body = |x: f64| Body { name: "m".into(), points: vec![], centre: [x, 0.0], ..Body::default() };
+        let body = |x: f64| DrawnBody { name: "m".into(), points: vec![], centre: [x, 0.0], ..DrawnBody::default() };
         let body_at = |x: f64| (x > 0.0).then(|| x as usize - 1);
         let glyph: Glyph = |_| Vec::new();
-        let spring = |ends: &[f64; 2]| Spring {
+        let spring = |ends: &[f64; 2]| DrawnSpring {
             name: "k".into(),
             between: ends.map(body_at),
             ends: ends.map(|x| [x, 0.0]),
@@ -201,7 +203,7 @@ mod tests {
     #[test]
     fn welded_masses_that_are_drawn_apart_are_linked() {
         let mut drawing = line(&[[0.0, 1.0], [0.0, 2.0]]);
-        let weld = |at| Joint { name: "w".into(), kind: Hold::Fixed, between: [Some(0), Some(1)], at };
+        let weld = |at| DrawnJoint { name: "w".into(), kind: Hold::Fixed, between: [Some(0), Some(1)], at };
         drawing.joints.push(weld([[1.0, 0.0]; 2]));
         drawing.bodies[1].centre[0] = 1.0;
         lay_out(&mut drawing);

@@ -20,33 +20,33 @@ pub struct Svg {
 
 /// A rectangle of the picture \[px\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct PictureFrame {
     pub x: f64,
     pub y: f64,
     pub width: f64,
     pub height: f64,
 }
 
-impl Frame {
+impl PictureFrame {
     pub fn centred([x, y]: Pixel, width: f64, height: f64) -> Self {
-        Frame { x: x - 0.5 * width, y: y - 0.5 * height, width, height }
+        PictureFrame { x: x - 0.5 * width, y: y - 0.5 * height, width, height }
     }
 
     /// The box around others.
-    pub fn around<'a>(frames: impl Iterator<Item = &'a Frame> + Clone) -> Self {
-        let low = |pick: fn(&Frame) -> f64| frames.clone().map(pick).reduce(f64::min).unwrap_or(0.0);
-        let high = |pick: fn(&Frame) -> f64| frames.clone().map(pick).reduce(f64::max).unwrap_or(0.0);
+    pub fn around<'a>(frames: impl Iterator<Item = &'a PictureFrame> + Clone) -> Self {
+        let low = |pick: fn(&PictureFrame) -> f64| frames.clone().map(pick).reduce(f64::min).unwrap_or(0.0);
+        let high = |pick: fn(&PictureFrame) -> f64| frames.clone().map(pick).reduce(f64::max).unwrap_or(0.0);
         let (x, y) = (low(|frame| frame.x), low(|frame| frame.y));
-        Frame { x, y, width: high(|f| f.x + f.width) - x, height: high(|f| f.y + f.height) - y }
+        PictureFrame { x, y, width: high(|f| f.x + f.width) - x, height: high(|f| f.y + f.height) - y }
     }
 
     pub fn widened(self, margin: f64) -> Self {
-        let Frame { x, y, width, height } = self;
-        Frame { x: x - margin, y: y - margin, width: width + 2.0 * margin, height: height + 2.0 * margin }
+        let PictureFrame { x, y, width, height } = self;
+        PictureFrame { x: x - margin, y: y - margin, width: width + 2.0 * margin, height: height + 2.0 * margin }
     }
 
     /// Common area [px2].
-    pub fn overlap(&self, other: &Frame) -> f64 {
+    pub fn overlap(&self, other: &PictureFrame) -> f64 {
         let common = |a: f64, wa: f64, b: f64, wb: f64| ((a + wa).min(b + wb) - a.max(b)).max(0.0);
         common(self.x, self.width, other.x, other.width) * common(self.y, self.height, other.y, other.height)
     }
@@ -68,7 +68,7 @@ impl Svg {
         self.element(format_args!(r#"<path d="{data}" {style}/>"#));
     }
 
-    pub fn rectangle(&mut self, frame: Frame, radius: f64, style: &str) {
+    pub fn rectangle(&mut self, frame: PictureFrame, radius: f64, style: &str) {
         let [x, y, width, height] = [frame.x, frame.y, frame.width, frame.height].map(number);
         let radius = number(radius);
         self.element(format_args!(
@@ -103,7 +103,7 @@ impl Svg {
     }
 
     /// The whole picture on a white sheet; `title` is read out by screen readers.
-    pub fn finish(self, frame: Frame, title: &str) -> String {
+    pub fn finish(self, frame: PictureFrame, title: &str) -> String {
         let [x, y, width, height] = [frame.x, frame.y, frame.width, frame.height].map(number);
         let title = escape(title);
         format!(

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use cotree::compile::Compiled;
 use cotree::diagnostic::{Fault, Span};
 use cotree::model::Experiment;
-use cotree_draw::plot::Curve;
+use cotree_draw::plot::PlotCurve;
 use cotree_fmu::context::Statistics;
 use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 use cotree_fmu::taylor::Jet;
-use cotree_study::bench::runs::{Budget, Subject};
+use cotree_study::bench::runs::{BenchSubject, Budget};
 
 const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, FINEST];
 /// The smallest of the compared tolerances.
@@ -103,7 +103,7 @@ pub fn end(compiled: &Compiled) -> Option<String> {
 fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, String> {
     let Experiment { start, mut stop, .. } = experiment;
     let growing = within_budget(model, experiment, REFERENCE, &mut stop)?;
-    let subject = Subject { model, variables, experiment: Experiment { stop, ..experiment } };
+    let subject = BenchSubject { model, variables, experiment: Experiment { stop, ..experiment } };
     let at = |point: u32| start + (stop - start) * f64::from(point) / f64::from(POINTS);
     let times: Vec<f64> = (1..=POINTS).map(at).collect();
     let run = |tolerance| subject.run(None, tolerance, Budget::Reference, &times);
@@ -142,7 +142,7 @@ fn within_budget(
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
     let shortest = whole * 0.5f64.powi(HALVINGS);
-    let mut instance = Subject { model, variables: &[], experiment }.start(None, tolerance)?;
+    let mut instance = BenchSubject { model, variables: &[], experiment }.start(None, tolerance)?;
     let (mut length, mut used) = (shortest, 0);
     while *reached < experiment.stop {
         // Next to a start that is not zero the shortest parts are nothing.
@@ -179,7 +179,7 @@ impl Accuracy {
     }
 
     /// Errors over tolerances, each with its work, if there is a curve to draw.
-    pub fn curve(&self) -> Option<Curve> {
+    pub fn curve(&self) -> Option<PlotCurve> {
         let points = self.measurements.iter().map(|measurement| {
             let label = format!("{}", measurement.statistics.evaluations);
             ([measurement.tolerance, measurement.error], label)
@@ -187,6 +187,6 @@ impl Accuracy {
         let points: Vec<_> = points.filter(|([x, y], _)| *x > 0.0 && *y > 0.0).collect();
         let title = format!("error at each tolerance, with the number of {}", self.work());
         let axes = ["tolerance".into(), "largest relative error".into()];
-        (points.len() > 1).then_some(Curve { title, axes, points })
+        (points.len() > 1).then_some(PlotCurve { title, axes, points })
     }
 }

@@ -2,7 +2,7 @@
 
 use cotree::cells;
 use cotree::export::archive::Extra;
-use cotree::export::description::{Causality, Description, ScalarVariable, Start, Variability};
+use cotree::export::description::{Causality, Description, ScalarVariable, StartValue, Variability};
 use cotree::export::{ExportError, FmiVersion};
 use cotree::model::{Credits, Unit};
 use cotree::typeset::{between, short};
@@ -27,7 +27,7 @@ math{font-size:1.05em}";
 
 /// What the page shows beside the description.
 #[derive(Clone, Copy, Debug)]
-pub struct Page<'a> {
+pub struct DocumentationPage<'a> {
     /// The mechanism at its start.
     pub drawing: &'a Drawing,
     /// Figures, graphs and equations.
@@ -38,7 +38,7 @@ pub struct Page<'a> {
     pub live: &'a Result<Live, String>,
 }
 
-impl Page<'_> {
+impl DocumentationPage<'_> {
     /// What an FMU carries beside the model: this page, and the pictures where its version of FMI has them.
     ///
     /// # Errors
@@ -268,8 +268,8 @@ fn variables(title: &str, variables: &[&ScalarVariable]) -> String {
 fn initial_values(variables: &[ScalarVariable]) -> String {
     let rows = variables.iter().filter_map(|own| {
         let (value, kind) = match own.start? {
-            Start::Exact(value) => (value, "known"),
-            Start::Approximate(value) => (value, "a guess that picks the assembly"),
+            StartValue::Exact(value) => (value, "known"),
+            StartValue::Approximate(value) => (value, "a guess that picks the assembly"),
         };
         let [unit, value] = [shown_unit(&own.unit), shown(value, &own.unit)].map(|text| escape(&text));
         Some(vec![code(&own.name), unit, value, kind.to_owned()])

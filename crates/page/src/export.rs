@@ -10,8 +10,8 @@ use cotree::scene::{Asked, Faults};
 use cotree::{ExportFailure, Scene};
 
 use crate::accuracy::{self, Accuracy};
-use crate::documentation::Page;
-use crate::moving::{self, Origin};
+use crate::documentation::DocumentationPage;
+use crate::moving::{self, MotionOrigin};
 use crate::overview::{Overview, overview};
 
 /// An FMU but for its libraries: what the command, the Python package and the drawing page write, each from the same scene the same bytes.
@@ -48,9 +48,10 @@ impl Made {
     pub fn extras(&self, version: FmiVersion, module: Option<Vec<u8>>) -> Result<Vec<Extra>, ExportError> {
         let Made { compiled, accuracy, overview: Overview { drawing, facts }, scene } = self;
         // A stored run may cost as much as the measurement of accuracy.
-        let origin = module.map_or_else(|| Origin::Stored(accuracy::affordable(compiled, accuracy)), Origin::Solver);
+        let origin =
+            module.map_or_else(|| MotionOrigin::Stored(accuracy::affordable(compiled, accuracy)), MotionOrigin::Solver);
         let live = &moving::documentation(scene, compiled, origin);
-        Page { drawing, facts, accuracy, live }.files(&compiled.description, version)
+        DocumentationPage { drawing, facts, accuracy, live }.files(&compiled.description, version)
     }
 }
 

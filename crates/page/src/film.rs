@@ -4,11 +4,11 @@ use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::model::Dimension;
 use cotree::model::Quantity::{Angle, X, Y};
 use cotree::scene::{Asked, Faults, Scene};
-use cotree_draw::drawing::{Drawing, Film, Held, Shows};
+use cotree_draw::drawing::{Drawing, Film, HeldPart, Shows};
 use cotree_draw::pose::{draw, frames};
 use cotree_fmu::instance::Inaccuracy;
 
-use crate::moving::{Sampled, sampled};
+use crate::moving::{SampledRun, sampled};
 
 /// The motion is sampled at least so often, and at a multiple of the pictures.
 const SAMPLES: f64 = 1920.0;
@@ -77,10 +77,10 @@ fn taken(
     let places: Vec<Vec<usize>> = places.collect();
     let paths = points(scene).into_iter().filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?]));
     let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
-    let modes: Vec<Modes> = drawing.held.iter().map(|held| Modes::new(held, &variable)).collect();
+    let modes: Vec<ModeVariables> = drawing.held.iter().map(|held| ModeVariables::new(held, &variable)).collect();
     let seen = places.iter().flatten().chain(paths.iter().flatten()).copied();
-    let recorded: Vec<usize> = seen.chain(modes.iter().flat_map(Modes::variables)).collect();
-    let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
+    let recorded: Vec<usize> = seen.chain(modes.iter().flat_map(ModeVariables::variables)).collect();
+    let SampledRun { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
     let column = |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
     let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);
     let pose = |sample: usize| -> Vec<[f64; 3]> {
@@ -107,18 +107,18 @@ fn taken(
 }
 
 /// The variables that say whether something holds, each with its value then, and that of the last impulse.
-struct Modes {
+struct ModeVariables {
     while_held: Vec<(usize, f64)>,
     impulse: Option<usize>,
 }
 
-impl Modes {
+impl ModeVariables {
     /// Nothing of what has no variable is shown.
-    fn new(held: &Held, variable: &dyn Fn(&str) -> Option<usize>) -> Self {
+    fn new(held: &HeldPart, variable: &dyn Fn(&str) -> Option<usize>) -> Self {
         let all: Option<Vec<(usize, f64)>> =
             held.while_held.iter().map(|(name, value)| Some((variable(name)?, *value))).collect();
         let impulse = held.impulse.as_ref().and_then(|name| variable(name));
-        Modes { while_held: all.unwrap_or_default(), impulse }
+        ModeVariables { while_held: all.unwrap_or_default(), impulse }
     }
 
     fn variables(&self) -> impl Iterator<Item = usize> {

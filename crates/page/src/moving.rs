@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotree::compile::{Compiled, compile_asking, compile_with_equations, everything};
-use cotree::export::description::{Description, ScalarVariable, Start};
+use cotree::export::description::{Description, ScalarVariable, StartValue};
 use cotree::formulate::Formulated;
 use cotree::model::{Dimension, Experiment, Exponents, Place, Unit, Units};
 use cotree::resolve::loosened::Loosened;
@@ -17,8 +17,8 @@ use cotree_fmu::model::Model as Runnable;
 use crate::accuracy;
 use crate::overview::{Overview, overview};
 use crate::page::{
-    Display, Formula, GroundPoint, Law, Live, Model, MotionSource, Number, Page, Touch, Variable, Written, point_names,
-    prose,
+    Display, DriverLaw, GroundPoint, Live, MotionSource, Page, PageModel, PageVariable, PlainNumber, Touch,
+    WrittenLength, WrittenPlace, point_names, prose,
 };
 
 /// A stored run has at most so many samples.
@@ -31,7 +31,7 @@ const SEEN: [&str; 13] =
 
 /// Where the motion of a page comes from.
 #[derive(Clone, Debug)]
-pub enum Origin {
+pub enum MotionOrigin {
     /// The runtime for browsers, in the page.
     Solver(Vec<u8>),
     /// A run that is stored in the page, up to this time \[s\].
@@ -55,10 +55,10 @@ pub(crate) struct Picture {
 pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
     let (mut compiled, mut formulated) = compile_with_equations(scene)?;
     let Overview { drawing, facts } = overview(&mut formulated);
-    let origin = module.map_or(Origin::Stored(compiled.description.experiment.stop), Origin::Solver);
+    let origin = module.map_or(MotionOrigin::Stored(compiled.description.experiment.stop), MotionOrigin::Solver);
     let ends = match origin {
-        Origin::Solver(_) => accuracy::end(&compiled),
-        Origin::Stored(_) => None,
+        MotionOrigin::Solver(_) => accuracy::end(&compiled),
+        MotionOrigin::Stored(_) => None,
     };
     let mut live = moving(scene, &compiled, origin, "view")?;
     if let Ok(Live { model, motion: MotionSource::Solver { .. } }) = &mut live {
@@ -82,7 +82,7 @@ pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<
 ///
 /// # Errors
 /// Why the page stands still.
-pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Result<Live, String> {
+pub fn documentation(scene: &Scene, compiled: &Compiled, origin: MotionOrigin) -> Result<Live, String> {
     let count = scene.bodies.len();
     if count > MOST_BODIES {
         return Err(format!(
@@ -93,7 +93,12 @@ pub fn documentation(scene: &Scene, compiled: &Compiled, origin: Origin) -> Resu
 }
 
 /// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
-fn moving(scene: &Scene, compiled: &Compiled, origin: Origin, command: &str) -> Result<Result<Live, String>, Faults> {
+fn moving(
+    scene: &Scene,
+    compiled: &Compiled,
+    origin: MotionOrigin,
+    command: &str,
+) -> Result<Result<Live, String>, Faults> {
     let (everything, mut formulated) = compile_asking(scene, &with_places(scene)?)?;
     let picture = picture(&mut formulated);
     let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
@@ -113,7 +118,7 @@ fn with_places(scene: &Scene) -> Result<Asked, Faults> {
 
 /// What can be touched; none if the scene is on a line, has no text, many bodies, states of its own or values that are held, or cannot be formulated with its numbers as parameters: some must be known
 /// beforehand.
-fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
+fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
     let (file, text) = scene.source.files().next()?;
     if scene.dimension == Dimension::One || text.is_empty() || scene.bodies.len() > MOST_BODIES {
         return None;
@@ -131,13 +136,13 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
     let found = |name: &str| everything.description.variables.iter().find(|variable| variable.name == name);
     let written = |name: String, span: Span, bare: bool| {
         let unit = found(&name).and_then(|variable| variable.unit.display.clone()).map(Display::from);
-        Written { name, place: place(span), unit, bare }
+        WrittenPlace { name, place: place(span), unit, bare }
     };
     let numbers = numbers.into_iter().filter_map(|own| {
         let variable = variable(found(&own.parameter)?, units);
-        Some(Number { name: own.name, variable, written: written(own.parameter, own.span, false) })
+        Some(PlainNumber { name: own.name, variable, written: written(own.parameter, own.span, false) })
     });
-    let laws = laws.into_iter().map(|own| Law {
+    let laws = laws.into_iter().map(|own| DriverLaw {
         angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
         driver: own.driver,
         parameter: own.parameter,
@@ -154,7 +159,7 @@ fn touch(scene: &Scene, known: &[Variable]) -> Option<Touch> {
         numbers: numbers.collect(),
         formulas: formulas
             .into_iter()
-            .map(|own| Formula { name: own.name, text: own.text, output: own.output })
+            .map(|own| WrittenLength { name: own.name, text: own.text, output: own.output })
             .collect(),
         laws: laws.collect(),
         written: own.map(|(name, span, bare)| written(name, span, bare)).collect(),
@@ -172,7 +177,7 @@ pub(crate) fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
 }
 
 /// A body is pulled from the pose that is seen: a run has its coordinates.
-fn record_coordinates(model: &mut Model) {
+fn record_coordinates(model: &mut PageModel) {
     let names = model.touch.iter().flat_map(|touch| &touch.coordinates);
     let lacking: Vec<String> = names.filter(|name| !model.recorded.contains(name)).cloned().collect();
     model.recorded.extend(lacking);
@@ -196,7 +201,7 @@ fn assemble(
     compiled: &Compiled,
     everything: &Compiled,
     picture: Picture,
-    origin: Origin,
+    origin: MotionOrigin,
     renew: String,
 ) -> Result<Live, String> {
     let description = &everything.description;
@@ -211,7 +216,7 @@ fn assemble(
             variable.causality.follows_motion() && (outputs.contains(&variable.name) || is_seen(&variable.name))
         })
         .collect();
-    let mut model = Model {
+    let mut model = PageModel {
         geometry: picture.geometry,
         points: picture.points,
         ground: picture.ground,
@@ -228,16 +233,16 @@ fn assemble(
         touch: None,
     };
     let motion = match origin {
-        Origin::Solver(module) => {
+        MotionOrigin::Solver(module) => {
             let program = everything.program.to_bytes().map_err(|error| error.to_string())?;
             MotionSource::Solver { module, program }
         }
-        Origin::Stored(until) => {
+        MotionOrigin::Stored(until) => {
             let stop = until.min(description.experiment.stop);
             let whole = stop == description.experiment.stop;
             let part = Experiment { stop, ..description.experiment };
             let count = ((stop - part.start) / part.step).ceil().clamp(1.0, SAMPLES);
-            let Sampled { times, columns, cut, inaccuracy } = sampled(everything, &recorded, part, count as u32)?;
+            let SampledRun { times, columns, cut, inaccuracy } = sampled(everything, &recorded, part, count as u32)?;
             let columns = columns.iter().map(|column| column.iter().map(|&value| value as f32).collect());
             model.stored = model.recorded.clone();
             let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
@@ -268,16 +273,16 @@ fn displayed(variables: &[ScalarVariable], units: &Units) -> BTreeMap<String, Di
     wanted.filter(|(si, unit)| *si != unit.name).map(|(si, unit)| (si, Display::from(unit))).collect()
 }
 
-fn variable(variable: &ScalarVariable, units: &Units) -> Variable {
+fn variable(variable: &ScalarVariable, units: &Units) -> PageVariable {
     let (start, [min, max]) =
         variable.causality.range().map_or_else(Default::default, |(start, bounds)| (Some(start), bounds));
     let known = match variable.start {
-        Some(Start::Exact(value)) => Some(value),
+        Some(StartValue::Exact(value)) => Some(value),
         _ => None,
     };
     let wanted = units.of(&variable.unit);
     let wanted = (wanted.name != variable.unit.si).then_some(wanted);
-    Variable {
+    PageVariable {
         name: variable.name.clone(),
         text: variable.description.clone(),
         kind: variable.causality.name(),
@@ -291,7 +296,7 @@ fn variable(variable: &ScalarVariable, units: &Units) -> Variable {
 }
 
 /// A run at regular times.
-pub(super) struct Sampled {
+pub(super) struct SampledRun {
     pub times: Vec<f64>,
     /// A column for each variable.
     pub columns: Vec<Vec<f64>>,
@@ -309,7 +314,7 @@ pub(super) fn sampled(
     recorded: &[usize],
     part: Experiment,
     count: u32,
-) -> Result<Sampled, String> {
+) -> Result<SampledRun, String> {
     let model = Runnable::new(compiled.program.clone()).map_err(|error| error.to_string())?;
     let mut instance = Instance::new(Arc::new(model));
     let (mut times, mut columns) = (Vec::new(), vec![Vec::new(); recorded.len()]);
@@ -330,6 +335,6 @@ pub(super) fn sampled(
     let inaccuracy = instance.take_inaccuracy();
     match ended {
         Err(error) if times.is_empty() => Err(error.to_string()),
-        ended => Ok(Sampled { times, columns, cut: ended.err().map(|error| error.to_string()), inaccuracy }),
+        ended => Ok(SampledRun { times, columns, cut: ended.err().map(|error| error.to_string()), inaccuracy }),
     }
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::moving::{picture, values};
-use crate::page::{GroundPoint, Written};
+use crate::page::{GroundPoint, WrittenPlace};
 
 /// The mechanism at its start.
 #[derive(Clone, Debug, Serialize)]
@@ -31,7 +31,7 @@ struct Sketch {
 #[derive(Clone, Debug, Serialize)]
 struct Stated {
     #[serde(flatten)]
-    written: Written,
+    written: WrittenPlace,
     /// In SI units.
     value: f64,
 }
@@ -112,7 +112,7 @@ fn stated(name: String, span: Span, text: &str) -> Option<Stated> {
         name: number.trim_start_matches('[').trim_end_matches(']').to_owned(),
         factor: quantity(&format!("1 {number}"), &any).unwrap_or(1.0),
     });
-    let written = Written { name, place: [whole.start, whole.end], unit: unit.map(Into::into), bare: false };
+    let written = WrittenPlace { name, place: [whole.start, whole.end], unit: unit.map(Into::into), bare: false };
     Some(Stated { written, value })
 }
 

@@ -19,14 +19,14 @@ use serde::Serialize;
 
 use crate::analysis::{dense, saddle};
 use crate::bench;
-use crate::bench::runs::{Budget, POINTS, Subject};
+use crate::bench::runs::{BenchSubject, Budget, POINTS};
 
 /// The choices that every scene has; the scene's own is added if it is another one.
 const CHOICES: [(&str, Coordinates); 3] =
     [("absolute", Coordinates::Absolute), ("joint", Coordinates::Joint), ("recommended", Coordinates::Recommended)];
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct CoordinateComparison {
     pub kernel: &'static str,
     pub choices: Vec<Choice>,
 }
@@ -38,18 +38,18 @@ pub struct Choice {
     pub used: bool,
     /// The figures, or why these trees do not work.
     #[serde(flatten)]
-    pub figures: Figures,
+    pub figures: CostOrFault,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Figures {
-    Good(Cost),
+pub enum CostOrFault {
+    Good(ChoiceCost),
     Bad { fault: String },
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Cost {
+pub struct ChoiceCost {
     pub coordinates: usize,
     pub loop_equations: usize,
     pub operations: Operations,
@@ -78,7 +78,7 @@ pub struct Operations {
 }
 
 /// Formulates a mechanism in all coordinates and measures each.
-pub fn compare(mechanism: &Mechanism, outputs: &[Output]) -> Comparison {
+pub fn compare(mechanism: &Mechanism, outputs: &[Output]) -> CoordinateComparison {
     let is_preset = CHOICES.iter().any(|(_, choice)| *choice == mechanism.coordinates);
     let own = (!is_preset).then(|| ("chosen", mechanism.coordinates.clone()));
     let choices: Vec<Choice> = CHOICES
@@ -89,25 +89,25 @@ pub fn compare(mechanism: &Mechanism, outputs: &[Output]) -> Comparison {
             Choice { name, used, figures: figures(&Mechanism { coordinates, ..mechanism.clone() }, outputs) }
         })
         .collect();
-    Comparison { kernel: ACCELERATION, choices }
+    CoordinateComparison { kernel: ACCELERATION, choices }
 }
 
 const ACCELERATION: &str = "accelerations and reactions";
 
-fn figures(mechanism: &Mechanism, outputs: &[Output]) -> Figures {
+fn figures(mechanism: &Mechanism, outputs: &[Output]) -> CostOrFault {
     match formulate_written(mechanism, outputs) {
         Ok(formulated) => match cost(formulated) {
-            Ok(cost) => Figures::Good(cost),
-            Err(fault) => Figures::Bad { fault },
+            Ok(cost) => CostOrFault::Good(cost),
+            Err(fault) => CostOrFault::Bad { fault },
         },
         Err(faults) => {
             let messages: Vec<String> = faults.into_iter().map(|fault| fault.message).collect();
-            Figures::Bad { fault: messages.join("; ") }
+            CostOrFault::Bad { fault: messages.join("; ") }
         }
     }
 }
 
-fn cost(mut formulated: Formulated) -> Result<Cost, String> {
+fn cost(mut formulated: Formulated) -> Result<ChoiceCost, String> {
     let model = Model::new(formulated.lowered.program.clone()).map_err(|fault| fault.to_string())?;
     let kernel = &model.program().tapes.acceleration;
     let mut machine = Machine::new(&model);
@@ -122,7 +122,7 @@ fn cost(mut formulated: Formulated) -> Result<Cost, String> {
     let dynamic = !model.is_driven();
     let whole = whole_run(Arc::new(model), formulated.equations.system.mechanism.experiment);
     let (condition, mass_condition) = conditions(&mut formulated, dynamic);
-    Ok(Cost {
+    Ok(ChoiceCost {
         coordinates: formulated.equations.coordinates.len(),
         loop_equations: formulated.equations.constraints.iter().filter(|row| !row.is_trivial()).count(),
         operations,
@@ -137,7 +137,7 @@ fn cost(mut formulated: Formulated) -> Result<Cost, String> {
 
 /// Processor time and steps of the whole experiment, by the method that the model chooses.
 fn whole_run(model: Arc<Model>, experiment: Experiment) -> Option<(f64, u64)> {
-    let subject = Subject { model: &model, variables: &[], experiment };
+    let subject = BenchSubject { model: &model, variables: &[], experiment };
     let found = subject.run(None, experiment.tolerance, Budget::Run, &subject.even(POINTS)).ok()?;
     let (fastest, _) = subject.time(None, experiment.tolerance)?;
     Some((fastest.as_secs_f64(), found.instance.statistics().steps))
@@ -219,8 +219,8 @@ fn condition(mut matrix: DMatrix<f64>) -> Option<f64> {
 fn row(choice: &Choice) -> Vec<Cell> {
     let mut row = row![format!("{}{}", choice.name, if choice.used { " *" } else { "" })];
     match &choice.figures {
-        Figures::Bad { fault } => row.push(fault.into()),
-        Figures::Good(cost) => {
+        CostOrFault::Bad { fault } => row.push(fault.into()),
+        CostOrFault::Good(cost) => {
             let known = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
             let condition = |number: Option<f64>| known(number.map(|number| format!("{number:.1}")));
             let own = cost.operations;
@@ -234,7 +234,7 @@ fn row(choice: &Choice) -> Vec<Cell> {
     row
 }
 
-impl Comparison {
+impl CoordinateComparison {
     pub fn report(&self) -> Report {
         let mut columns = row!["trees", "coordinates", "loops", "+", "*", "/", "sqrt", "sin,cos", "other", "ns"];
         columns.extend(row!["condition", "cond. of M", "method", "steps", "run [ms]"]);
@@ -254,7 +254,7 @@ impl Comparison {
 ///
 /// # Errors
 /// Everything that is wrong with the scene; trees that do not work are part of the comparison.
-pub fn comparison(scene: &Scene) -> Result<Comparison, Faults> {
+pub fn comparison(scene: &Scene) -> Result<CoordinateComparison, Faults> {
     let resolved = scene.resolve()?;
     Ok(compare(&resolved.mechanism, &resolved.outputs))
 }

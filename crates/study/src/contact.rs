@@ -44,7 +44,7 @@ pub fn asked(scene: &Scene) -> Option<(Asked, Mechanism)> {
 /// The motion of the scene's experiment, as far as little work goes; nothing if it has no start, which is told elsewhere.
 pub fn of_experiment(scene: &Scene) -> Contacts {
     let seen = asked(scene)
-        .and_then(|(asked, mechanism)| Some((Seen::of(&compile_asking(scene, &asked).ok()?.0)?, mechanism)));
+        .and_then(|(asked, mechanism)| Some((ContactLoads::of(&compile_asking(scene, &asked).ok()?.0)?, mechanism)));
     let Some((seen, mechanism)) = seen else { return Contacts::default() };
     let column = |name: &str| seen.columns.iter().find(|(known, _)| known == name).map(|(_, values)| values.clone());
     let found = over_time(&mechanism, &mechanism.units, &seen.times, column);
@@ -60,18 +60,18 @@ pub fn of_experiment(scene: &Scene) -> Contacts {
 }
 
 /// How contacts are loaded in the beginning of an experiment.
-struct Seen {
+struct ContactLoads {
     times: Vec<f64>,
     columns: Vec<(String, Vec<f64>)>,
     /// Where the work ended, if that is before the experiment does.
     until: Option<f64>,
 }
 
-impl Seen {
+impl ContactLoads {
     fn of(compiled: &Compiled) -> Option<Self> {
         let reported = compiled.reported();
         let variables = reported.iter().map(|&index| (compiled.description.variables[index].name.clone(), Vec::new()));
-        let mut seen = Seen { times: Vec::new(), columns: variables.collect(), until: None };
+        let mut seen = ContactLoads { times: Vec::new(), columns: variables.collect(), until: None };
         let experiment = compiled.description.experiment;
         let mut instance = Instance::new(Arc::new(Model::new(compiled.program.clone()).ok()?));
         instance.setup(experiment.start, Some(experiment.stop), Some(experiment.tolerance)).ok()?;
@@ -108,11 +108,11 @@ pub fn over_time(
     times: &[f64],
     values: impl Fn(&str) -> Option<Vec<f64>>,
 ) -> Contacts {
-    over(mechanism, units, times, &Input { named: "t =".to_owned(), unit: shown(units, "s") }, values)
+    over(mechanism, units, times, &ContactAxis { named: "t =".to_owned(), unit: shown(units, "s") }, values)
 }
 
 /// What the forces are looked at over.
-pub struct Input {
+pub struct ContactAxis {
     /// `t =`
     pub named: String,
     pub unit: DisplayUnit,
@@ -123,7 +123,7 @@ pub fn over(
     mechanism: &Mechanism,
     units: &Units,
     inputs: &[f64],
-    input: &Input,
+    input: &ContactAxis,
     values: impl Fn(&str) -> Option<Vec<f64>>,
 ) -> Contacts {
     let newton = shown(units, "N");
@@ -158,7 +158,7 @@ struct Look<'a> {
     inputs: &'a [f64],
     normal: &'a [f64],
     angle: Option<&'a [f64]>,
-    input: &'a Input,
+    input: &'a ContactAxis,
     newton: &'a DisplayUnit,
 }
 

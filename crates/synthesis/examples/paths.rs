@@ -7,7 +7,7 @@ mod made;
 
 use std::time::Instant;
 
-use cotree_synthesis::path::{Effort, Follower, Path, followers};
+use cotree_synthesis::path::{CouplerPath, Follower, PathEffort, followers};
 use cotree_synthesis::{Point, Random, extent};
 
 const POINTS: usize = 30;
@@ -33,7 +33,7 @@ fn main() {
 
 fn searched(points: Vec<Point>, closed: bool, times: &mut Vec<f64>) -> Vec<Follower> {
     let begin = Instant::now();
-    let found = followers(&Path { points, closed, ..Path::default() }, &Effort::default());
+    let found = followers(&CouplerPath { points, closed, ..CouplerPath::default() }, &PathEffort::default());
     times.push(begin.elapsed().as_secs_f64());
     found
 }

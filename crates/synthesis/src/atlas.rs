@@ -21,7 +21,7 @@ pub(crate) type Start = Unknowns<10, 1>;
 
 /// A four-bar whose first pivot is at the origin, its ground along x; the point is seen from the first pin, along the body.
 #[derive(Clone, Copy, Debug)]
-struct Bars {
+struct AtlasBars {
     lengths: [f64; 4],
     point: Point,
     side: Side,
@@ -39,8 +39,8 @@ const PLACES: usize = 64;
 const PIECE: usize = 24;
 const HARMONICS: usize = 10;
 
-impl Bars {
-    fn random(random: &mut Random) -> Bars {
+impl AtlasBars {
+    fn random(random: &mut Random) -> AtlasBars {
         loop {
             let lengths: [f64; 4] = std::array::from_fn(|_| random.between(0.1, 1.0));
             let longest = lengths.iter().copied().fold(0.0, f64::max);
@@ -50,7 +50,7 @@ impl Bars {
             let radius = 1.5 * random.between(0.0, 1.0).sqrt();
             let point = (polar(radius, random.between(0.0, TAU)) + 0.5) * lengths[2];
             let side = if random.integer().is_multiple_of(2) { 1.0 } else { -1.0 };
-            return Bars { lengths, point, side };
+            return AtlasBars { lengths, point, side };
         }
     }
 
@@ -218,14 +218,14 @@ fn places(points: &[Point], angles: &[f64]) -> ([Point; PLACES], [f64; PLACES]) 
 
 /// A part of a curve: whose, and from where on, how long, as shares of the whole.
 #[derive(Clone, Copy)]
-struct Piece {
-    bars: Bars,
+struct CurvePiece {
+    bars: AtlasBars,
     from: f64,
     length: f64,
 }
 
 /// Places on a piece, evenly, with the angles there.
-fn piece(points: &[Point], angles: &[f64], lengths: &[f64], part: &Piece) -> ([Point; PIECE], [f64; PIECE]) {
+fn piece(points: &[Point], angles: &[f64], lengths: &[f64], part: &CurvePiece) -> ([Point; PIECE], [f64; PIECE]) {
     let whole = lengths.last().copied().unwrap_or(0.0);
     let turned = angles.last().copied().unwrap_or(0.0) - angles.first().copied().unwrap_or(0.0);
     let at: [(f64, (usize, f64)); PIECE] = std::array::from_fn(|i| {
@@ -237,23 +237,23 @@ fn piece(points: &[Point], angles: &[f64], lengths: &[f64], part: &Piece) -> ([P
 }
 
 /// Both atlases.
-struct Closed {
-    bars: Vec<Bars>,
+struct ClosedAtlas {
+    bars: Vec<AtlasBars>,
     harmonics: Vec<[f32; 2 * HARMONICS]>,
 }
 
-struct Open {
-    pieces: Vec<Piece>,
+struct OpenAtlas {
+    pieces: Vec<CurvePiece>,
     shapes: Vec<[[f32; 2]; PIECE]>,
 }
 
-fn closed() -> &'static Closed {
-    static ATLAS: OnceLock<Closed> = OnceLock::new();
+fn closed() -> &'static ClosedAtlas {
+    static ATLAS: OnceLock<ClosedAtlas> = OnceLock::new();
     ATLAS.get_or_init(|| {
         let mut random = Random::new(7);
-        let mut atlas = Closed { bars: Vec::with_capacity(CLOSED), harmonics: Vec::with_capacity(CLOSED) };
+        let mut atlas = ClosedAtlas { bars: Vec::with_capacity(CLOSED), harmonics: Vec::with_capacity(CLOSED) };
         while atlas.bars.len() < CLOSED {
-            let bars = Bars::random(&mut random);
+            let bars = AtlasBars::random(&mut random);
             let (points, angles) = bars.curve();
             if points.len() == STEPS + 1 {
                 atlas.harmonics.push(harmonics(&places(&points, &angles).0));
@@ -272,15 +272,15 @@ fn shape(points: &[Point; PIECE]) -> ([Point; PIECE], Point, f64) {
     (moved.map(|point| point / size), middle, size)
 }
 
-fn open() -> &'static Open {
-    static ATLAS: OnceLock<Open> = OnceLock::new();
+fn open() -> &'static OpenAtlas {
+    static ATLAS: OnceLock<OpenAtlas> = OnceLock::new();
     ATLAS.get_or_init(|| {
         let mut random = Random::new(3);
-        let mut atlas = Open { pieces: Vec::new(), shapes: Vec::new() };
+        let mut atlas = OpenAtlas { pieces: Vec::new(), shapes: Vec::new() };
         while atlas.pieces.len() < OPEN * PIECES {
             // As many of each kind: at random two thirds have no bar that turns, and one of twelve is a double rocker.
             let kind = atlas.pieces.len() / PIECES % KINDS;
-            let bars = Bars::random(&mut random);
+            let bars = AtlasBars::random(&mut random);
             if bars.kind() != kind {
                 continue;
             }
@@ -290,7 +290,7 @@ fn open() -> &'static Open {
             }
             let lengths = along(&points);
             for _ in 0..PIECES {
-                let part = Piece { bars, from: random.between(0.0, 1.0), length: random.between(0.1, 0.95) };
+                let part = CurvePiece { bars, from: random.between(0.0, 1.0), length: random.between(0.1, 0.95) };
                 let (shape, ..) = shape(&piece(&points, &angles, &lengths, &part).0);
                 atlas.shapes.push(shape.map(|point| [point.re as f32, point.im as f32]));
                 atlas.pieces.push(part);
@@ -342,7 +342,7 @@ fn placed(
     path: &[Point; PLACES],
     middle: Point,
     lengths: &[f64],
-    bars: &Bars,
+    bars: &AtlasBars,
     curve: &[Point; PLACES],
     angles: &[f64; PLACES],
 ) -> Vec<(f64, Start)> {

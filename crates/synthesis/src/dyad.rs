@@ -11,8 +11,8 @@
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 use crate::conics::{Common, common};
-use crate::least::{End, Residuals, Terms, Unknowns, minimise};
-use crate::poses::{Frame, Pose, row};
+use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
+use crate::poses::{Pose, UnitFrame, row};
 use crate::{Point, cross, dot, polar};
 
 /// What guides a body at one of its points or lines.
@@ -109,7 +109,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    fn row(&self, frame: &Frame) -> SMatrix<f64, 1, 8> {
+    fn row(&self, frame: &UnitFrame) -> SMatrix<f64, 1, 8> {
         let mut row = SMatrix::<f64, 1, 8>::zeros();
         let mut line = |first: usize, direction: Point, value: f64| {
             (row[0], row[first], row[first + 1]) = (-value / frame.size, direction.re, direction.im);
@@ -142,7 +142,7 @@ const NO_BAR: f64 = 1e-9;
 /// # Errors
 /// The equations do not determine single dyads.
 pub fn dyads(poses: &[Pose], conditions: &[Condition]) -> Result<Vec<Dyad>, Family> {
-    let frame = Frame::of(poses);
+    let frame = UnitFrame::of(poses);
     let rows = poses.iter().map(|pose| row(&frame.scaled(pose))).chain(conditions.iter().map(|own| own.row(&frame)));
     let rows: Vec<SMatrix<f64, 1, 8>> = rows.collect();
     if rows.len() > 5 {
@@ -160,7 +160,7 @@ pub fn dyads(poses: &[Pose], conditions: &[Condition]) -> Result<Vec<Dyad>, Fami
 }
 
 /// The dyads in the space that three vectors span; none if they are a curve.
-fn through(basis: &SMatrix<f64, 8, 3>, frame: &Frame) -> Option<Vec<Dyad>> {
+fn through(basis: &SMatrix<f64, 8, 3>, frame: &UnitFrame) -> Option<Vec<Dyad>> {
     let conic = |side: fn(&SVector<f64, 8>, &SVector<f64, 8>) -> f64| {
         Matrix3::from_fn(|i, j| side(&basis.column(i).into_owned(), &basis.column(j).into_owned()))
     };
@@ -175,7 +175,7 @@ fn through(basis: &SMatrix<f64, 8, 3>, frame: &Frame) -> Option<Vec<Dyad>> {
 }
 
 /// A dyad by its eight numbers in a frame of size one.
-fn dyad(w: &SVector<f64, 8>, frame: &Frame) -> Dyad {
+fn dyad(w: &SVector<f64, 8>, frame: &UnitFrame) -> Dyad {
     let w = w.normalize();
     let (size, middle) = (frame.size, frame.middle);
     let pair = |first: usize| Point::new(w[first], w[first + 1]);
@@ -216,7 +216,7 @@ pub fn circle_dyad(moving: Point, poses: &[Pose; 3]) -> Option<Dyad> {
 ///
 /// `weights` are one for each pose: one over its tolerance \[m\].
 pub fn nearest_dyads(poses: &[Pose], weights: &[f64]) -> Vec<(Dyad, f64)> {
-    let frame = Frame::of(poses);
+    let frame = UnitFrame::of(poses);
     let scaled: Vec<Pose> = poses.iter().map(|pose| frame.scaled(pose)).collect();
     let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
     let mut square = SMatrix::<f64, 8, 8>::zeros();
@@ -251,24 +251,24 @@ fn alike(a: &Dyad, b: &Dyad, size: f64) -> bool {
 }
 
 /// Errors of bars: B, C and the length shared.
-struct Bars<'p> {
+struct BarErrors<'p> {
     poses: &'p [Pose],
     weights: &'p [f64],
 }
 
-impl Terms<5, 0, 1> for Bars<'_> {
+impl Terms<5, 0, 1> for BarErrors<'_> {
     fn count(&self) -> usize {
         self.poses.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 5], _: &[f64; 0]) -> Residuals<5, 0, 1> {
+    fn at(&self, term: usize, shared: &[f64; 5], _: &[f64; 0]) -> TermResiduals<5, 0, 1> {
         let [bx, by, cx, cy, length] = *shared;
         let (pose, weight) = (&self.poses[term], self.weights[term]);
         let bar = pose.carry(Point::new(bx, by)) - Point::new(cx, cy);
         let along = bar / bar.norm().max(f64::MIN_POSITIVE);
         let seen = along * pose.turn().conj();
         let slopes = [seen.re, seen.im, -along.re, -along.im, -1.0].map(|slope| slope * weight);
-        Residuals { value: [(bar.norm() - length) * weight], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [(bar.norm() - length) * weight], by_shared: [slopes], by_own: [[]] }
     }
 }
 
@@ -283,26 +283,26 @@ impl Terms<4, 0, 1> for Sliders<'_> {
         self.poses.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 4], _: &[f64; 0]) -> Residuals<4, 0, 1> {
+    fn at(&self, term: usize, shared: &[f64; 4], _: &[f64; 0]) -> TermResiduals<4, 0, 1> {
         let [bx, by, angle, offset] = *shared;
         let (pose, weight) = (&self.poses[term], self.weights[term]);
         let (normal, place) = (polar(1.0, angle), pose.carry(Point::new(bx, by)));
         let seen = normal * pose.turn().conj();
         let slopes = [seen.re, seen.im, cross(normal, place), -1.0].map(|slope| slope * weight);
-        Residuals { value: [(dot(normal, place) - offset) * weight], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [(dot(normal, place) - offset) * weight], by_shared: [slopes], by_own: [[]] }
     }
 }
 
 /// The nearest local minimum from a dyad on, and the weighted sum of squares there.
-fn polished(start: &Dyad, poses: &[Pose], weights: &[f64], frame: &Frame) -> (Dyad, f64) {
+fn polished(start: &Dyad, poses: &[Pose], weights: &[f64], frame: &UnitFrame) -> (Dyad, f64) {
     let own = || vec![[]; poses.len()];
-    let end = End { sum: 0.0, share: 1e-14, ..End::after(400) };
+    let end = EndCriteria { sum: 0.0, share: 1e-14, ..EndCriteria::after(400) };
     match *start {
         Dyad::Bar { moving, ground, length } => {
             let scaled: Vec<Pose> = poses.iter().map(|pose| frame.scaled(pose)).collect();
             let (b, c) = (moving / frame.size, (ground - frame.middle) / frame.size);
             let mut at = Unknowns { shared: [b.re, b.im, c.re, c.im, length / frame.size], own: own() };
-            let sum = minimise(&Bars { poses: &scaled, weights }, &mut at, end);
+            let sum = minimise(&BarErrors { poses: &scaled, weights }, &mut at, end);
             let [bx, by, cx, cy, length] = at.shared.map(|own| own * frame.size);
             let ground = Point::new(cx, cy) + frame.middle;
             (Dyad::Bar { moving: Point::new(bx, by), ground, length: length.abs() }, sum * frame.size * frame.size)

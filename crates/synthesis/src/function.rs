@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::dyad::{Condition, Dyad, Family, dyads};
-use crate::least::{End, Residuals, Terms, Unknowns, minimise};
+use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
 use crate::linkage::{Linkage, Side};
 use crate::poses::{Pose, way};
 use crate::{Point, dot, polar};
@@ -171,7 +171,7 @@ pub fn freudenstein(pairs: &[Pair; 3]) -> Option<([f64; 3], [f64; 4])> {
 }
 
 /// Errors of outputs: lengths (or crank, rod, offset) and both zeros shared.
-struct Outputs<'p> {
+struct OutputErrors<'p> {
     pairs: &'p [Pair],
     side: Side,
     is_slider: bool,
@@ -181,7 +181,7 @@ struct Outputs<'p> {
 /// The error of an output where the loop does not close: far above what is wanted.
 const OPEN: f64 = 10.0;
 
-impl Outputs<'_> {
+impl OutputErrors<'_> {
     fn built(&self, shared: &[f64; 5]) -> Coupler {
         let [a, b, c, input_zero, output_zero] = *shared;
         if self.is_slider {
@@ -192,14 +192,14 @@ impl Outputs<'_> {
     }
 }
 
-impl Terms<5, 0, 1> for Outputs<'_> {
+impl Terms<5, 0, 1> for OutputErrors<'_> {
     fn count(&self) -> usize {
         self.pairs.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 5], _: &[f64; 0]) -> Residuals<5, 0, 1> {
+    fn at(&self, term: usize, shared: &[f64; 5], _: &[f64; 0]) -> TermResiduals<5, 0, 1> {
         let (built, pair) = (self.built(shared), &self.pairs[term]);
-        let mut found = Residuals::zero();
+        let mut found = TermResiduals::zero();
         let bars = shared.iter().take(if self.is_slider { 2 } else { 3 }).all(|length| *length > 0.0);
         let Some(error) = built.error(pair, self.side).filter(|_| bars) else {
             found.value = [OPEN];
@@ -226,7 +226,7 @@ impl Terms<5, 0, 1> for Outputs<'_> {
         if self.fixed.output.is_some() {
             slopes[4] = 0.0;
         }
-        Residuals { value: [error], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [error], by_shared: [slopes], by_own: [[]] }
     }
 }
 
@@ -291,9 +291,9 @@ fn nearest(pairs: &[Pair], starts: Vec<Coupler>, fixed: Zero, is_slider: bool) -
         let (Some(a), Some(b), Some(c)) = (lengths[1], lengths[2], third) else { continue };
         let angle = |own: Option<f64>, given: f64| own.unwrap_or(given);
         let shared = [a, b, c, angle(fixed.input, start.input_zero), angle(fixed.output, start.output_zero)];
-        let outputs = Outputs { pairs, side, is_slider, fixed };
+        let outputs = OutputErrors { pairs, side, is_slider, fixed };
         let mut at = Unknowns { shared, own: vec![[]; pairs.len()] };
-        let sum = minimise(&outputs, &mut at, End { share: 1e-12, ..End::after(200) });
+        let sum = minimise(&outputs, &mut at, EndCriteria { share: 1e-12, ..EndCriteria::after(200) });
         let near = |other: &[f64; 5]| (0..3).all(|i| (other[i] - at.shared[i]).abs() < 1e-5 * (1.0 + other[i].abs()));
         if sum < OPEN && !found.iter().any(|(other, ..)| near(other)) {
             found.push((at.shared, outputs.built(&at.shared), sum));

@@ -8,19 +8,19 @@ pub(crate) trait Terms<const G: usize, const L: usize, const R: usize> {
     /// How many terms there are.
     fn count(&self) -> usize;
     /// The residuals of a term with their derivatives by the shared unknowns and by its own.
-    fn at(&self, term: usize, shared: &[f64; G], own: &[f64; L]) -> Residuals<G, L, R>;
+    fn at(&self, term: usize, shared: &[f64; G], own: &[f64; L]) -> TermResiduals<G, L, R>;
 }
 
 /// Residuals of one term and their derivatives.
-pub(crate) struct Residuals<const G: usize, const L: usize, const R: usize> {
+pub(crate) struct TermResiduals<const G: usize, const L: usize, const R: usize> {
     pub value: [f64; R],
     pub by_shared: [[f64; G]; R],
     pub by_own: [[f64; L]; R],
 }
 
-impl<const G: usize, const L: usize, const R: usize> Residuals<G, L, R> {
+impl<const G: usize, const L: usize, const R: usize> TermResiduals<G, L, R> {
     pub fn zero() -> Self {
-        Residuals { value: [0.0; R], by_shared: [[0.0; G]; R], by_own: [[0.0; L]; R] }
+        TermResiduals { value: [0.0; R], by_shared: [[0.0; G]; R], by_own: [[0.0; L]; R] }
     }
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct Unknowns<const G: usize, const L: usize> {
 
 /// When to end.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
+pub(crate) struct EndCriteria {
     /// After so many steps.
     pub steps: usize,
     /// Where the sum of squares is below this.
@@ -42,15 +42,15 @@ pub(crate) struct End {
     pub share: f64,
 }
 
-impl End {
-    pub fn after(steps: usize) -> End {
-        End { steps, sum: 1e-28, share: 1e-9 }
+impl EndCriteria {
+    pub fn after(steps: usize) -> EndCriteria {
+        EndCriteria { steps, sum: 1e-28, share: 1e-9 }
     }
 }
 
 /// The normal equations of one term's own unknowns.
 #[derive(Clone)]
-struct Block<const G: usize, const L: usize> {
+struct OwnEquations<const G: usize, const L: usize> {
     square: [[f64; L]; L],
     beside: [[f64; G]; L],
 }
@@ -65,8 +65,8 @@ struct Right<const G: usize, const L: usize> {
 struct Normal<const G: usize, const L: usize, const R: usize> {
     sum: f64,
     square: [[f64; G]; G],
-    blocks: Vec<Block<G, L>>,
-    residuals: Vec<Residuals<G, L, R>>,
+    blocks: Vec<OwnEquations<G, L>>,
+    residuals: Vec<TermResiduals<G, L, R>>,
 }
 
 impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
@@ -80,7 +80,7 @@ impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
         self.residuals.clear();
         for (term, own) in at.own.iter().enumerate() {
             let found = terms.at(term, &at.shared, own);
-            let mut block = Block { square: [[0.0; L]; L], beside: [[0.0; G]; L] };
+            let mut block = OwnEquations { square: [[0.0; L]; L], beside: [[0.0; G]; L] };
             for row in 0..R {
                 let (shared, mine) = (&found.by_shared[row], &found.by_own[row]);
                 self.sum += found.value[row] * found.value[row];
@@ -159,7 +159,7 @@ const LONGEST: f64 = 1.0;
 
 /// The normal equations, damped and factored.
 struct Factored<'n, const G: usize, const L: usize> {
-    blocks: &'n [Block<G, L>],
+    blocks: &'n [OwnEquations<G, L>],
     own: Vec<[[f64; L]; L]>,
     shared: [[f64; G]; G],
 }
@@ -266,7 +266,7 @@ fn step<const G: usize, const L: usize, const R: usize>(
 pub(crate) fn minimise<const G: usize, const L: usize, const R: usize>(
     terms: &impl Terms<G, L, R>,
     at: &mut Unknowns<G, L>,
-    end: End,
+    end: EndCriteria,
 ) -> f64 {
     debug_assert_eq!(terms.count(), at.own.len());
     let (mut here, mut there) = (Normal::empty(), Normal::empty());

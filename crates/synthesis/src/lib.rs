@@ -9,7 +9,7 @@
 //! | [`path`] | four-bars whose coupler point follows a path |
 //! | [`stroke`] | crank-rockers and slider-cranks with a given swing, time ratio and the best transmission angle |
 //! | [`judge`] | does a linkage reach all poses, in one motion and in order? |
-//! | [`Limits`] | what else is asked of a linkage |
+//! | [`LinkageLimits`] | what else is asked of a linkage |
 
 #![cfg_attr(
     not(test),
@@ -43,7 +43,7 @@ pub use dyad::{Condition, Dyad, Family, circle_dyad, dyads, nearest_dyads};
 pub use function::{
     Coupler, Pair, Zero, couplers, freudenstein, nearest_couplers, nearest_slider_cranks, slider_cranks,
 };
-pub use limits::{Limit, Limits, Region};
+pub use limits::{LinkageLimit, LinkageLimits, Region};
 pub use linkage::{Linkage, Side};
 pub use nalgebra::Complex;
 pub use poses::{Pose, Special, extent, special, way};

@@ -59,7 +59,7 @@ impl Region {
 
 /// What is asked of a linkage; nothing by default.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Limits {
+pub struct LinkageLimits {
     /// Where pins in the ground may be.
     pub ground: Option<Region>,
     /// Where pins in the body may be, in its frame.
@@ -74,28 +74,28 @@ pub struct Limits {
 
 /// One of the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Limit {
-    /// [`Limits::ground`]
+pub enum LinkageLimit {
+    /// [`LinkageLimits::ground`]
     Ground,
-    /// [`Limits::moving`]
+    /// [`LinkageLimits::moving`]
     Moving,
-    /// [`Limits::length`]
+    /// [`LinkageLimits::length`]
     Length,
-    /// [`Limits::crank`]
+    /// [`LinkageLimits::crank`]
     Crank,
-    /// [`Limits::transmission`]
+    /// [`LinkageLimits::transmission`]
     Transmission,
 }
 
-impl Limit {
+impl LinkageLimit {
     /// Its name in the file of a task.
     pub fn name(self) -> &'static str {
         match self {
-            Limit::Ground => "ground",
-            Limit::Moving => "moving",
-            Limit::Length => "length",
-            Limit::Crank => "crank",
-            Limit::Transmission => "transmission",
+            LinkageLimit::Ground => "ground",
+            LinkageLimit::Moving => "moving",
+            LinkageLimit::Length => "length",
+            LinkageLimit::Crank => "crank",
+            LinkageLimit::Transmission => "transmission",
         }
     }
 }
@@ -103,9 +103,9 @@ impl Limit {
 /// A limit holds up to this share of its value.
 const HELD: f64 = 1e-9;
 
-impl Limits {
+impl LinkageLimits {
     /// The first limit that a linkage misses, and by how much: \[m\], or \[rad\] for the transmission angle.
-    pub fn missed(&self, linkage: &Linkage, verdict: &Verdict) -> Option<(Limit, f64)> {
+    pub fn missed(&self, linkage: &Linkage, verdict: &Verdict) -> Option<(LinkageLimit, f64)> {
         let dyads = [linkage.first, linkage.second];
         let pins = |of: fn(&Dyad) -> Option<Point>, region: &Option<Region>| {
             let outside = |region: &Region| {
@@ -123,11 +123,11 @@ impl Limits {
         let crank = if self.crank && !verdict.full_turn { f64::INFINITY } else { 0.0 };
         let transmission = self.transmission.map_or(0.0, |least| least * (1.0 - HELD) - verdict.transmission);
         let all = [
-            (Limit::Ground, ground),
-            (Limit::Moving, moving),
-            (Limit::Length, length),
-            (Limit::Crank, crank),
-            (Limit::Transmission, transmission),
+            (LinkageLimit::Ground, ground),
+            (LinkageLimit::Moving, moving),
+            (LinkageLimit::Length, length),
+            (LinkageLimit::Crank, crank),
+            (LinkageLimit::Transmission, transmission),
         ];
         all.into_iter().find(|(_, miss)| *miss > 0.0)
     }

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 use crate::atlas::{self, Start};
 use crate::dyad::Dyad;
-use crate::least::{End, Residuals, Terms, Unknowns, minimise};
+use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
 use crate::linkage::Linkage;
 use crate::poses::{Pose, extent, way};
 use crate::random::Random;
@@ -20,7 +20,7 @@ use crate::{Point, dot, polar};
 
 /// What a point of the coupler shall follow.
 #[derive(Clone, Debug, Default)]
-pub struct Path {
+pub struct CouplerPath {
     /// The points, in order \[m\].
     pub points: Vec<Point>,
     /// Is it a closed curve, whose last point is beside the first?
@@ -33,16 +33,16 @@ pub struct Path {
 
 /// How much is tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
+pub struct PathEffort {
     /// So many starts at most.
     pub starts: usize,
     /// Of what is tried beside the atlas.
     pub seed: u64,
 }
 
-impl Default for Effort {
-    fn default() -> Effort {
-        Effort { starts: 960, seed: 1 }
+impl Default for PathEffort {
+    fn default() -> PathEffort {
+        PathEffort { starts: 960, seed: 1 }
     }
 }
 
@@ -128,9 +128,9 @@ impl Terms<10, 1, 2> for Dyads<'_> {
         self.points.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 1]) -> Residuals<10, 1, 2> {
+    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 1]) -> TermResiduals<10, 1, 2> {
         let (bars, turn) = (bars(shared), polar(1.0, own[0]));
-        let mut found = Residuals::zero();
+        let mut found = TermResiduals::zero();
         for which in 0..2 {
             let one = bar(self.points[term], turn, bars.pins[which], bars.pivots[which], bars.lengths[which]);
             found.value[which] = one.value;
@@ -153,9 +153,9 @@ impl Terms<10, 3, 4> for Distances<'_> {
         self.points.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 3]) -> Residuals<10, 3, 4> {
+    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 3]) -> TermResiduals<10, 3, 4> {
         let (bars, place, turn) = (bars(shared), Point::new(own[0], own[1]), polar(1.0, own[2]));
-        let mut found = Residuals::zero();
+        let mut found = TermResiduals::zero();
         let way = place - self.points[term];
         (found.value[0], found.value[1]) = (way.re, way.im);
         (found.by_own[0], found.by_own[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -183,9 +183,9 @@ impl Terms<11, 3, 5> for Timed<'_> {
         self.points.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 11], own: &[f64; 3]) -> Residuals<11, 3, 5> {
+    fn at(&self, term: usize, shared: &[f64; 11], own: &[f64; 3]) -> TermResiduals<11, 3, 5> {
         let (bars, place, turn) = (bars(shared), Point::new(own[0], own[1]), polar(1.0, own[2]));
-        let mut found = Residuals::zero();
+        let mut found = TermResiduals::zero();
         let way = place - self.points[term];
         (found.value[0], found.value[1]) = (way.re, way.im);
         (found.by_own[0], found.by_own[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -224,7 +224,7 @@ struct Scaled {
     size: f64,
 }
 
-fn scaled(path: &Path) -> Scaled {
+fn scaled(path: &CouplerPath) -> Scaled {
     let (middle, size) = extent(path.points.iter().copied());
     let place = |point: &Point| (point - middle) / size;
     Scaled {
@@ -247,7 +247,7 @@ const ROUNDS: [(usize, usize); 3] = [(ROUND, 18), (12, 60), (3, 1500)];
 const VALLEY: usize = 300;
 
 /// The four-bars that follow a path best, best first, each a local minimum of the distances; cognates are not among them.
-pub fn followers(path: &Path, effort: &Effort) -> Vec<Follower> {
+pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
     if path.points.len() < 3 {
         return Vec::new();
     }
@@ -259,7 +259,7 @@ pub fn followers(path: &Path, effort: &Effort) -> Vec<Follower> {
     };
     if found.is_empty() && path.crank.is_none() {
         // Both dyads of all candidates have run into each other, to soak up the noise: from the curves themselves the distances do not lead there.
-        let mut starts = Starts::new(&scaled, path, effort);
+        let mut starts = PathStarts::new(&scaled, path, effort);
         found = starts.next().unwrap_or_default().iter().filter_map(|own| nearest(&scaled, own)).collect();
     }
     found.sort_by(|a, b| a.rms.total_cmp(&b.rms));
@@ -322,21 +322,21 @@ impl Pool {
 const NOISY: f64 = 0.03;
 
 /// Dyads that meet the path nearly. Where a path has more points than a four-bar can meet by chance, one that meets it is enough.
-fn candidates(scaled: &Scaled, path: &Path, effort: &Effort) -> Vec<Start> {
+fn candidates(scaled: &Scaled, path: &CouplerPath, effort: &PathEffort) -> Vec<Start> {
     let held = scaled.pivots.is_some();
     let dyads = Dyads { points: &scaled.points, held };
     let count = scaled.points.len();
     let enough = if held { count > 5 } else { count >= DETERMINED };
-    let mut starts = Starts::new(scaled, path, effort);
+    let mut starts = PathStarts::new(scaled, path, effort);
     let most = if enough { CANDIDATES } else { 8 * CANDIDATES };
     let (mut early, mut late) = (Pool::new(CANDIDATES, NOISY), Pool::new(most, SHORTEST));
     while let Some(round) = starts.next() {
         let mut round: Vec<(f64, Start)> = round.into_iter().map(|start| (0.0, start)).collect();
         for (number, (kept, steps)) in ROUNDS.into_iter().enumerate() {
             round.truncate(kept);
-            round.iter_mut().for_each(|(sum, start)| *sum = minimise(&dyads, start, End::after(steps)));
+            round.iter_mut().for_each(|(sum, start)| *sum = minimise(&dyads, start, EndCriteria::after(steps)));
             if number + 1 == ROUNDS.len() && enough {
-                round.iter_mut().for_each(|(sum, start)| *sum = descend(&dyads, start, End::after(VALLEY)));
+                round.iter_mut().for_each(|(sum, start)| *sum = descend(&dyads, start, EndCriteria::after(VALLEY)));
             }
             round.retain(|(sum, start)| sum.is_finite() && !is_nothing(&start.shared, SHORTEST));
             round.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -364,7 +364,7 @@ fn is_near(a: &Start, b: &Start) -> bool {
 const GIVEN: usize = 12;
 
 /// Starts, round by round: of the atlas, then beside them.
-struct Starts<'p> {
+struct PathStarts<'p> {
     scaled: &'p Scaled,
     atlas: Vec<Start>,
     given: usize,
@@ -372,13 +372,13 @@ struct Starts<'p> {
     random: Random,
 }
 
-impl<'p> Starts<'p> {
-    fn new(scaled: &'p Scaled, path: &Path, effort: &Effort) -> Starts<'p> {
+impl<'p> PathStarts<'p> {
+    fn new(scaled: &'p Scaled, path: &CouplerPath, effort: &PathEffort) -> PathStarts<'p> {
         let count = (effort.starts / 2).min(10 * ROUND);
         let likely = if path.closed { atlas::closed_starts } else { atlas::open_starts };
         let atlas = likely(&scaled.points, count);
         let left = if scaled.pivots.is_some() { GIVEN * effort.starts } else { effort.starts };
-        Starts { scaled, atlas, given: 0, left, random: Random::new(effort.seed) }
+        PathStarts { scaled, atlas, given: 0, left, random: Random::new(effort.seed) }
     }
 
     fn next(&mut self) -> Option<Vec<Start>> {
@@ -447,7 +447,11 @@ fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
     let mut at = Unknowns { shared: start.shared, own };
     let held = scaled.pivots.is_some();
     for weight in WEIGHTS {
-        minimise(&Distances { points: &scaled.points, held, weight }, &mut at, End { share: 1e-7, ..End::after(80) });
+        minimise(
+            &Distances { points: &scaled.points, held, weight },
+            &mut at,
+            EndCriteria { share: 1e-7, ..EndCriteria::after(80) },
+        );
     }
     built(scaled, &at.shared, &at.own)
 }
@@ -479,7 +483,7 @@ fn timed_from(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower>
     for weight in [1.0, 30.0, 1e4] {
         let held = scaled.pivots.is_some();
         let timed = Timed { points: &scaled.points, turns, held, weight };
-        minimise(&timed, &mut at, End { share: 1e-10, ..End::after(150) });
+        minimise(&timed, &mut at, EndCriteria { share: 1e-10, ..EndCriteria::after(150) });
     }
     built(scaled, &at.shared, &at.own)
 }

@@ -112,17 +112,17 @@ pub(crate) fn pole(from: &Pose, to: &Pose) -> Point {
 
 /// A frame in which poses have coordinates of size one.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct UnitFrame {
     pub middle: Point,
     pub size: f64,
 }
 
-impl Frame {
-    pub fn of(poses: &[Pose]) -> Frame {
+impl UnitFrame {
+    pub fn of(poses: &[Pose]) -> UnitFrame {
         let (middle, _) = extent(poses.iter().map(|pose| pose.at));
         let square = poses.iter().map(|pose| (pose.at - middle).norm_sqr()).sum::<f64>();
         let size = (square / poses.len().max(1) as f64).sqrt();
-        Frame { middle, size: if size > 0.0 { size } else { 1.0 } }
+        UnitFrame { middle, size: if size > 0.0 { size } else { 1.0 } }
     }
 
     pub fn scaled(&self, pose: &Pose) -> Pose {

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::least::{AHEAD, BEND, End, Terms, Unknowns};
+use crate::least::{AHEAD, BEND, EndCriteria, Terms, Unknowns};
 
 /// The damping is at least this: none, beside anything that rounding leaves.
 const UNDAMPED: f64 = 1e-24;
@@ -73,7 +73,7 @@ fn rotate<const N: usize, const R: usize>(rows: &mut [[f64; N]; R], first: usize
 }
 
 /// All terms at a place.
-struct Place<const G: usize, const L: usize, const R: usize> {
+struct TermsAtPlace<const G: usize, const L: usize, const R: usize> {
     terms: Vec<Turned<G, L, R>>,
     sum: f64,
 }
@@ -81,11 +81,11 @@ struct Place<const G: usize, const L: usize, const R: usize> {
 /// A step: of the shared unknowns, and of those of each term.
 type Way<const G: usize, const L: usize> = ([f64; G], Vec<[f64; L]>);
 
-impl<const G: usize, const L: usize, const R: usize> Place<G, L, R> {
+impl<const G: usize, const L: usize, const R: usize> TermsAtPlace<G, L, R> {
     fn new(terms: &impl Terms<G, L, R>, at: &Unknowns<G, L>) -> Self {
         let all: Vec<_> = (0..at.own.len()).map(|term| Turned::new(terms, term, at)).collect();
         let sum = all.iter().flat_map(|term| term.value).map(|own| own * own).sum();
-        Place { terms: all, sum }
+        TermsAtPlace { terms: all, sum }
     }
 
     /// The rows that do not depend on own unknowns, each column in units of its size, with these sizes.
@@ -102,14 +102,14 @@ impl<const G: usize, const L: usize, const R: usize> Place<G, L, R> {
 
 /// The damped rows as a triangle.
 struct Damped<'p, const G: usize, const L: usize, const R: usize> {
-    place: &'p Place<G, L, R>,
+    place: &'p TermsAtPlace<G, L, R>,
     sizes: [f64; G],
     triangle: nalgebra::QR<f64, nalgebra::Dyn, nalgebra::Dyn>,
     rows: usize,
 }
 
 impl<'p, const G: usize, const L: usize, const R: usize> Damped<'p, G, L, R> {
-    fn new(place: &'p Place<G, L, R>, (rows, sizes): &(DMatrix<f64>, [f64; G]), damping: f64) -> Self {
+    fn new(place: &'p TermsAtPlace<G, L, R>, (rows, sizes): &(DMatrix<f64>, [f64; G]), damping: f64) -> Self {
         let count = rows.nrows();
         let mut all = rows.clone().resize_vertically(count + G, 0.0);
         (0..G).for_each(|column| all[(count + column, column)] = damping.sqrt());
@@ -187,15 +187,16 @@ fn step<const G: usize, const L: usize, const R: usize>(
 pub(crate) fn descend<const G: usize, const L: usize, const R: usize>(
     terms: &impl Terms<G, L, R>,
     at: &mut Unknowns<G, L>,
-    end: End,
+    end: EndCriteria,
 ) -> f64 {
-    let mut here = Place::new(terms, at);
+    let mut here = TermsAtPlace::new(terms, at);
     let (mut rows, mut damping, mut small) = (here.rows(), FIRST, 0);
     for _ in 0..end.steps {
         if here.sum.is_nan() || here.sum < end.sum || damping > 1e4 {
             break;
         }
-        let next = step(terms, &Damped::new(&here, &rows, damping), at).map(|next| (Place::new(terms, &next), next));
+        let next =
+            step(terms, &Damped::new(&here, &rows, damping), at).map(|next| (TermsAtPlace::new(terms, &next), next));
         match next.filter(|(there, _)| there.sum < here.sum) {
             Some((there, next)) => {
                 small = if here.sum - there.sum < end.share * here.sum { small + 1 } else { 0 };

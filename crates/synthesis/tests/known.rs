@@ -4,7 +4,7 @@ mod made;
 
 use std::f64::consts::TAU;
 
-use cotree_synthesis::path::{Effort, Path, followers};
+use cotree_synthesis::path::{CouplerPath, PathEffort, followers};
 use cotree_synthesis::{
     Condition, Coupler, Defect, Dyad, Family, Linkage, Pair, Point, Pose, Random, Special, Zero, circle_dyad,
     coupler_cognates, couplers, dyads, extent, freudenstein, judge, nearest_couplers, nearest_dyads, polar,
@@ -336,8 +336,8 @@ fn closed_paths_give_back_the_four_bar_or_a_cognate() {
         for _ in 0..10 {
             let linkage = of_class(&mut random, class);
             let pose = somewhere(&linkage, &mut random);
-            let path = Path { points: closed(&linkage, &pose, 30), closed: true, ..Path::default() };
-            let found = followers(&path, &Effort::default());
+            let path = CouplerPath { points: closed(&linkage, &pose, 30), closed: true, ..CouplerPath::default() };
+            let found = followers(&path, &PathEffort::default());
             known += usize::from(found.first().is_some_and(|best| is_it_or_a_cognate(&best.linkage, &linkage, &pose)));
         }
         assert!(known >= 9, "{class}: {known} of 10");
@@ -353,8 +353,8 @@ fn open_paths_give_back_the_four_bar_or_a_cognate() {
         for _ in 0..10 {
             let linkage = of_class(&mut random, class);
             let pose = somewhere(&linkage, &mut random);
-            let path = Path { points: piece(&linkage, &pose, 30, &mut random), ..Path::default() };
-            let found = followers(&path, &Effort::default());
+            let path = CouplerPath { points: piece(&linkage, &pose, 30, &mut random), ..CouplerPath::default() };
+            let found = followers(&path, &PathEffort::default());
             known += usize::from(found.first().is_some_and(|best| is_it_or_a_cognate(&best.linkage, &linkage, &pose)));
         }
         assert!(known >= least, "{class}: {known} of 10");
@@ -371,7 +371,7 @@ fn noise_is_left_as_it_is() {
         let exact = closed(&linkage, &pose, 30);
         let (_, size) = extent(exact.iter().copied());
         let points = exact.iter().map(|point| point + random.normal() * (1e-3 * size)).collect();
-        let found = followers(&Path { points, closed: true, ..Path::default() }, &Effort::default());
+        let found = followers(&CouplerPath { points, closed: true, ..CouplerPath::default() }, &PathEffort::default());
         shares.push(found.first().map_or(f64::INFINITY, |best| best.rms / (1e-3 * size)));
     }
     shares.sort_by(f64::total_cmp);
@@ -390,7 +390,8 @@ fn noise_that_coincident_dyads_would_soak_up_is_left_too() {
         let size = extent(exact.iter().copied()).1;
         let points: Vec<Point> = exact.iter().map(|point| point + random.normal() * (1e-3 * size)).collect();
         if number == 42 || number == 68 {
-            let found = followers(&Path { points, closed: true, ..Path::default() }, &Effort::default());
+            let found =
+                followers(&CouplerPath { points, closed: true, ..CouplerPath::default() }, &PathEffort::default());
             let share = found.first().map_or(f64::INFINITY, |best| best.rms / (1e-3 * size));
             assert!(share <= 1.0, "{number}: {share}");
         }

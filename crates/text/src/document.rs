@@ -4,11 +4,11 @@ use cotree::typeset::aligned;
 use cotree_draw::svg::escape;
 
 use super::notation::latex::{self, LATEX};
-use super::notation::lines::Part;
+use super::notation::lines::FormulaPart;
 use super::notation::mathml::MATHML;
 use super::notation::plain::PLAIN;
 use super::notation::{Binding, Notation, unicode};
-use super::tree::Tree;
+use super::tree::FormulaTree;
 use crate::tikz::tikz;
 
 /// The width of a printed page, in digits.
@@ -17,21 +17,21 @@ const PAGE_WIDTH: f64 = 95.0;
 const LEFT: f64 = 0.3;
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Block {
+pub enum DocumentBlock {
     Heading(String),
     Text(Vec<Piece>),
     /// Equations below each other: left side, right side.
-    Equations(Vec<(Tree, Tree)>),
-    Table(Table),
+    Equations(Vec<(FormulaTree, FormulaTree)>),
+    Table(DocumentTable),
     /// An SVG picture, and the option of `show` that writes it as a file, if there is one.
     Picture(String, &'static str),
     /// What is only shown on request where that is possible; a line about it.
-    Folded(String, Vec<Block>),
+    Folded(String, Vec<DocumentBlock>),
 }
 
 /// Rows of cells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct DocumentTable {
     /// What it shows; empty where a heading says it.
     pub caption: String,
     /// Names of the columns; may be empty.
@@ -44,12 +44,12 @@ pub enum Piece {
     Words(String),
     /// A name of the scene.
     Code(String),
-    Math(Tree),
+    Math(FormulaTree),
     /// Pieces behind each other.
     Row(Vec<Piece>),
 }
 
-struct Format {
+struct DocumentFormat {
     notation: &'static Notation,
     /// Formulas are broken at about so many digits.
     width: f64,
@@ -59,13 +59,13 @@ struct Format {
     heading: fn(&str) -> String,
     paragraph: fn(&str) -> String,
     equations: fn(Vec<DisplayRow>) -> String,
-    table: fn(&Table) -> String,
+    table: fn(&DocumentTable) -> String,
     picture: fn(&str, &str) -> String,
     /// A line about what is folded, and that itself where it can be unfolded.
     folded: Option<fn(&str, &str) -> String>,
 }
 
-const TEXT: Format = Format {
+const TEXT: DocumentFormat = DocumentFormat {
     notation: &PLAIN,
     width: 110.0,
     words: str::to_owned,
@@ -84,7 +84,7 @@ const TEXT: Format = Format {
     folded: None,
 };
 
-const DOCUMENT: Format = Format {
+const DOCUMENT: DocumentFormat = DocumentFormat {
     notation: &LATEX,
     width: PAGE_WIDTH,
     words: latex::breakable,
@@ -101,7 +101,7 @@ const DOCUMENT: Format = Format {
     folded: None,
 };
 
-const HTML: Format = Format {
+const HTML: DocumentFormat = DocumentFormat {
     notation: &MATHML,
     width: 120.0,
     words: escape,
@@ -115,15 +115,17 @@ const HTML: Format = Format {
     folded: Some(|summary, body| format!("<details><summary>{}</summary>\n{body}</details>\n", escape(summary))),
 };
 
-impl Format {
-    fn body(&self, blocks: &[Block]) -> String {
-        let block = |block: &Block| match block {
-            Block::Heading(heading) => (self.heading)(heading),
-            Block::Text(pieces) => (self.paragraph)(&pieces.iter().map(|piece| self.piece(piece)).collect::<String>()),
-            Block::Equations(equations) => (self.equations)(self.rows(equations)),
-            Block::Table(table) => (self.table)(table),
-            Block::Picture(svg, option) => (self.picture)(svg, option),
-            Block::Folded(summary, blocks) => match self.folded {
+impl DocumentFormat {
+    fn body(&self, blocks: &[DocumentBlock]) -> String {
+        let block = |block: &DocumentBlock| match block {
+            DocumentBlock::Heading(heading) => (self.heading)(heading),
+            DocumentBlock::Text(pieces) => {
+                (self.paragraph)(&pieces.iter().map(|piece| self.piece(piece)).collect::<String>())
+            }
+            DocumentBlock::Equations(equations) => (self.equations)(self.rows(equations)),
+            DocumentBlock::Table(table) => (self.table)(table),
+            DocumentBlock::Picture(svg, option) => (self.picture)(svg, option),
+            DocumentBlock::Folded(summary, blocks) => match self.folded {
                 Some(folded) => folded(summary, &self.body(blocks)),
                 None => (self.paragraph)(&(self.words)(&format!("({summary}: in html)"))),
             },
@@ -140,20 +142,20 @@ impl Format {
         }
     }
 
-    fn width_of(&self, tree: &Tree) -> f64 {
-        (self.notation.width)(&Part::Whole(tree, Binding::Relation))
+    fn width_of(&self, tree: &FormulaTree) -> f64 {
+        (self.notation.width)(&FormulaPart::Whole(tree, Binding::Relation))
     }
 
     /// Equations with their left sides below each other; if one of these is wide, all equations are broken as a whole.
-    fn rows(&self, equations: &[(Tree, Tree)]) -> Vec<DisplayRow> {
+    fn rows(&self, equations: &[(FormulaTree, FormulaTree)]) -> Vec<DisplayRow> {
         let widest = equations.iter().map(|(left, _)| self.width_of(left)).fold(0.0, f64::max);
-        let row = |(left, right): &(Tree, Tree)| match widest <= LEFT * self.width {
+        let row = |(left, right): &(FormulaTree, FormulaTree)| match widest <= LEFT * self.width {
             true => DisplayRow {
                 left: Some(self.notation.formula(left)),
                 lines: self.notation.wrapped(right, self.width - widest - 4.0),
             },
             false => {
-                let whole = Tree::Relation("=", Box::new([left.clone(), right.clone()]));
+                let whole = FormulaTree::Relation("=", Box::new([left.clone(), right.clone()]));
                 DisplayRow { left: None, lines: self.notation.wrapped(&whole, self.width) }
             }
         };
@@ -167,15 +169,15 @@ struct DisplayRow {
     lines: Vec<String>,
 }
 
-impl Block {
+impl DocumentBlock {
     /// A table under a heading that says what it shows.
     pub fn table(head: Vec<String>, rows: Vec<Vec<Piece>>) -> Self {
-        Block::Table(Table { caption: String::new(), head, rows })
+        DocumentBlock::Table(DocumentTable { caption: String::new(), head, rows })
     }
 
     /// The table with a caption.
     pub fn captioned(caption: impl Into<String>, head: Vec<String>, rows: Vec<Vec<Piece>>) -> Self {
-        Block::Table(Table { caption: caption.into(), head, rows })
+        DocumentBlock::Table(DocumentTable { caption: caption.into(), head, rows })
     }
 }
 
@@ -201,7 +203,7 @@ impl Piece {
     }
 }
 
-pub fn text(title: &str, blocks: &[Block]) -> String {
+pub fn text(title: &str, blocks: &[DocumentBlock]) -> String {
     format!("{title}\n{}", TEXT.body(blocks))
 }
 
@@ -223,7 +225,7 @@ fn text_equations(rows: Vec<DisplayRow>) -> String {
     text
 }
 
-fn text_table(Table { caption, head, rows }: &Table) -> String {
+fn text_table(DocumentTable { caption, head, rows }: &DocumentTable) -> String {
     let caption = if caption.is_empty() { String::new() } else { format!("  {caption}:\n") };
     let cells = rows.iter().map(|row| row.iter().map(|cell| TEXT.piece(cell)).collect::<Vec<_>>());
     let lines: Vec<Vec<String>> = (!head.is_empty()).then(|| head.to_vec()).into_iter().chain(cells).collect();
@@ -231,7 +233,7 @@ fn text_table(Table { caption, head, rows }: &Table) -> String {
 }
 
 /// A page in LaTeX, ready to be compiled.
-pub fn latex(title: &str, blocks: &[Block]) -> String {
+pub fn latex(title: &str, blocks: &[DocumentBlock]) -> String {
     let (title, body) = (latex::escape(title), DOCUMENT.body(blocks));
     let text = format!("\\begin{{document}}\n\\section*{{\\raggedright {title}}}\n{body}\\end{{document}}\n");
     let pictures = if body.contains("tikzpicture") { "\\usepackage{tikz}\n" } else { "" };
@@ -256,7 +258,7 @@ fn latex_equations(rows: Vec<DisplayRow>) -> String {
 }
 
 /// A table; a matrix that is wider than the page is cut into parts, of other tables the lines are broken within the cells.
-fn latex_table(Table { caption, head, rows }: &Table) -> String {
+fn latex_table(DocumentTable { caption, head, rows }: &DocumentTable) -> String {
     let columns = rows.iter().map(Vec::len).chain([head.len()]).max().unwrap_or_default();
     let widths: Vec<f64> = (0..columns).map(|column| column_width(head, rows, column)).collect();
     let total: f64 = widths.iter().sum();
@@ -343,7 +345,7 @@ const BLOCK_STYLE: &str = ".equations,.table{overflow-x:auto;margin:.6rem 0}.equ
 .table caption{text-align:left;font-weight:600;padding:.3rem 0}.table th,.table td{text-align:left;white-space:nowrap;\
 padding:.15rem .7rem;border-bottom:1px solid #8886}.table .long{white-space:normal;min-width:14rem}";
 
-pub fn html(title: &str, blocks: &[Block]) -> String {
+pub fn html(title: &str, blocks: &[DocumentBlock]) -> String {
     html_page(title, STYLE, &fragment(blocks))
 }
 
@@ -358,7 +360,7 @@ pub fn html_page(title: &str, style: &str, body: &str) -> String {
 }
 
 /// The same without the frame of a page, to be put into one.
-pub fn fragment(blocks: &[Block]) -> String {
+pub fn fragment(blocks: &[DocumentBlock]) -> String {
     format!("<style>{BLOCK_STYLE}</style>\n{}", HTML.body(blocks))
 }
 
@@ -376,7 +378,7 @@ fn html_equations(rows: Vec<DisplayRow>) -> String {
     text + "</mtable></math></div>\n"
 }
 
-fn html_table(Table { caption, head, rows }: &Table) -> String {
+fn html_table(DocumentTable { caption, head, rows }: &DocumentTable) -> String {
     let mut text = String::from("<div class=\"table\"><table>\n");
     if !caption.is_empty() {
         text += &format!("<caption>{}</caption>\n", escape(caption));

@@ -12,7 +12,7 @@ use super::motion::MotionEquations;
 use super::name::Name;
 use super::notation::plain::PLAIN;
 use super::symbol_name;
-use super::tree::{Formulas, Tree};
+use super::tree::{FormulaTree, Formulas};
 
 /// The whole description. Numbers have 15 digits: those of the printed code are exact.
 pub fn json(equations: &mut Equations) -> String {
@@ -29,7 +29,7 @@ pub fn described(equations: &mut Equations, motion: &MotionEquations) -> Value {
     for (_, entries) in &motion.groups {
         for (name, _) in entries {
             let group = name.plain.split('[').next().unwrap_or(&name.plain).to_owned();
-            let entry = formula(name, &formulas.next().unwrap_or_else(Tree::zero));
+            let entry = formula(name, &formulas.next().unwrap_or_else(FormulaTree::zero));
             match groups.entry(group).or_insert_with(|| Value::Array(Vec::new())) {
                 Value::Array(list) => list.push(entry),
                 _ => continue, // every group is a list
@@ -39,9 +39,9 @@ pub fn described(equations: &mut Equations, motion: &MotionEquations) -> Value {
     if !motion.sums.is_empty() {
         groups.insert("Q".to_owned(), motion.sums.iter().map(|(name, sum)| formula(name, sum)).collect());
     }
-    let named = |pairs: &[(Tree, Tree)]| -> Vec<Value> {
+    let named = |pairs: &[(FormulaTree, FormulaTree)]| -> Vec<Value> {
         let pairs = pairs.iter().filter_map(|(name, value)| match name {
-            Tree::Name(name) => Some(formula(name, value)),
+            FormulaTree::Name(name) => Some(formula(name, value)),
             _ => None,
         });
         pairs.collect()
@@ -69,7 +69,7 @@ pub fn described(equations: &mut Equations, motion: &MotionEquations) -> Value {
 }
 
 /// `at` are the places in the matrix, counted from 0.
-pub fn formula(name: &Name, value: &Tree) -> Value {
+pub fn formula(name: &Name, value: &FormulaTree) -> Value {
     let mut entry = json!({ "name": name.plain, "text": PLAIN.formula(value), "tree": tree(value) });
     let places: Vec<usize> = name.subscript.split(',').filter_map(|place| place.parse().ok()).collect();
     if name.plain.contains('[') {
@@ -80,24 +80,24 @@ pub fn formula(name: &Name, value: &Tree) -> Value {
 }
 
 /// A number, a name, or `[operator, operand, ...]`.
-pub fn tree(tree_of: &Tree) -> Value {
-    let call = |operator: &str, operands: &[Tree]| -> Value {
+pub fn tree(tree_of: &FormulaTree) -> Value {
+    let call = |operator: &str, operands: &[FormulaTree]| -> Value {
         std::iter::once(json!(operator)).chain(operands.iter().map(tree)).collect()
     };
     match tree_of {
-        Tree::Number(value) => json!(value),
-        Tree::Pi => json!(std::f64::consts::PI),
-        Tree::Name(name) => json!(name.plain),
-        Tree::Sum(terms) => {
-            let term = |(minus, term): &(bool, Tree)| if *minus { json!(["-", tree(term)]) } else { tree(term) };
+        FormulaTree::Number(value) => json!(value),
+        FormulaTree::Pi => json!(std::f64::consts::PI),
+        FormulaTree::Name(name) => json!(name.plain),
+        FormulaTree::Sum(terms) => {
+            let term = |(minus, term): &(bool, FormulaTree)| if *minus { json!(["-", tree(term)]) } else { tree(term) };
             std::iter::once(json!("+")).chain(terms.iter().map(term)).collect()
         }
-        Tree::Product(factors) => call("*", factors),
-        Tree::Quotient(parts) => call("/", parts.as_ref()),
-        Tree::Power(parts) => call("^", parts.as_ref()),
-        Tree::Root(inside) => call("sqrt", std::slice::from_ref(inside.as_ref())),
-        Tree::Call(function, arguments) => call(function, arguments),
-        Tree::Relation(sign, parts) => call(sign, parts.as_ref()),
+        FormulaTree::Product(factors) => call("*", factors),
+        FormulaTree::Quotient(parts) => call("/", parts.as_ref()),
+        FormulaTree::Power(parts) => call("^", parts.as_ref()),
+        FormulaTree::Root(inside) => call("sqrt", std::slice::from_ref(inside.as_ref())),
+        FormulaTree::Call(function, arguments) => call(function, arguments),
+        FormulaTree::Relation(sign, parts) => call(sign, parts.as_ref()),
     }
 }
 

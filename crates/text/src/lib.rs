@@ -50,7 +50,7 @@ pub use minimal::minimal;
 use motion::MotionEquations;
 pub use notation::latex::escape as latex_text;
 pub use steps::steps;
-pub use symbols::Written;
+pub use symbols::SymbolNotation;
 
 /// A document for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +84,7 @@ pub fn motion(equations: &mut Equations, prose: Prose) -> String {
 }
 
 /// The same behind other blocks.
-pub(crate) fn titled(equations: &mut Equations, mut blocks: Vec<document::Block>, prose: Prose) -> String {
+pub(crate) fn titled(equations: &mut Equations, mut blocks: Vec<document::DocumentBlock>, prose: Prose) -> String {
     blocks.extend(MotionEquations::new(equations).blocks(equations));
     let title = format!("Equations of motion of {}", equations.system.mechanism.name);
     page(&title, &blocks, prose)
@@ -96,7 +96,7 @@ pub fn mathml(equations: &mut Equations) -> String {
     document::fragment(&blocks)
 }
 
-fn page(title: &str, blocks: &[document::Block], prose: Prose) -> String {
+fn page(title: &str, blocks: &[document::DocumentBlock], prose: Prose) -> String {
     match prose {
         Prose::Text => document::text(title, blocks),
         Prose::Latex => document::latex(title, blocks),

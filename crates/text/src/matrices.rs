@@ -5,8 +5,8 @@ use cotree::expr::{Expr, Symbol};
 use cotree::formulate::default_value;
 use serde_json::{Value, json};
 
-use super::document::{Block, Piece};
-use super::tree::Tree;
+use super::document::{DocumentBlock, Piece};
+use super::tree::FormulaTree;
 
 /// The matrices of Eq. (24) at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,18 +46,21 @@ impl Matrices {
     }
 
     /// For people: a table for each matrix, unless the formulas are numbers already.
-    pub fn blocks(&self) -> Vec<Block> {
+    pub fn blocks(&self) -> Vec<DocumentBlock> {
         if !self.has_parameters {
             return Vec::new();
         }
         let mut blocks = Vec::new();
         for (name, unit, rows) in &self.square {
-            blocks.push(Block::Heading(format!("{name} in numbers [{unit}]")));
-            blocks.push(Block::table(Vec::new(), rows.iter().map(|row| row.iter().map(number).collect()).collect()));
+            blocks.push(DocumentBlock::Heading(format!("{name} in numbers [{unit}]")));
+            blocks.push(DocumentBlock::table(
+                Vec::new(),
+                rows.iter().map(|row| row.iter().map(number).collect()).collect(),
+            ));
         }
         if let Some(force) = &self.force {
-            blocks.push(Block::Heading(format!("F in numbers [N], at t = {} s", self.time)));
-            blocks.push(Block::table(Vec::new(), vec![force.iter().map(number).collect()]));
+            blocks.push(DocumentBlock::Heading(format!("F in numbers [N], at t = {} s", self.time)));
+            blocks.push(DocumentBlock::table(Vec::new(), vec![force.iter().map(number).collect()]));
         }
         blocks
     }
@@ -72,8 +75,8 @@ impl Matrices {
 }
 
 fn number(value: &f64) -> Piece {
-    let size = Tree::Number(value.abs());
-    Piece::Math(if *value < 0.0 { Tree::Sum(vec![(true, size)]) } else { size })
+    let size = FormulaTree::Number(value.abs());
+    Piece::Math(if *value < 0.0 { FormulaTree::Sum(vec![(true, size)]) } else { size })
 }
 
 #[cfg(test)]

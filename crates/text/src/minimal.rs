@@ -10,12 +10,12 @@ use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::Formulated;
 use cotree::resolve::symbolic::{Style, Symbolic};
 
-use super::document::{Block, Piece};
+use super::document::{DocumentBlock, Piece};
 use super::motion::{Entry, MotionEquations, has_masses};
 use super::name::Name;
 use super::symbols::{values, with_names};
-use super::tree::Tree;
-use super::{Written, json, page};
+use super::tree::FormulaTree;
+use super::{SymbolNotation, json, page};
 use crate::steps::Moment;
 use closed::Closed;
 use solve::{Solved, solve};
@@ -33,7 +33,7 @@ struct Minimal {
 ///
 /// # Errors
 /// Why there are none: the loops do not determine a choice of coordinates where the motion starts.
-pub fn minimal(formulated: &mut Formulated, written: Written, symbols: bool) -> Result<String, String> {
+pub fn minimal(formulated: &mut Formulated, written: SymbolNotation, symbols: bool) -> Result<String, String> {
     let start = Moment::new(&formulated.equations.system.mechanism, &formulated.state);
     if !symbols {
         return reduced(&mut formulated.equations, &start, Vec::new(), written);
@@ -48,18 +48,18 @@ pub fn minimal(formulated: &mut Formulated, written: Written, symbols: bool) -> 
 fn reduced(
     equations: &mut Equations,
     start: &Moment,
-    mut blocks: Vec<Block>,
-    written: Written,
+    mut blocks: Vec<DocumentBlock>,
+    written: SymbolNotation,
 ) -> Result<String, String> {
     let minimal = Minimal::new(equations, start)?;
     match written {
-        Written::Json => {
+        SymbolNotation::Json => {
             let mut value = json::described(equations, &minimal.motion);
             let own = minimal.independent.iter().map(|&own| equations.coordinates[own].name.position.as_str());
             value["independent"] = own.collect();
             Ok(format!("{value:#}\n"))
         }
-        Written::Prose(prose) => {
+        SymbolNotation::Prose(prose) => {
             blocks.extend(minimal.blocks(equations));
             let title = format!("Reduced equations of motion of {}", equations.system.mechanism.name);
             Ok(page(&title, &blocks, prose))
@@ -98,35 +98,38 @@ impl Minimal {
         })
     }
 
-    fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
+    fn blocks(&self, equations: &mut Equations) -> Vec<DocumentBlock> {
         let names = |columns: &[usize]| {
             let name = |&column: &usize| equations.coordinates[column].name.position.clone();
             columns.iter().map(name).collect::<Vec<_>>().join(", ")
         };
-        let mut blocks = vec![Block::Heading("Coordinates".into())];
+        let mut blocks = vec![DocumentBlock::Heading("Coordinates".into())];
         let independent = match self.independent.len() {
             0 => "There are no independent coordinates: the drivers prescribe every motion.".to_owned(),
             count => format!("Independent, as many as degrees of freedom ({count}): {}.", names(&self.independent)),
         };
-        blocks.push(Block::Text(vec![Piece::words(independent)]));
+        blocks.push(DocumentBlock::Text(vec![Piece::words(independent)]));
         if !self.dependent.is_empty() {
             let text = format!(
                 "Dependent, through the loop equations: {}. The choice is that of the start.",
                 names(&self.dependent)
             );
-            blocks.push(Block::Text(vec![Piece::words(text)]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         }
         if !self.open.is_empty() {
             let text = format!(
                 "No loop equation gives one of these alone, so they are solved for by iteration: {}.",
                 names(&self.open)
             );
-            blocks.push(Block::Text(vec![Piece::words(text)]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         }
         if self.motion.dynamic && !self.independent.is_empty() {
-            let product = Tree::product(vec![Tree::Name(Name::matrix("M", "")), Tree::Name(Name::column("a", ""))]);
-            blocks.push(Block::Equations(vec![(product, Tree::Name(Name::column("Q", "")))]));
-            blocks.push(Block::Text(vec![Piece::words(
+            let product = FormulaTree::product(vec![
+                FormulaTree::Name(Name::matrix("M", "")),
+                FormulaTree::Name(Name::column("a", "")),
+            ]);
+            blocks.push(DocumentBlock::Equations(vec![(product, FormulaTree::Name(Name::column("Q", "")))]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words(
                 "with the accelerations {a} of the independent coordinates alone.",
             )]));
         }

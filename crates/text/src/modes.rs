@@ -7,39 +7,39 @@ use cotree::expr::{Binary, Expr, Symbol};
 use cotree::model::{Formula, Pressed, Quantity, Slip, Unilateral, Variable};
 use serde_json::{Value, json};
 
-use super::document::{Block, Piece};
+use super::document::{DocumentBlock, Piece};
 use super::feedback::beside_load;
 use super::json::{formula, tree};
 use super::motion::{Entry, has_masses};
 use super::name::{Name, symbol_name};
 use super::notation::plain::PLAIN;
-use super::tree::{Tree, plain};
+use super::tree::{FormulaTree, plain};
 
 /// What holds on one side only or rubs, with its loop equation.
-struct Edge<'m> {
+struct UnilateralRow<'m> {
     own: &'m Unilateral,
     row: usize,
 }
 
 /// A mode of one of them.
-struct Mode {
+struct HoldingMode {
     /// What holds in it.
-    holds: Vec<Tree>,
+    holds: Vec<FormulaTree>,
     /// As long as this is so.
     lasts: Lasts,
     then: Vec<Piece>,
 }
 
 enum Lasts {
-    While(Tree),
+    While(FormulaTree),
     /// As long as what presses is open.
     Open(String),
 }
 
 /// The modes of everything in a mechanism that has some, and the levels of friction.
 pub struct Modes {
-    all: Vec<(String, Vec<(&'static str, Mode)>)>,
-    levels: Vec<(Name, Tree)>,
+    all: Vec<(String, Vec<(&'static str, HoldingMode)>)>,
+    levels: Vec<(Name, FormulaTree)>,
     /// True if anything strikes.
     strikes: bool,
     /// True if anything rubs in proportion to what presses.
@@ -72,19 +72,19 @@ impl Modes {
     }
 
     /// The table with what is needed to read it.
-    pub fn blocks(&self) -> Vec<Block> {
+    pub fn blocks(&self) -> Vec<DocumentBlock> {
         let presses = if self.strikes { " A multiplier that is negative presses." } else { "" };
         let text = format!(
             "Each of these is in one of its modes. Where its factor is 0 it is no loop equation, and its multiplier is zero. Events \
              alone change modes.{presses}"
         );
-        let mut blocks = vec![Block::Text(vec![Piece::words(text)])];
+        let mut blocks = vec![DocumentBlock::Text(vec![Piece::words(text)])];
         let head = ["of", "mode", "holds", "as long as", "then"].map(str::to_owned);
-        blocks.push(Block::table(head.into(), self.rows()));
+        blocks.push(DocumentBlock::table(head.into(), self.rows()));
         if !self.levels.is_empty() {
-            blocks.push(Block::Text(vec![Piece::words("The levels of friction while it slides:")]));
-            let levels = self.levels.iter().map(|(name, level)| (Tree::Name(name.clone()), level.clone()));
-            blocks.push(Block::Equations(levels.collect()));
+            blocks.push(DocumentBlock::Text(vec![Piece::words("The levels of friction while it slides:")]));
+            let levels = self.levels.iter().map(|(name, level)| (FormulaTree::Name(name.clone()), level.clone()));
+            blocks.push(DocumentBlock::Equations(levels.collect()));
         }
         if self.strikes {
             blocks.extend(self.impact());
@@ -109,14 +109,14 @@ impl Modes {
     }
 
     /// What happens at one instant.
-    fn impact(&self) -> Vec<Block> {
-        let column = |base: &str, below: &str| Tree::Name(Name::column(base, below));
-        let matrix = |base: &str, below: &str| Tree::Name(Name::matrix(base, below));
-        let change = Tree::Sum(vec![(false, column("v", "after")), (true, column("v", "before"))]);
-        let transposed = Tree::power(matrix("Phi", "q"), Tree::Name(Name::letter("T", "")));
+    fn impact(&self) -> Vec<DocumentBlock> {
+        let column = |base: &str, below: &str| FormulaTree::Name(Name::column(base, below));
+        let matrix = |base: &str, below: &str| FormulaTree::Name(Name::matrix(base, below));
+        let change = FormulaTree::Sum(vec![(false, column("v", "after")), (true, column("v", "before"))]);
+        let transposed = FormulaTree::power(matrix("Phi", "q"), FormulaTree::Name(Name::letter("T", "")));
         let mut terms = vec![
-            (false, Tree::product(vec![matrix("M", ""), change])),
-            (false, Tree::product(vec![transposed, column("P", "")])),
+            (false, FormulaTree::product(vec![matrix("M", ""), change])),
+            (false, FormulaTree::product(vec![transposed, column("P", "")])),
         ];
         if self.rubs {
             terms.push((true, column("P", "friction")));
@@ -137,12 +137,12 @@ impl Modes {
                 Piece::words(" by the level while it slides; a level that nothing presses for has no impulse."),
             ]);
         }
-        vec![Block::Text(text), Block::Equations(vec![(Tree::Sum(terms), Tree::zero())])]
+        vec![DocumentBlock::Text(text), DocumentBlock::Equations(vec![(FormulaTree::Sum(terms), FormulaTree::zero())])]
     }
 
     /// For other programs.
     pub fn json(&self) -> [Value; 2] {
-        let relation = |own: &Tree| json!({ "text": PLAIN.formula(own), "tree": tree(own) });
+        let relation = |own: &FormulaTree| json!({ "text": PLAIN.formula(own), "tree": tree(own) });
         let text = |pieces: &[Piece]| -> String {
             let piece = |piece: &Piece| match piece {
                 Piece::Math(tree) => PLAIN.formula(tree),
@@ -165,35 +165,38 @@ impl Modes {
     }
 }
 
-impl Edge<'_> {
+impl UnilateralRow<'_> {
     /// Open, closed; of a freewheel: free, caught.
-    fn of_one_side(&self, equations: &mut Equations) -> Vec<Mode> {
+    fn of_one_side(&self, equations: &mut Equations) -> Vec<HoldingMode> {
         let (own, name) = (self.own, &self.own.name);
         let closed = parameter(equations, own.closed.0);
-        let lambda = Tree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
-        let presses = Lasts::While(relation("<=", lambda.clone(), Tree::zero()));
+        let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
+        let presses = Lasts::While(relation("<=", lambda.clone(), FormulaTree::zero()));
         let share = equations.system.value(&own.held.restitution);
-        let share = plain(equations, &[share]).pop().unwrap_or_else(Tree::zero);
+        let share = plain(equations, &[share]).pop().unwrap_or_else(FormulaTree::zero);
         let what = if own.held.of_rate { rate_name(name) } else { gap_name(name) };
-        let quantity = Tree::Name(what);
+        let quantity = FormulaTree::Name(what);
         let after = match share {
-            _ if own.held.of_rate => Tree::zero(),
-            share if share == Tree::zero() => share,
-            share => Tree::Sum(vec![(true, Tree::product(vec![share, Tree::Name(instant(name, "before"))]))]),
+            _ if own.held.of_rate => FormulaTree::zero(),
+            share if share == FormulaTree::zero() => share,
+            share => FormulaTree::Sum(vec![(
+                true,
+                FormulaTree::product(vec![share, FormulaTree::Name(instant(name, "before"))]),
+            )]),
         };
-        let strikes = relation("=", Tree::Name(instant(name, "after")), after);
+        let strikes = relation("=", FormulaTree::Name(instant(name, "after")), after);
         let ends = if own.held.of_rate {
             vec![Piece::words("it is caught where it stands; by an impact with "), Piece::Math(strikes)]
         } else {
             vec![Piece::words("it strikes: "), Piece::Math(strikes)]
         };
         vec![
-            Mode {
+            HoldingMode {
                 holds: vec![is(closed.clone(), 0.0), is(lambda, 0.0)],
-                lasts: Lasts::While(relation("<=", Tree::zero(), quantity.clone())),
+                lasts: Lasts::While(relation("<=", FormulaTree::zero(), quantity.clone())),
                 then: ends,
             },
-            Mode {
+            HoldingMode {
                 holds: vec![is(closed, 1.0), is(quantity, 0.0)],
                 lasts: presses,
                 then: vec![Piece::words(if own.held.of_rate { "it is let go" } else { "it opens" })],
@@ -202,41 +205,41 @@ impl Edge<'_> {
     }
 
     /// It sticks, slides, slides back; and does none of these where nothing touches.
-    fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<Mode> {
+    fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<HoldingMode> {
         let sticks = parameter(equations, self.own.closed.0);
         let direction = parameter(equations, slip.direction.0);
-        let lambda = Tree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
-        let rate = Tree::Name(rate_name(&self.own.name));
-        let level = Tree::Name(level_name(&self.own.name));
+        let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
+        let rate = FormulaTree::Name(rate_name(&self.own.name));
+        let level = FormulaTree::Name(level_name(&self.own.name));
         let ratio = equations.system.value(&slip.law.ratio);
         let most = match plain(equations, &[ratio]).pop() {
-            Some(ratio) if ratio != Tree::Number(1.0) => Tree::product(vec![ratio, level]),
+            Some(ratio) if ratio != FormulaTree::Number(1.0) => FormulaTree::product(vec![ratio, level]),
             _ => level,
         };
-        let holds = |first: f64, second: f64, third: Tree| {
+        let holds = |first: f64, second: f64, third: FormulaTree| {
             vec![is(sticks.clone(), first), is(direction.clone(), second), is(third, 0.0)]
         };
-        let size = Tree::Call("abs", vec![lambda.clone()]);
+        let size = FormulaTree::Call("abs", vec![lambda.clone()]);
         let ends = |other: &str| vec![Piece::words(format!("it sticks, or slides {other}"))];
         let mut modes = vec![
-            Mode {
+            HoldingMode {
                 holds: holds(1.0, 0.0, rate.clone()),
                 lasts: Lasts::While(relation("<=", size, most)),
                 then: vec![Piece::words("it slides the way it is pushed")],
             },
-            Mode {
+            HoldingMode {
                 holds: holds(0.0, 1.0, lambda.clone()),
-                lasts: Lasts::While(relation("<=", Tree::zero(), rate.clone())),
+                lasts: Lasts::While(relation("<=", FormulaTree::zero(), rate.clone())),
                 then: ends("back"),
             },
-            Mode {
+            HoldingMode {
                 holds: holds(0.0, -1.0, lambda.clone()),
-                lasts: Lasts::While(relation("<=", rate, Tree::zero())),
+                lasts: Lasts::While(relation("<=", rate, FormulaTree::zero())),
                 then: ends("on"),
             },
         ];
         let on = slip.on.map(|on| equations.system.mechanism.unilaterals[on].name.clone());
-        modes.extend(on.map(|on| Mode {
+        modes.extend(on.map(|on| HoldingMode {
             holds: holds(0.0, 0.0, lambda),
             lasts: Lasts::Open(on),
             then: vec![Piece::words("it rubs")],
@@ -246,16 +249,16 @@ impl Edge<'_> {
 }
 
 /// Those that have a loop equation.
-fn edges<'m>(equations: &Equations, all: &'m [Unilateral]) -> Vec<Edge<'m>> {
+fn edges<'m>(equations: &Equations, all: &'m [Unilateral]) -> Vec<UnilateralRow<'m>> {
     let rows = all.iter().enumerate().filter_map(|(index, own)| Some((own, equations.row_of_unilateral(index)?)));
-    rows.map(|(own, row)| Edge { own, row }).collect()
+    rows.map(|(own, row)| UnilateralRow { own, row }).collect()
 }
 
 /// The gaps, and the rates of what slides or turns freely.
 pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let mechanism = equations.system.mechanism.clone();
     let (mut gaps, mut rates) = (Vec::new(), Vec::new());
-    for Edge { own, row } in edges(equations, &mechanism.unilaterals) {
+    for UnilateralRow { own, row } in edges(equations, &mechanism.unilaterals) {
         let Some(gap) = equations.constraints[row].one_sided.clone() else { continue };
         if own.slip.is_none() && !own.held.of_rate {
             gaps.push((gap_name(&own.name), gap.value));
@@ -276,7 +279,7 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
 }
 
 /// coulomb + mu x what presses, in the scene's names.
-fn level(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Tree {
+fn level(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> FormulaTree {
     let coulomb = equations.formula(&slip.law.coulomb);
     let free = equations.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
     let mut factors = vec![equations.system.value(&slip.law.mu)];
@@ -284,46 +287,47 @@ fn level(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Tree {
         factors.push(equations.system.value(radius));
     }
     let mut trees = plain(equations, &[vec![free], factors].concat()).into_iter();
-    let free = trees.next().unwrap_or_else(Tree::zero);
-    let factors: Vec<Tree> = trees.filter(|factor| *factor != Tree::Number(1.0)).collect();
+    let free = trees.next().unwrap_or_else(FormulaTree::zero);
+    let factors: Vec<FormulaTree> = trees.filter(|factor| *factor != FormulaTree::Number(1.0)).collect();
     let pressing = pressing(equations, edge, slip);
     let mut terms = vec![(false, free)];
-    if let Some(pressing) = pressing.filter(|_| !factors.contains(&Tree::zero())) {
-        terms.push((false, Tree::product([factors, vec![pressing]].concat())));
+    if let Some(pressing) = pressing.filter(|_| !factors.contains(&FormulaTree::zero())) {
+        terms.push((false, FormulaTree::product([factors, vec![pressing]].concat())));
     }
-    terms.retain(|(_, term)| *term != Tree::zero());
-    Tree::sum(terms)
+    terms.retain(|(_, term)| *term != FormulaTree::zero());
+    FormulaTree::sum(terms)
 }
 
 /// What presses: a size, or a sum of two.
-fn pressing(equations: &mut Equations, edge: &Edge, slip: &Slip) -> Option<Tree> {
-    let size = |tree: Tree| Tree::Call("abs", vec![tree]);
+fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Option<FormulaTree> {
+    let size = |tree: FormulaTree| FormulaTree::Call("abs", vec![tree]);
     let variable = |equations: &Equations, quantity| {
         let variable = Variable { owner: edge.own.owner, quantity };
-        Tree::Name(Name::variable(&equations.system.mechanism.variable_name(variable)))
+        FormulaTree::Name(Name::variable(&equations.system.mechanism.variable_name(variable)))
     };
     Some(match slip.pressed {
         Pressed::Nothing => return None,
         Pressed::Pin => {
-            let squares =
-                [Quantity::Fx, Quantity::Fy].map(|own| Tree::power(variable(equations, own), Tree::Number(2.0)));
-            Tree::Root(Box::new(Tree::Sum(squares.map(|own| (false, own)).into())))
+            let squares = [Quantity::Fx, Quantity::Fy]
+                .map(|own| FormulaTree::power(variable(equations, own), FormulaTree::Number(2.0)));
+            FormulaTree::Root(Box::new(FormulaTree::Sum(squares.map(|own| (false, own)).into())))
         }
         Pressed::Guide { .. } => match &slip.law.length {
             None => size(variable(equations, Quantity::Fn)),
             Some(length) => {
                 let length = equations.system.value(length);
                 let length = plain(equations, &[length]).pop()?;
-                let half = Tree::Quotient(Box::new([variable(equations, Quantity::Fn), Tree::Number(2.0)]));
-                let tilting = Tree::Quotient(Box::new([variable(equations, Quantity::Torque), length]));
-                let end = |minus| size(Tree::Sum(vec![(false, half.clone()), (minus, tilting.clone())]));
-                Tree::Sum(vec![(false, end(false)), (false, end(true))])
+                let half =
+                    FormulaTree::Quotient(Box::new([variable(equations, Quantity::Fn), FormulaTree::Number(2.0)]));
+                let tilting = FormulaTree::Quotient(Box::new([variable(equations, Quantity::Torque), length]));
+                let end = |minus| size(FormulaTree::Sum(vec![(false, half.clone()), (minus, tilting.clone())]));
+                FormulaTree::Sum(vec![(false, end(false)), (false, end(true))])
             }
         },
         Pressed::Reaction(quantity) => size(variable(equations, quantity)),
         Pressed::Contact => {
             let row = equations.row_of_unilateral(slip.on?)?;
-            let lambda = Tree::Name(symbol_name(equations, Symbol::Reaction(row)));
+            let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(row)));
             size(lambda)
         }
     })
@@ -373,14 +377,14 @@ fn instant(of: &str, when: &str) -> Name {
     Name { plain: format!("{of}.rate_{when}"), ..Name::letter("u", &format!("{of}, {when}")) }
 }
 
-fn parameter(equations: &Equations, index: usize) -> Tree {
-    Tree::Name(symbol_name(equations, Symbol::Parameter(index)))
+fn parameter(equations: &Equations, index: usize) -> FormulaTree {
+    FormulaTree::Name(symbol_name(equations, Symbol::Parameter(index)))
 }
 
-fn relation(sign: &'static str, left: Tree, right: Tree) -> Tree {
-    Tree::Relation(sign, Box::new([left, right]))
+fn relation(sign: &'static str, left: FormulaTree, right: FormulaTree) -> FormulaTree {
+    FormulaTree::Relation(sign, Box::new([left, right]))
 }
 
-fn is(left: Tree, value: f64) -> Tree {
-    relation("=", left, Tree::number(value))
+fn is(left: FormulaTree, value: f64) -> FormulaTree {
+    relation("=", left, FormulaTree::number(value))
 }

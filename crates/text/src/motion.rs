@@ -3,18 +3,18 @@
 use std::collections::{HashMap, HashSet};
 
 use cotree::equations::{Constraint, Equations, Share};
-use cotree::expr::{Arena, Expr, Node, Order, Symbol, Unary};
+use cotree::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
 use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
 use cotree::network::{Direction, Force, Held, Origin, Torque};
 
-use super::document::{Block, Piece};
+use super::document::{DocumentBlock, Piece};
 use super::feedback::feedback;
 use super::matrices::Matrices;
 use super::modes::{self, Modes};
 use super::name::{Name, symbol_name};
-use super::read::Context;
+use super::read::ReadingContext;
 use super::signals::signals;
-use super::tree::{Formulas, Tree, formulas};
+use super::tree::{FormulaTree, Formulas, formulas};
 
 /// A quantity: its name and its expression.
 pub type Entry = (Name, Expr);
@@ -25,7 +25,7 @@ pub struct MotionEquations {
     pub groups: Vec<(&'static str, Vec<Entry>)>,
     pub dynamic: bool,
     /// {Q} as a sum of columns that are among the groups.
-    pub sums: Vec<(Name, Tree)>,
+    pub sums: Vec<(Name, FormulaTree)>,
 }
 
 impl MotionEquations {
@@ -62,46 +62,46 @@ impl MotionEquations {
         self.groups.iter().flat_map(|(_, entries)| entries.iter().map(|(_, expr)| *expr)).collect()
     }
 
-    pub fn blocks(&self, equations: &mut Equations) -> Vec<Block> {
+    pub fn blocks(&self, equations: &mut Equations) -> Vec<DocumentBlock> {
         let formulas = self.formulas(equations);
         let mut blocks = Vec::new();
         if equations.coordinates.is_empty() {
             let text =
                 "The drivers and joints determine every motion: there are no coordinates and no equations of motion.";
-            blocks.push(Block::Text(vec![Piece::words(text)]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         } else {
-            blocks.push(Block::Equations(self.form(equations)));
-            blocks.push(Block::Heading("Coordinates".into()));
-            blocks.push(Block::table(Vec::new(), coordinates(equations)));
+            blocks.push(DocumentBlock::Equations(self.form(equations)));
+            blocks.push(DocumentBlock::Heading("Coordinates".into()));
+            blocks.push(DocumentBlock::table(Vec::new(), coordinates(equations)));
         }
         let lines = formulas.definitions.len() + formulas.formulas.len();
         if lines > READABLE {
-            blocks.push(Block::Text(vec![Piece::words(length_note(equations, lines))]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words(length_note(equations, lines))]));
         }
         if has_loops(equations) {
-            blocks.push(Block::Heading("Reactions".into()));
-            blocks.push(Block::table(Vec::new(), reactions(equations)));
+            blocks.push(DocumentBlock::Heading("Reactions".into()));
+            blocks.push(DocumentBlock::table(Vec::new(), reactions(equations)));
         }
         if let Some(modes) = Modes::new(equations) {
-            blocks.push(Block::Heading("Modes".into()));
+            blocks.push(DocumentBlock::Heading("Modes".into()));
             blocks.extend(modes.blocks());
         }
         blocks.extend(self.written(equations, formulas));
         if let Some(Err(why)) = equations.linear() {
             let text = format!("There are no matrices D and K (24): {why}.");
-            blocks.push(Block::Text(vec![Piece::words(text)]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         }
         blocks.extend(Matrices::new(equations).into_iter().flat_map(|matrices| matrices.blocks()));
         blocks
     }
 
     /// Inputs, abbreviations, and the formulas of all groups.
-    pub fn formula_blocks(&self, equations: &mut Equations) -> Vec<Block> {
+    pub fn formula_blocks(&self, equations: &mut Equations) -> Vec<DocumentBlock> {
         let formulas = self.formulas(equations);
         self.written(equations, formulas)
     }
 
-    fn written(&self, equations: &Equations, formulas: Formulas) -> Vec<Block> {
+    fn written(&self, equations: &Equations, formulas: Formulas) -> Vec<DocumentBlock> {
         let Formulas { angles, definitions, formulas } = formulas;
         let mut blocks = Vec::new();
         let signals = signals(equations, &self.expressions());
@@ -110,32 +110,34 @@ impl MotionEquations {
                 if equations.system.mechanism.held.is_empty() { "" } else { ", values that ticks and events change" };
             let heading = if equations.states.is_empty() { "Inputs" } else { "Inputs and states" };
             let heading = format!("{heading}{held}");
-            blocks.push(Block::Heading(heading));
-            blocks.push(Block::table(Vec::new(), signals));
+            blocks.push(DocumentBlock::Heading(heading));
+            blocks.push(DocumentBlock::table(Vec::new(), signals));
         }
         if !angles.is_empty() || !definitions.is_empty() {
-            blocks.push(Block::Heading("Abbreviations".into()));
-            blocks.push(Block::Equations(angles.into_iter().chain(definitions).collect()));
+            blocks.push(DocumentBlock::Heading("Abbreviations".into()));
+            blocks.push(DocumentBlock::Equations(angles.into_iter().chain(definitions).collect()));
         }
         let (mut formulas, mut sums) = (formulas.into_iter(), self.sums.clone());
         for (title, entries) in &self.groups {
-            blocks.push(Block::Heading((*title).into()));
+            blocks.push(DocumentBlock::Heading((*title).into()));
             if entries.iter().any(|(name, _)| self.sums.iter().any(|(_, sum)| sum.names(name))) && !sums.is_empty() {
                 let rows = std::mem::take(&mut sums);
-                blocks.push(Block::Equations(rows.into_iter().map(|(name, sum)| (Tree::Name(name), sum)).collect()));
+                blocks.push(DocumentBlock::Equations(
+                    rows.into_iter().map(|(name, sum)| (FormulaTree::Name(name), sum)).collect(),
+                ));
             }
-            let names = entries.iter().map(|(name, _)| Tree::Name(name.clone()));
-            blocks.push(Block::Equations(names.zip(formulas.by_ref()).collect()));
+            let names = entries.iter().map(|(name, _)| FormulaTree::Name(name.clone()));
+            blocks.push(DocumentBlock::Equations(names.zip(formulas.by_ref()).collect()));
         }
         blocks
     }
 
     /// The equations as matrices (Eqs 19-22).
-    fn form(&self, equations: &Equations) -> Vec<(Tree, Tree)> {
+    fn form(&self, equations: &Equations) -> Vec<(FormulaTree, FormulaTree)> {
         let mut rows = governing(equations, self.dynamic);
         if has_loops(equations) {
             let jacobian = |rates: &str| product(matrix("Phi", "q"), column(rates, ""));
-            rows.push((jacobian("v"), Tree::Sum(vec![(true, column("Phi", "t"))])));
+            rows.push((jacobian("v"), FormulaTree::Sum(vec![(true, column("Phi", "t"))])));
             rows.push((jacobian("a"), column("gamma", "")));
         }
         rows
@@ -148,29 +150,29 @@ fn rates_of_states(equations: &Equations) -> Vec<Entry> {
     rates.map(|(index, &rate)| (symbol_name(equations, Symbol::State(index, Order::Velocity)), rate)).collect()
 }
 
-fn column(base: &str, subscript: &str) -> Tree {
-    Tree::Name(Name::column(base, subscript))
+fn column(base: &str, subscript: &str) -> FormulaTree {
+    FormulaTree::Name(Name::column(base, subscript))
 }
 
-fn matrix(base: &str, subscript: &str) -> Tree {
-    Tree::Name(Name::matrix(base, subscript))
+fn matrix(base: &str, subscript: &str) -> FormulaTree {
+    FormulaTree::Name(Name::matrix(base, subscript))
 }
 
-fn product(a: Tree, b: Tree) -> Tree {
-    Tree::product(vec![a, b])
+fn product(a: FormulaTree, b: FormulaTree) -> FormulaTree {
+    FormulaTree::product(vec![a, b])
 }
 
 /// M a + Phi_q^T lambda = Q (22) of a model with masses, with the friction that slides, and Phi = 0.
-pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(Tree, Tree)> {
+pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(FormulaTree, FormulaTree)> {
     let mut terms = vec![(false, product(matrix("M", ""), column("a", "")))];
-    let transposed = Tree::power(matrix("Phi", "q"), Tree::Name(Name::letter("T", "")));
-    let loops = has_loops(equations).then(|| (column("Phi", ""), Tree::zero()));
+    let transposed = FormulaTree::power(matrix("Phi", "q"), FormulaTree::Name(Name::letter("T", "")));
+    let loops = has_loops(equations).then(|| (column("Phi", ""), FormulaTree::zero()));
     terms.extend(loops.as_ref().map(|_| (false, product(transposed, column("lambda", "")))));
     let mut loads = vec![(false, column("Q", ""))];
     loads.extend(equations.rubs_dry().then(|| (false, column("Q", "friction"))));
     let reads = equations.constraints.iter().any(Constraint::is_feedback);
     loads.extend(reads.then(|| (false, column("Q", "feedback"))));
-    dynamic.then(|| (Tree::sum(terms), Tree::sum(loads))).into_iter().chain(loops).collect()
+    dynamic.then(|| (FormulaTree::sum(terms), FormulaTree::sum(loads))).into_iter().chain(loops).collect()
 }
 
 /// More formulas than this need a word about their number.
@@ -228,14 +230,17 @@ pub fn vibration(equations: &mut Equations) -> Vec<(&'static str, Vec<Entry>)> {
 }
 
 /// Puts the parts of {Q} in the place of {Q}, and says what their sums are.
-fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry>)>) -> Vec<(Name, Tree)> {
+fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry>)>) -> Vec<(Name, FormulaTree)> {
     let Some(place) = groups.iter().position(|(title, _)| *title == LOADS) else { return Vec::new() };
     let (_, whole) = groups.remove(place);
     let shares = equations.load_shares();
     let mut sums = Vec::new();
     for (row, (name, _)) in whole.into_iter().enumerate() {
         let own = shares.iter().filter(|(_, load)| load[row] != Expr::ZERO);
-        sums.push((name, Tree::sum(own.map(|(share, _)| (false, Tree::Name(part_of_load(*share, row)))).collect())));
+        sums.push((
+            name,
+            FormulaTree::sum(own.map(|(share, _)| (false, FormulaTree::Name(part_of_load(*share, row)))).collect()),
+        ));
     }
     let part = |(share, load): &(Share, Vec<Expr>)| {
         let rows = load.iter().enumerate().filter(|(_, entry)| **entry != Expr::ZERO);
@@ -327,8 +332,8 @@ fn entries(equations: &mut Equations, variables: impl Iterator<Item = Variable>)
     variables.map(entry).collect()
 }
 
-pub fn context(equations: &mut Equations) -> Context {
-    Context { variables: variables(equations), weights: weights(equations) }
+pub fn context(equations: &mut Equations) -> ReadingContext {
+    ReadingContext { variables: variables(equations), weights: weights(equations) }
 }
 
 /// Angles, rates and lengths that are no symbols themselves but have a name.
@@ -377,9 +382,9 @@ fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
     // A force that pulls is written without its sign.
     let arena = &equations.system.arena;
     let unsigned = laws.into_iter().filter_map(|(law, owner, quantity)| match (arena.node(law), quantity) {
-        (Node::Unary(Unary::Negate, inner), Quantity::Force) => Some((inner, format!("{owner}.pull"))),
-        (Node::Unary(Unary::Negate, inner), Quantity::Torque) => Some((inner, format!("{owner}.resistance"))),
-        (Node::Unary(Unary::Negate, _), _) => None,
+        (ExprNode::Unary(Unary::Negate, inner), Quantity::Force) => Some((inner, format!("{owner}.pull"))),
+        (ExprNode::Unary(Unary::Negate, inner), Quantity::Torque) => Some((inner, format!("{owner}.resistance"))),
+        (ExprNode::Unary(Unary::Negate, _), _) => None,
         _ => Some((law, quantity.of(&owner))),
     });
     unsigned.filter(|(law, _)| deserves_name(arena, *law)).collect()
@@ -396,7 +401,7 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
         Symbol::Coordinate(..) | Symbol::Reaction(_) | Symbol::Argument => false,
     };
     let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
-        Node::Symbol(symbol) => Some(symbol),
+        ExprNode::Symbol(symbol) => Some(symbol),
         _ => None,
     });
     all.filter(is_weight).collect()
@@ -404,8 +409,8 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
 
 /// Is it more than a symbol, and does it change?
 fn deserves_name(arena: &Arena, expr: Expr) -> bool {
-    let unsigned = if let Node::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
-    !matches!(arena.node(unsigned), Node::Constant(_) | Node::Symbol(_))
+    let unsigned = if let ExprNode::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
+    !matches!(arena.node(unsigned), ExprNode::Constant(_) | ExprNode::Symbol(_))
         && arena.symbols([expr]).iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
 }
 
@@ -413,10 +418,11 @@ fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, coordinate): (usize, &cotree::equations::Coordinate)| {
         let short = Name::entry("q", &[index]);
         let unit = if coordinate.angular { "rad" } else { "m" };
-        let own = [&coordinate.name.position, &coordinate.name.rate].map(|name| Tree::Name(Name::variable(name)));
+        let own =
+            [&coordinate.name.position, &coordinate.name.rate].map(|name| FormulaTree::Name(Name::variable(name)));
         let [position, rate] = own.map(Piece::Math);
         let name = Piece::Code(equations.system.element(coordinate.element).name.clone());
-        vec![Piece::Math(Tree::Name(short)), position, Piece::words(unit), rate, Piece::words("branch"), name]
+        vec![Piece::Math(FormulaTree::Name(short)), position, Piece::words(unit), rate, Piece::words("branch"), name]
     };
     equations.coordinates.iter().enumerate().map(row).collect()
 }
@@ -433,7 +439,7 @@ fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
             Held::Length => "N, force along its line",
             Held::Angle => "N.m, torque",
         };
-        let name = Tree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
+        let name = FormulaTree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
         let owner = equations.system.name(constraint.element).to_owned();
         let along =
             if constraint.repeats() { format!("{along}; this loop equation repeats others") } else { along.into() };

@@ -30,13 +30,13 @@ pub enum Factor {
     Named(usize, bool),
     /// Cosine (false) or sine (true) of an angle.
     Trigonometric(Sum, bool),
-    Call(Function, Vec<Sum>),
+    Call(CalledFunction, Vec<Sum>),
     /// A sum of at least two terms whose first number is positive.
     Sum(Sum),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Function {
+pub enum CalledFunction {
     One(Unary),
     Two(Binary),
     /// if(condition, then, otherwise)

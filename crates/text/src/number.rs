@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 /// A positive number as whole / whole x pi^power, or as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Written {
+pub enum WrittenNumber {
     Decimal(f64),
     /// over / under x pi^power
     Fraction {
@@ -18,10 +18,10 @@ pub enum Written {
 const DENOMINATORS: [u32; 12] = [1, 2, 3, 4, 6, 7, 9, 11, 12, 18, 30, 180];
 
 /// Finds the shortest way to write a positive number that agrees with it in 15 digits.
-pub fn written(value: f64) -> Written {
+pub fn written(value: f64) -> WrittenNumber {
     let rounded = rounded(value);
     if digits(rounded) <= 8 || !value.is_finite() {
-        return Written::Decimal(rounded);
+        return WrittenNumber::Decimal(rounded);
     }
     for pi in [0, 1, 2] {
         let scaled = value / PI.powi(pi);
@@ -30,11 +30,11 @@ pub fn written(value: f64) -> Written {
             let close = (scaled * f64::from(under) - over).abs() <= 2e-15 * over;
             let simple = (1.0..=3600.0).contains(&over) && (pi > 0 || over <= 100.0);
             if close && simple {
-                return Written::Fraction { over: over as u32, under, pi };
+                return WrittenNumber::Fraction { over: over as u32, under, pi };
             }
         }
     }
-    Written::Decimal(rounded)
+    WrittenNumber::Decimal(rounded)
 }
 
 /// The shortest decimal number that agrees in 15 digits if it is shorter, or in 14 if it is much shorter: what rounding errors
@@ -81,14 +81,14 @@ mod tests {
 
     #[test]
     fn multiples_of_pi_and_simple_fractions_are_found() {
-        assert_eq!(written(4.0 * PI), Written::Fraction { over: 4, under: 1, pi: 1 });
-        assert_eq!(written(16.0 * PI * PI), Written::Fraction { over: 16, under: 1, pi: 2 });
-        assert_eq!(written(70.0_f64.to_radians()), Written::Fraction { over: 7, under: 18, pi: 1 });
-        assert_eq!(written(1450.0 * PI / 30.0), Written::Fraction { over: 145, under: 3, pi: 1 });
-        assert_eq!(written(2.0 / 3.0), Written::Fraction { over: 2, under: 3, pi: 0 });
-        assert_eq!(written(0.4356), Written::Decimal(0.4356));
-        assert_eq!(written(std::f64::consts::E), Written::Decimal(std::f64::consts::E));
-        assert_eq!(written(f64::INFINITY), Written::Decimal(f64::INFINITY));
+        assert_eq!(written(4.0 * PI), WrittenNumber::Fraction { over: 4, under: 1, pi: 1 });
+        assert_eq!(written(16.0 * PI * PI), WrittenNumber::Fraction { over: 16, under: 1, pi: 2 });
+        assert_eq!(written(70.0_f64.to_radians()), WrittenNumber::Fraction { over: 7, under: 18, pi: 1 });
+        assert_eq!(written(1450.0 * PI / 30.0), WrittenNumber::Fraction { over: 145, under: 3, pi: 1 });
+        assert_eq!(written(2.0 / 3.0), WrittenNumber::Fraction { over: 2, under: 3, pi: 0 });
+        assert_eq!(written(0.4356), WrittenNumber::Decimal(0.4356));
+        assert_eq!(written(std::f64::consts::E), WrittenNumber::Decimal(std::f64::consts::E));
+        assert_eq!(written(f64::INFINITY), WrittenNumber::Decimal(f64::INFINITY));
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use cotree::expr::{Arena, Binary, Expr, Node, Symbol, Unary};
+use cotree::expr::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 use super::contract::contracted;
-use super::normal::{Factor, Function, Sum, Term};
+use super::normal::{CalledFunction, Factor, Sum, Term};
 
 /// Shared subexpressions with so many symbols are named; roots, such as lengths, with fewer.
 const LONG: usize = 10;
@@ -24,7 +24,7 @@ pub struct Reading {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Context {
+pub struct ReadingContext {
     pub variables: HashMap<Expr, String>,
     /// Parameters with mass in their unit, and masses.
     pub weights: HashSet<Symbol>,
@@ -39,11 +39,11 @@ pub struct Definition {
 }
 
 impl Reading {
-    pub fn new(arena: &Arena, roots: &[Expr], context: &Context) -> Self {
+    pub fn new(arena: &Arena, roots: &[Expr], context: &ReadingContext) -> Self {
         let order = arena.reachable(roots.iter().copied());
         let (mut names, forced) = candidates(arena, &order, roots, &context.variables);
         loop {
-            let (reading, expressions) = Reader::read(arena, &order, roots, context, (&names, &forced));
+            let (reading, expressions) = SumReader::read(arena, &order, roots, context, (&names, &forced));
             let before = names.len();
             for (definition, expr) in reading.definitions.iter().zip(expressions) {
                 if definition.uses < 2 && !forced.contains(&expr) {
@@ -73,8 +73,8 @@ fn candidates(
     for &expr in order {
         let operands: Vec<Expr> = arena.node(expr).operands().collect();
         let size: usize = match arena.node(expr) {
-            Node::Constant(_) => 0,
-            Node::Symbol(_) | Node::Unary(Unary::Sin | Unary::Cos, _) => 1,
+            ExprNode::Constant(_) => 0,
+            ExprNode::Symbol(_) | ExprNode::Unary(Unary::Sin | Unary::Cos, _) => 1,
             _ => operands.iter().map(|operand| sizes[operand]).sum(),
         };
         let depth = operands.iter().map(|operand| depths[operand]).max().unwrap_or(0) + level(arena, expr);
@@ -96,19 +96,19 @@ fn candidates(
 
 /// The number of symbols from which a shared subexpression is named.
 fn long(arena: &Arena, expr: Expr) -> usize {
-    if matches!(arena.node(expr), Node::Unary(Unary::Sqrt, _)) { LONG_ROOT } else { LONG }
+    if matches!(arena.node(expr), ExprNode::Unary(Unary::Sqrt, _)) { LONG_ROOT } else { LONG }
 }
 
 /// Sums and signs nest without parentheses, and so do products.
 fn level(arena: &Arena, expr: Expr) -> usize {
     match arena.node(expr) {
-        Node::Constant(_) | Node::Symbol(_) | Node::Unary(Unary::Negate, _) => 0,
-        Node::Binary(Binary::Add | Binary::Subtract, a, b) => {
-            let is_product = |e| matches!(arena.node(e), Node::Binary(Binary::Multiply | Binary::Divide, ..));
+        ExprNode::Constant(_) | ExprNode::Symbol(_) | ExprNode::Unary(Unary::Negate, _) => 0,
+        ExprNode::Binary(Binary::Add | Binary::Subtract, a, b) => {
+            let is_product = |e| matches!(arena.node(e), ExprNode::Binary(Binary::Multiply | Binary::Divide, ..));
             usize::from(is_product(a) || is_product(b))
         }
-        Node::Binary(Binary::Multiply, a, b) => {
-            let is_sum = |e| matches!(arena.node(e), Node::Binary(Binary::Add | Binary::Subtract, ..));
+        ExprNode::Binary(Binary::Multiply, a, b) => {
+            let is_sum = |e| matches!(arena.node(e), ExprNode::Binary(Binary::Add | Binary::Subtract, ..));
             usize::from(is_sum(a) || is_sum(b))
         }
         _ => 1,
@@ -132,10 +132,10 @@ fn parts_of_sums(arena: &Arena, order: &[Expr], roots: &[Expr], is_atom: impl Fn
 }
 
 fn is_sum(arena: &Arena, expr: Expr) -> bool {
-    matches!(arena.node(expr), Node::Unary(Unary::Negate, _) | Node::Binary(Binary::Add | Binary::Subtract, ..))
+    matches!(arena.node(expr), ExprNode::Unary(Unary::Negate, _) | ExprNode::Binary(Binary::Add | Binary::Subtract, ..))
 }
 
-struct Reader<'a> {
+struct SumReader<'a> {
     arena: &'a Arena,
     /// What [`parts_of_sums`] found.
     parts: HashSet<Expr>,
@@ -146,16 +146,16 @@ struct Reader<'a> {
     definitions: Vec<Definition>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> SumReader<'a> {
     fn read(
         arena: &'a Arena,
         order: &[Expr],
         roots: &[Expr],
-        context: &'a Context,
+        context: &'a ReadingContext,
         (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
     ) -> (Reading, Vec<Expr>) {
         let is_atom = |expr: &Expr| names.contains(expr) || context.variables.contains_key(expr);
-        let mut reader = Reader {
+        let mut reader = SumReader {
             arena,
             parts: parts_of_sums(arena, order, roots, is_atom),
             known: HashMap::new(),
@@ -193,26 +193,26 @@ impl<'a> Reader<'a> {
     }
 
     fn sum(&mut self, expr: Expr) -> Sum {
-        if let Node::Binary(Binary::Multiply | Binary::Divide, a, b) = self.arena.node(expr) {
+        if let ExprNode::Binary(Binary::Multiply | Binary::Divide, a, b) = self.arena.node(expr) {
             let (a, b) = (self.product(a), self.product(b));
-            let is_quotient = matches!(self.arena.node(expr), Node::Binary(Binary::Divide, ..));
+            let is_quotient = matches!(self.arena.node(expr), ExprNode::Binary(Binary::Divide, ..));
             return Sum::of(a.times(&if is_quotient { b.inverse() } else { b }));
         }
         let known = |operand: Expr| &self.known[&operand];
         match self.arena.node(expr) {
-            Node::Constant(bits) => Sum::of(Term::number(f64::from_bits(bits))),
-            Node::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol, self.weights.contains(&symbol)))),
-            Node::Unary(Unary::Negate, a) if !self.parts.contains(&a) => known(a).scaled(-1.0),
-            Node::Unary(Unary::Negate, _) | Node::Binary(Binary::Add | Binary::Subtract, ..) => {
+            ExprNode::Constant(bits) => Sum::of(Term::number(f64::from_bits(bits))),
+            ExprNode::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol, self.weights.contains(&symbol)))),
+            ExprNode::Unary(Unary::Negate, a) if !self.parts.contains(&a) => known(a).scaled(-1.0),
+            ExprNode::Unary(Unary::Negate, _) | ExprNode::Binary(Binary::Add | Binary::Subtract, ..) => {
                 Sum::collect(self.terms(expr))
             }
-            Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
+            ExprNode::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let angle = known(a).clone().tidy();
                 Sum::of(Term::factor(Factor::Trigonometric(angle, function == Unary::Sin)))
             }
-            Node::Unary(function, a) => self.call(Function::One(function), &[a]),
-            Node::Binary(function, a, b) => self.call(Function::Two(function), &[a, b]),
-            Node::Select(a, b, c) => self.call(Function::Select, &[a, b, c]),
+            ExprNode::Unary(function, a) => self.call(CalledFunction::One(function), &[a]),
+            ExprNode::Binary(function, a, b) => self.call(CalledFunction::Two(function), &[a, b]),
+            ExprNode::Select(a, b, c) => self.call(CalledFunction::Select, &[a, b, c]),
         }
     }
 
@@ -225,9 +225,9 @@ impl<'a> Reader<'a> {
                 _ if expr != sum && !self.parts.contains(&expr) => {
                     terms.extend(self.known[&expr].0.iter().map(|term| term.scaled(sign)));
                 }
-                Node::Binary(Binary::Add, a, b) => waiting.extend([(b, sign), (a, sign)]),
-                Node::Binary(Binary::Subtract, a, b) => waiting.extend([(b, -sign), (a, sign)]),
-                Node::Unary(Unary::Negate, a) => waiting.push((a, -sign)),
+                ExprNode::Binary(Binary::Add, a, b) => waiting.extend([(b, sign), (a, sign)]),
+                ExprNode::Binary(Binary::Subtract, a, b) => waiting.extend([(b, -sign), (a, sign)]),
+                ExprNode::Unary(Unary::Negate, a) => waiting.push((a, -sign)),
                 _ => {} // no sum has other operations
             }
         }
@@ -239,7 +239,7 @@ impl<'a> Reader<'a> {
         self.products.entry(operand).or_insert_with(|| known[&operand].clone().tidy().product()).clone()
     }
 
-    fn call(&self, function: Function, operands: &[Expr]) -> Sum {
+    fn call(&self, function: CalledFunction, operands: &[Expr]) -> Sum {
         let arguments = operands.iter().map(|operand| self.known[operand].clone().tidy()).collect();
         Sum::of(Term::factor(Factor::Call(function, arguments)))
     }

@@ -6,7 +6,7 @@ use cotree::model::HeldWhat;
 
 use super::document::Piece;
 use super::name::symbol_name;
-use super::tree::Tree;
+use super::tree::FormulaTree;
 
 /// A row for each signal in some formulas: its name, its unit, and its origin.
 pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
@@ -20,7 +20,7 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
             Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) => return None,
             Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => return None,
         };
-        Some(std::iter::once(Piece::Math(Tree::Name(symbol_name(equations, symbol)))).chain(words).collect())
+        Some(std::iter::once(Piece::Math(FormulaTree::Name(symbol_name(equations, symbol)))).chain(words).collect())
     };
     symbols.into_iter().filter_map(row).collect()
 }

@@ -4,17 +4,17 @@ use cotree::equations::Equations;
 use cotree::expr::Symbol;
 use cotree::model::Unit;
 use cotree::network::System;
-use cotree::resolve::symbolic::{Named, Style, Symbolic};
+use cotree::resolve::symbolic::{NamedNumber, Style, Symbolic};
 
-use super::document::{Block, Piece};
+use super::document::{DocumentBlock, Piece};
 use super::modes::held_words;
 use super::name::symbol_name;
-use super::tree::{Tree, plain};
+use super::tree::{FormulaTree, plain};
 use super::{Prose, json, titled};
 
 /// How equations with names for numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Written {
+pub enum SymbolNotation {
     /// For people.
     Prose(Prose),
     /// For other programs.
@@ -22,15 +22,15 @@ pub enum Written {
 }
 
 /// The equations of motion of a mechanism in the same trees, with a name for every number.
-pub fn symbols(equations: &Equations, written: Written) -> String {
+pub fn symbols(equations: &Equations, written: SymbolNotation) -> String {
     let symbolic = Symbolic::new(&equations.system, Style::Owners);
     let mut renamed = with_names(equations, &symbolic);
     match written {
-        Written::Prose(prose) => {
+        SymbolNotation::Prose(prose) => {
             let blocks = values(&mut renamed, &symbolic.named);
             titled(&mut renamed, blocks, prose)
         }
-        Written::Json => json(&mut renamed),
+        SymbolNotation::Json => json(&mut renamed),
     }
 }
 
@@ -46,12 +46,12 @@ pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
 }
 
 /// A table of names and values: the user's parameters, then those of the page.
-pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
+pub fn values(equations: &mut Equations, named: &[NamedNumber]) -> Vec<DocumentBlock> {
     let mechanism = &*equations.system.mechanism.clone();
     let own = mechanism.parameters.len() - named.len();
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {
-        let name = Piece::Math(Tree::Name(symbol_name(equations, Symbol::Parameter(index))));
+        let name = Piece::Math(FormulaTree::Name(symbol_name(equations, Symbol::Parameter(index))));
         if parameter.held {
             // Its value is that of a mode. What no equation reads is left out.
             let words = held_words(equations, index);
@@ -76,18 +76,22 @@ pub fn values(equations: &mut Equations, named: &[Named]) -> Vec<Block> {
         return Vec::new();
     }
     let head = ["name", "value", "of", ""].map(str::to_owned);
-    vec![Block::Heading("Values".into()), Block::table(head.into(), rows), Block::Heading("Equations".into())]
+    vec![
+        DocumentBlock::Heading("Values".into()),
+        DocumentBlock::table(head.into(), rows),
+        DocumentBlock::Heading("Equations".into()),
+    ]
 }
 
 /// A number of a table, with its unit.
 pub fn number(value: f64, unit: &Unit) -> Piece {
-    let number = Tree::number(value);
+    let number = FormulaTree::number(value);
     let unit = if unit.si.is_empty() { String::new() } else { format!(" {}", unit.si) };
     Piece::Row(vec![Piece::Math(number), Piece::words(unit)])
 }
 
 /// What a name stands for, if that is more than a number.
-pub fn definition(equations: &mut Equations, named: &Named) -> Option<Tree> {
+pub fn definition(equations: &mut Equations, named: &NamedNumber) -> Option<FormulaTree> {
     let value = equations.system.value(named.definition.as_ref()?);
     plain(equations, &[value]).pop()
 }

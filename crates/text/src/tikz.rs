@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use cotree_draw::letters::{self, Anchor, Label};
+use cotree_draw::letters::{self, Label, TextAnchor};
 use cotree_draw::png::{self, PictureError};
 use resvg::tiny_skia::{PathSegment, Point, Transform};
 use resvg::usvg::{Group, Node, Paint, Path};
@@ -101,9 +101,9 @@ fn segments(own: &Path) -> String {
 fn words(outline: &Path, label: &Label, scale: f32, out: &mut String) {
     let Some(colour) = outline.fill().and_then(|fill| colour(fill.paint())) else { return };
     let anchor = match label.anchor {
-        Anchor::Start => "base west",
-        Anchor::Middle => "base",
-        Anchor::End => "base east",
+        TextAnchor::Start => "base west",
+        TextAnchor::Middle => "base",
+        TextAnchor::End => "base east",
     };
     let [x, y] = label.at.map(|at| at as f32);
     let at = place(outline.abs_transform(), Point::from_xy(x, y));

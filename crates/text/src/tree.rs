@@ -6,61 +6,61 @@ use cotree::equations::Equations;
 use cotree::expr::{Binary, Expr, Unary};
 
 use super::name::{Name, Names};
-use super::normal::{Factor, Function, Sum, Term};
-use super::number::{Written, written};
-use super::read::{Context, Reading};
+use super::normal::{CalledFunction, Factor, Sum, Term};
+use super::number::{WrittenNumber, written};
+use super::read::{Reading, ReadingContext};
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Tree {
+pub enum FormulaTree {
     /// A number that is not negative.
     Number(f64),
     /// The ratio of a circle's circumference to its diameter.
     Pi,
     Name(Name),
     /// Terms, each with a minus sign or without.
-    Sum(Vec<(bool, Tree)>),
-    Product(Vec<Tree>),
-    Quotient(Box<[Tree; 2]>),
-    Power(Box<[Tree; 2]>),
-    Root(Box<Tree>),
-    Call(&'static str, Vec<Tree>),
+    Sum(Vec<(bool, FormulaTree)>),
+    Product(Vec<FormulaTree>),
+    Quotient(Box<[FormulaTree; 2]>),
+    Power(Box<[FormulaTree; 2]>),
+    Root(Box<FormulaTree>),
+    Call(&'static str, Vec<FormulaTree>),
     /// a < b, a <= b, and of vectors a . b and a x b
-    Relation(&'static str, Box<[Tree; 2]>),
+    Relation(&'static str, Box<[FormulaTree; 2]>),
 }
 
-impl Tree {
+impl FormulaTree {
     /// A number of either sign, written in the shortest way.
-    pub fn number(value: f64) -> Tree {
+    pub fn number(value: f64) -> FormulaTree {
         if value == 0.0 {
-            return Tree::zero();
+            return FormulaTree::zero();
         }
         let (over, under) = number(value.abs());
-        let size = Tree::quotient(over, under);
-        if value < 0.0 { Tree::Sum(vec![(true, size)]) } else { size }
+        let size = FormulaTree::quotient(over, under);
+        if value < 0.0 { FormulaTree::Sum(vec![(true, size)]) } else { size }
     }
 
     /// a^2 and the like.
-    pub fn power(base: Tree, exponent: Tree) -> Tree {
-        Tree::Power(Box::new([base, exponent]))
+    pub fn power(base: FormulaTree, exponent: FormulaTree) -> FormulaTree {
+        FormulaTree::Power(Box::new([base, exponent]))
     }
 
     /// A product of factors over others, if there are any.
-    pub(crate) fn quotient(over: Vec<Tree>, under: Vec<Tree>) -> Tree {
-        let over = Tree::product(over);
-        if under.is_empty() { over } else { Tree::Quotient(Box::new([over, Tree::product(under)])) }
+    pub(crate) fn quotient(over: Vec<FormulaTree>, under: Vec<FormulaTree>) -> FormulaTree {
+        let over = FormulaTree::product(over);
+        if under.is_empty() { over } else { FormulaTree::Quotient(Box::new([over, FormulaTree::product(under)])) }
     }
 
-    pub fn zero() -> Tree {
-        Tree::Number(0.0)
+    pub fn zero() -> FormulaTree {
+        FormulaTree::Number(0.0)
     }
 
-    pub fn product(mut factors: Vec<Tree>) -> Tree {
+    pub fn product(mut factors: Vec<FormulaTree>) -> FormulaTree {
         match factors.pop() {
-            None => Tree::Number(1.0),
+            None => FormulaTree::Number(1.0),
             Some(only) if factors.is_empty() => only,
             Some(last) => {
                 factors.push(last);
-                Tree::Product(factors)
+                FormulaTree::Product(factors)
             }
         }
     }
@@ -68,50 +68,54 @@ impl Tree {
     /// Is it a sum of names with this one among them?
     pub fn names(&self, name: &Name) -> bool {
         match self {
-            Tree::Name(own) => own == name,
-            Tree::Sum(terms) => terms.iter().any(|(_, term)| term.names(name)),
+            FormulaTree::Name(own) => own == name,
+            FormulaTree::Sum(terms) => terms.iter().any(|(_, term)| term.names(name)),
             _ => false,
         }
     }
 
     /// How many names occur.
     pub fn count_names(&self) -> usize {
-        let all = |trees: &[Tree]| trees.iter().map(Tree::count_names).sum();
+        let all = |trees: &[FormulaTree]| trees.iter().map(FormulaTree::count_names).sum();
         match self {
-            Tree::Number(_) | Tree::Pi => 0,
-            Tree::Name(_) => 1,
-            Tree::Sum(terms) => terms.iter().map(|(_, term)| term.count_names()).sum(),
-            Tree::Product(parts) | Tree::Call(_, parts) => all(parts),
-            Tree::Quotient(parts) | Tree::Power(parts) | Tree::Relation(_, parts) => all(parts.as_ref()),
-            Tree::Root(inside) => inside.count_names(),
+            FormulaTree::Number(_) | FormulaTree::Pi => 0,
+            FormulaTree::Name(_) => 1,
+            FormulaTree::Sum(terms) => terms.iter().map(|(_, term)| term.count_names()).sum(),
+            FormulaTree::Product(parts) | FormulaTree::Call(_, parts) => all(parts),
+            FormulaTree::Quotient(parts) | FormulaTree::Power(parts) | FormulaTree::Relation(_, parts) => {
+                all(parts.as_ref())
+            }
+            FormulaTree::Root(inside) => inside.count_names(),
         }
     }
 
     /// Calls `visit` with every name that occurs.
     pub fn visit_names(&mut self, visit: &mut dyn FnMut(&mut Name)) {
         match self {
-            Tree::Number(_) | Tree::Pi => {}
-            Tree::Name(name) => visit(name),
-            Tree::Sum(terms) => terms.iter_mut().for_each(|(_, term)| term.visit_names(visit)),
-            Tree::Product(parts) | Tree::Call(_, parts) => parts.iter_mut().for_each(|part| part.visit_names(visit)),
-            Tree::Quotient(parts) | Tree::Power(parts) | Tree::Relation(_, parts) => {
+            FormulaTree::Number(_) | FormulaTree::Pi => {}
+            FormulaTree::Name(name) => visit(name),
+            FormulaTree::Sum(terms) => terms.iter_mut().for_each(|(_, term)| term.visit_names(visit)),
+            FormulaTree::Product(parts) | FormulaTree::Call(_, parts) => {
+                parts.iter_mut().for_each(|part| part.visit_names(visit))
+            }
+            FormulaTree::Quotient(parts) | FormulaTree::Power(parts) | FormulaTree::Relation(_, parts) => {
                 parts.iter_mut().for_each(|part| part.visit_names(visit));
             }
-            Tree::Root(inside) => inside.visit_names(visit),
+            FormulaTree::Root(inside) => inside.visit_names(visit),
         }
     }
 
-    pub fn sum(mut terms: Vec<(bool, Tree)>) -> Tree {
+    pub fn sum(mut terms: Vec<(bool, FormulaTree)>) -> FormulaTree {
         // A sum does not begin with a minus sign if it can begin without.
         if let Some(first) = terms.iter().position(|(minus, _)| !minus) {
             terms[..=first].rotate_right(1);
         }
         match terms.pop() {
-            None => Tree::zero(),
+            None => FormulaTree::zero(),
             Some((false, only)) if terms.is_empty() => only,
             Some(last) => {
                 terms.push(last);
-                Tree::Sum(terms)
+                FormulaTree::Sum(terms)
             }
         }
     }
@@ -120,18 +124,18 @@ impl Tree {
 /// Formulas in a row, with the abbreviations and definitions that they need.
 #[derive(Clone, Debug, Default)]
 pub struct Formulas {
-    pub angles: Vec<(Tree, Tree)>,
+    pub angles: Vec<(FormulaTree, FormulaTree)>,
     /// Other definitions, in the order of dependence.
-    pub definitions: Vec<(Tree, Tree)>,
-    pub formulas: Vec<Tree>,
+    pub definitions: Vec<(FormulaTree, FormulaTree)>,
+    pub formulas: Vec<FormulaTree>,
 }
 
 /// Formulas without abbreviations.
-pub fn plain(equations: &Equations, exprs: &[Expr]) -> Vec<Tree> {
-    formulas(equations, exprs, &Context::default()).formulas
+pub fn plain(equations: &Equations, exprs: &[Expr]) -> Vec<FormulaTree> {
+    formulas(equations, exprs, &ReadingContext::default()).formulas
 }
 
-pub fn formulas(equations: &Equations, exprs: &[Expr], context: &Context) -> Formulas {
+pub fn formulas(equations: &Equations, exprs: &[Expr], context: &ReadingContext) -> Formulas {
     let (reading, names) = (&Reading::new(&equations.system.arena, exprs, context), &Names::new(equations));
     let defined = definition_names(reading, names);
     let variables = defined.iter().scan(names.coordinates, |count, name| {
@@ -140,14 +144,15 @@ pub fn formulas(equations: &Equations, exprs: &[Expr], context: &Context) -> For
     });
     let mut layout = Layout { names, variables: variables.collect(), defined, angles: BTreeMap::new() };
     let used = reading.definitions.iter().enumerate().filter(|(_, definition)| definition.uses > 0);
-    let definitions = used
-        .map(|(index, definition)| (index, (Tree::Name(layout.defined[index].clone()), layout.sum(&definition.value))));
+    let definitions = used.map(|(index, definition)| {
+        (index, (FormulaTree::Name(layout.defined[index].clone()), layout.sum(&definition.value)))
+    });
     let definitions = definitions.collect::<Vec<_>>();
     let formulas = reading.roots.iter().map(|root| layout.sum(root)).collect();
     // The sine and cosine of an angle that is itself defined come right after it.
     let (mut angles, mut own) = (Vec::new(), BTreeMap::<usize, Vec<_>>::new());
     for ((factor, _), (name, value)) in layout.angles {
-        let pair = (Tree::Name(name), value);
+        let pair = (FormulaTree::Name(name), value);
         match factor {
             Factor::Named(index, _) => own.entry(index).or_default().push(pair),
             _ => angles.push(pair),
@@ -178,18 +183,18 @@ struct Layout<'a> {
     /// Numbers of the definitions that have a name of the user's, after those of the coordinates.
     variables: Vec<Option<usize>>,
     /// Sines and cosines that got a short name: by angle, cosine first.
-    angles: BTreeMap<(Factor, bool), (Name, Tree)>,
+    angles: BTreeMap<(Factor, bool), (Name, FormulaTree)>,
 }
 
 impl Layout<'_> {
-    fn sum(&mut self, sum: &Sum) -> Tree {
+    fn sum(&mut self, sum: &Sum) -> FormulaTree {
         // A formula begins without a minus sign if the terms in one of its parentheses can change their signs.
         let mut flip = sum.0.iter().all(|term| term.number.0 < 0.0);
         let terms = sum.0.iter().map(|term| self.term(term, &mut flip)).collect();
-        Tree::sum(terms)
+        FormulaTree::sum(terms)
     }
 
-    fn term(&mut self, term: &Term, flip: &mut bool) -> (bool, Tree) {
+    fn term(&mut self, term: &Term, flip: &mut bool) -> (bool, FormulaTree) {
         let mut minus = term.number.0 < 0.0;
         let (mut over, mut under) = number(term.number.0.abs());
         for (factor, power) in &term.factors {
@@ -203,28 +208,28 @@ impl Layout<'_> {
             let side = if *power > 0 { &mut over } else { &mut under };
             side.push(match power.unsigned_abs() {
                 1 => tree,
-                power => Tree::power(tree, Tree::Number(f64::from(power))),
+                power => FormulaTree::power(tree, FormulaTree::Number(f64::from(power))),
             });
         }
-        (minus, Tree::quotient(over, under))
+        (minus, FormulaTree::quotient(over, under))
     }
 
-    fn factor(&mut self, factor: &Factor) -> Tree {
+    fn factor(&mut self, factor: &Factor) -> FormulaTree {
         match factor {
-            Factor::Symbol(symbol, _) => Tree::Name(self.names.symbol(*symbol)),
-            Factor::Named(index, _) => Tree::Name(self.defined[*index].clone()),
+            Factor::Symbol(symbol, _) => FormulaTree::Name(self.names.symbol(*symbol)),
+            Factor::Named(index, _) => FormulaTree::Name(self.defined[*index].clone()),
             Factor::Sum(sum) => self.sum(sum),
             Factor::Trigonometric(angle, sine) => self.trigonometric(angle, *sine),
             Factor::Call(function, arguments) => {
-                let arguments: Vec<Tree> = arguments.iter().map(|argument| self.sum(argument)).collect();
+                let arguments: Vec<FormulaTree> = arguments.iter().map(|argument| self.sum(argument)).collect();
                 call(*function, arguments)
             }
         }
     }
 
     /// `c1`, `s1` for the angle of a coordinate, higher numbers for other angles with a name.
-    fn trigonometric(&mut self, angle: &Sum, sine: bool) -> Tree {
-        let value = Tree::Call(if sine { "sin" } else { "cos" }, vec![self.sum(angle)]);
+    fn trigonometric(&mut self, angle: &Sum, sine: bool) -> FormulaTree {
+        let value = FormulaTree::Call(if sine { "sin" } else { "cos" }, vec![self.sum(angle)]);
         let Some(factor) = angle.single() else { return value };
         let number = match factor {
             Factor::Symbol(symbol, _) => self.names.coordinate(*symbol),
@@ -234,46 +239,48 @@ impl Layout<'_> {
         let Some(number) = number else { return value };
         let name = self.names.trigonometric(sine, number);
         self.angles.insert((factor.clone(), sine), (name.clone(), value));
-        Tree::Name(name)
+        FormulaTree::Name(name)
     }
 }
 
 /// The number in front of a term, as factors above and below.
-fn number(value: f64) -> (Vec<Tree>, Vec<Tree>) {
+fn number(value: f64) -> (Vec<FormulaTree>, Vec<FormulaTree>) {
     match written(value) {
-        Written::Decimal(1.0) => (Vec::new(), Vec::new()),
-        Written::Decimal(value) => (vec![Tree::Number(value)], Vec::new()),
-        Written::Fraction { over, under, pi } => {
-            let whole = |value: u32| (value != 1).then(|| Tree::Number(f64::from(value)));
+        WrittenNumber::Decimal(1.0) => (Vec::new(), Vec::new()),
+        WrittenNumber::Decimal(value) => (vec![FormulaTree::Number(value)], Vec::new()),
+        WrittenNumber::Fraction { over, under, pi } => {
+            let whole = |value: u32| (value != 1).then(|| FormulaTree::Number(f64::from(value)));
             let power = match pi {
                 0 => None,
-                1 => Some(Tree::Pi),
-                _ => Some(Tree::power(Tree::Pi, Tree::Number(f64::from(pi)))),
+                1 => Some(FormulaTree::Pi),
+                _ => Some(FormulaTree::power(FormulaTree::Pi, FormulaTree::Number(f64::from(pi)))),
             };
             (whole(over).into_iter().chain(power).collect(), whole(under).into_iter().collect())
         }
     }
 }
 
-fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
+fn call(function: CalledFunction, mut arguments: Vec<FormulaTree>) -> FormulaTree {
     let name = match function {
-        Function::One(Unary::Sqrt) => {
-            return match arguments.pop().unwrap_or_else(Tree::zero) {
-                Tree::Power(parts) if parts[1] == Tree::Number(2.0) => Tree::Call("abs", vec![parts[0].clone()]),
-                inside => Tree::Root(Box::new(inside)),
+        CalledFunction::One(Unary::Sqrt) => {
+            return match arguments.pop().unwrap_or_else(FormulaTree::zero) {
+                FormulaTree::Power(parts) if parts[1] == FormulaTree::Number(2.0) => {
+                    FormulaTree::Call("abs", vec![parts[0].clone()])
+                }
+                inside => FormulaTree::Root(Box::new(inside)),
             };
         }
-        Function::One(function) => function.definition().name,
-        Function::Select => "if",
-        Function::Two(function) => match (function, <[Tree; 2]>::try_from(arguments)) {
-            (Binary::Power, Ok(operands)) => return Tree::Power(Box::new(operands)),
-            (Binary::Less, Ok(operands)) => return Tree::Relation("<", Box::new(operands)),
-            (Binary::LessEqual, Ok(operands)) => return Tree::Relation("<=", Box::new(operands)),
+        CalledFunction::One(function) => function.definition().name,
+        CalledFunction::Select => "if",
+        CalledFunction::Two(function) => match (function, <[FormulaTree; 2]>::try_from(arguments)) {
+            (Binary::Power, Ok(operands)) => return FormulaTree::Power(Box::new(operands)),
+            (Binary::Less, Ok(operands)) => return FormulaTree::Relation("<", Box::new(operands)),
+            (Binary::LessEqual, Ok(operands)) => return FormulaTree::Relation("<=", Box::new(operands)),
             (_, operands) => {
                 arguments = operands.map_or_else(|arguments| arguments, Vec::from);
                 function.definition().name
             }
         },
     };
-    Tree::Call(name, arguments)
+    FormulaTree::Call(name, arguments)
 }

@@ -8,11 +8,11 @@ use cotree::formulate::{Formulated, formulate};
 use cotree::network::Origin;
 use cotree::scene::Scene;
 
-use crate::{Prose, Written, code};
+use crate::{Prose, SymbolNotation, code};
 
 /// How equations are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notation {
+pub enum EquationFormat {
     /// For people.
     Text,
     /// A LaTeX document.
@@ -31,7 +31,7 @@ pub enum Notation {
     Json,
 }
 
-impl Notation {
+impl EquationFormat {
     /// The words for them, and what each means.
     pub const WORDS: [(&'static str, &'static str, Self); 8] = [
         ("text", "For people", Self::Text),
@@ -49,7 +49,7 @@ impl Notation {
 ///
 /// # Errors
 /// Everything that is wrong with the scene.
-pub fn equations(scene: &Scene, notation: Notation) -> Result<String, Faults> {
+pub fn equations(scene: &Scene, notation: EquationFormat) -> Result<String, Faults> {
     let resolved = scene.resolve()?;
     let text =
         formulate(&resolved.mechanism, &resolved.outputs).and_then(|mut formulated| written(&mut formulated, notation));
@@ -71,18 +71,18 @@ pub fn steps(scene: &Scene, prose: Prose) -> Result<String, Faults> {
 ///
 /// # Errors
 /// They are too large to be written.
-pub fn written(formulated: &mut Formulated, notation: Notation) -> Result<String, Vec<Fault>> {
+pub fn written(formulated: &mut Formulated, notation: EquationFormat) -> Result<String, Vec<Fault>> {
     check(&formulated.equations)?;
     let Formulated { equations, lowered, redundant, .. } = formulated;
     let language: &dyn code::Language = match notation {
-        Notation::C => &code::C,
-        Notation::Fortran => &code::Fortran,
-        Notation::Rust => &code::Rust,
-        Notation::Python => &code::Python,
-        Notation::Text => return Ok(crate::motion(equations, Prose::Text)),
-        Notation::Latex => return Ok(crate::motion(equations, Prose::Latex)),
-        Notation::Html => return Ok(crate::motion(equations, Prose::Html)),
-        Notation::Json => return Ok(crate::json(equations)),
+        EquationFormat::C => &code::C,
+        EquationFormat::Fortran => &code::Fortran,
+        EquationFormat::Rust => &code::Rust,
+        EquationFormat::Python => &code::Python,
+        EquationFormat::Text => return Ok(crate::motion(equations, Prose::Text)),
+        EquationFormat::Latex => return Ok(crate::motion(equations, Prose::Latex)),
+        EquationFormat::Html => return Ok(crate::motion(equations, Prose::Html)),
+        EquationFormat::Json => return Ok(crate::json(equations)),
     };
     if let Some(fault) = without_code(equations, &lowered.solved) {
         return Err(vec![fault]);
@@ -139,7 +139,7 @@ fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
 ///
 /// # Errors
 /// They are too large to be written.
-pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Vec<Fault>> {
+pub fn named(formulated: &mut Formulated, written: SymbolNotation) -> Result<String, Vec<Fault>> {
     check(&formulated.equations)?;
     Ok(crate::symbols::symbols(&formulated.equations, written))
 }
@@ -150,7 +150,7 @@ pub fn named(formulated: &mut Formulated, written: Written) -> Result<String, Ve
 /// They are too large to be written, or there are others in each mode.
 pub fn reduced(
     formulated: &mut Formulated,
-    written: Written,
+    written: SymbolNotation,
     symbols: bool,
 ) -> Result<Result<String, String>, Vec<Fault>> {
     check(&formulated.equations)?;

@@ -2,7 +2,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Stroke, line};
+use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::Quantity as Q;
 use crate::model::measure::FORCE;
 use crate::scene::{Load, Quantity};
@@ -27,14 +27,14 @@ pub(crate) const ACTUATOR: Component = Component {
 };
 
 /// A cylinder with a piston on a rod.
-pub(crate) fn cylinder(length: f64) -> Vec<Stroke> {
+pub(crate) fn cylinder(length: f64) -> Vec<IconStroke> {
     let (low, high) = (0.2 * length, 0.65 * length);
     let piston = 0.5 * (low + high);
     vec![
-        Stroke::open(vec![[0.0, 0.0], [low, 0.0]]),
-        Stroke { points: vec![[low, -1.5], [high, -1.5], [high, 1.5], [low, 1.5]], closed: true },
-        Stroke::open(vec![[piston, -1.5], [piston, 1.5]]),
-        Stroke::open(vec![[piston, 0.0], [length, 0.0]]),
+        IconStroke::open(vec![[0.0, 0.0], [low, 0.0]]),
+        IconStroke { points: vec![[low, -1.5], [high, -1.5], [high, 1.5], [low, 1.5]], closed: true },
+        IconStroke::open(vec![[piston, -1.5], [piston, 1.5]]),
+        IconStroke::open(vec![[piston, 0.0], [length, 0.0]]),
     ]
 }
 

@@ -5,7 +5,7 @@ use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, Room};
 use crate::model::Motion::Given;
 use crate::model::measure::{ANGLE, ANGULAR_ACCELERATION, ANGULAR_VELOCITY};
-use crate::model::{Formula, JointId, Part, Quantity as Q, Value};
+use crate::model::{Formula, JointId, KeyValue, Part, Quantity as Q};
 use crate::network::{Angle, RotationalRow, Rows, System, table3};
 use crate::scene::{Driver, Motion};
 
@@ -57,7 +57,7 @@ impl Driver {
 impl Part {
     /// A driver that turns a joint; [`crate::model::Mechanism::driven`] puts it in.
     pub fn angle_driver(name: &str, (id, joint): (JointId, &Part), motion: Formula) -> Part {
-        let values = vec![("joint", Value::Joint(id)), ("angle", Value::Motion(Given(motion)))];
+        let values = vec![("joint", KeyValue::Joint(id)), ("angle", KeyValue::Motion(Given(motion)))];
         ANGLE_DRIVER.part(name, joint.between, values)
     }
 }

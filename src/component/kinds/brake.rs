@@ -2,9 +2,9 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_BODIES, Form, Key};
-use crate::component::{Component, Icon, Room, Rubs, Stroke, limits};
+use crate::component::{Component, Icon, IconStroke, Room, Rubs, limits};
 use crate::model::measure::{NUMBER, TORQUE};
-use crate::model::{Friction, Part, Pressed, Quantity as Q, Range, Value};
+use crate::model::{Friction, KeyValue, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Rows, System};
 use crate::scene::{Joint, Quantity};
 
@@ -45,11 +45,11 @@ const fn of(name: &'static str) -> Component {
 fn placed(_: &mut Placed<'_>) {}
 
 /// Two shoes on a drum.
-fn shoes() -> Vec<Stroke> {
+fn shoes() -> Vec<IconStroke> {
     const HALF: f64 = 0.9;
     let shoe = |middle: f64| {
         let [from, to] = [middle - HALF, middle + HALF];
-        [[2.0, 2.0], [2.7, 2.7]].map(|radii| Stroke::arc(radii, [from, to]))
+        [[2.0, 2.0], [2.7, 2.7]].map(|radii| IconStroke::arc(radii, [from, to]))
     };
     [0.0, std::f64::consts::PI].into_iter().flat_map(shoe).collect()
 }
@@ -60,7 +60,7 @@ fn rows(_: &Part, _: &mut System) -> Rows {
 
 fn law(part: &Part) -> Option<Friction> {
     let ratio = match part.value("static") {
-        Some(Value::Formula(ratio)) => ratio.clone(),
+        Some(KeyValue::Formula(ratio)) => ratio.clone(),
         _ => crate::model::Formula::Number(1.0),
     };
     Some(Friction::of_level(part.key("level"), ratio))

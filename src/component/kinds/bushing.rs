@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Room, Stroke, torsion};
+use crate::component::{Component, Icon, IconStroke, Room, torsion};
 use crate::model::measure::{ANGLE, DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS};
 use crate::model::{Formula, Part, Quantity as Q, Range};
 use crate::network::{Force, Rows, System, TranslationalRow};
@@ -60,8 +60,8 @@ fn energy(part: &Part) -> Formula {
 }
 
 /// The sleeve, and the rubber within it.
-fn rings() -> Vec<Stroke> {
-    [1.6, 2.6].map(|radius| Stroke::arc([radius; 2], [0.0, TAU])).into()
+fn rings() -> Vec<IconStroke> {
+    [1.6, 2.6].map(|radius| IconStroke::arc([radius; 2], [0.0, TAU])).into()
 }
 
 impl Load {

@@ -18,10 +18,10 @@ use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::{ANGLE, LENGTH};
 use crate::model::{Formula, JointId, Mechanism, OneSided, Part, Quantity as Q, Range};
-use crate::network::{Bearing, Coupling, Curve, Direction, Port, Rows, System, Term};
+use crate::network::{Bearing, Coupling, CouplingTerm, Curve, Direction, Port, Rows, System};
 use crate::scene::{Joint, Quantity, Vector};
-use geometry::{Contact, Geometry};
-use mounting::{Guide, Mounting};
+use geometry::{CamContact, CamGeometry};
+use mounting::{FollowerGuide, Mounting};
 
 /// Where a turning follower can touch; the first by default.
 const SIDES: [&str; 2] = ["left", "right"];
@@ -120,7 +120,7 @@ fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     // The check has refused other joints.
     let mounting = Mounting::of(part, mechanism).ok()?;
     let base = system.value(part.formula("base"));
-    let geometry = Geometry::of(&mut system.arena, mechanism, part, &mounting, base);
+    let geometry = CamGeometry::of(&mut system.arena, mechanism, part, &mounting, base);
     Some(coupling(part, &mounting, &geometry, system))
 }
 
@@ -138,16 +138,16 @@ fn one_sided(part: &Part, mechanism: &Mechanism) -> Vec<OneSided> {
 }
 
 /// The guide's coordinate less sense x law(theta) is where it starts.
-fn coupling(part: &Part, mounting: &Mounting, geometry: &Geometry, system: &mut System) -> Coupling {
+fn coupling(part: &Part, mounting: &Mounting, geometry: &CamGeometry, system: &mut System) -> Coupling {
     let [cam, follower] = part.between;
     let bodies = |other| [system.r_node(mounting.carrier), system.r_node(other)];
     let port = match mounting.guide {
-        Guide::Slide(guide) => {
+        FollowerGuide::Slide(guide) => {
             let axis = mounting::values(&mut system.arena, &guide.vector("axis"));
             let points = [mounting.shaft[0], follower].map(|place| system.t_node(place));
             Port::Along(points, Direction::Fixed(mounting.carrier, axis))
         }
-        Guide::Pivot(_) => Port::Angle(bodies(follower.body())),
+        FollowerGuide::Pivot(_) => Port::Angle(bodies(follower.body())),
     };
     let [value, slope, second, _] = geometry.law;
     let contact = geometry.contact;
@@ -162,12 +162,12 @@ fn coupling(part: &Part, mounting: &Mounting, geometry: &Geometry, system: &mut 
     };
     let turn = [system.r_node(mounting.carrier), system.r_node(cam.body())];
     let factor = system.arena.constant(-geometry.sense);
-    let terms = vec![Term { factor: Expr::ONE, port }, Term { factor, port: Port::Curve(turn, curve) }];
+    let terms = vec![CouplingTerm { factor: Expr::ONE, port }, CouplingTerm { factor, port: Port::Curve(turn, curve) }];
     Coupling { terms, offset: geometry.start }
 }
 
 /// The contact pushes the follower and pushes back on the cam: the shaft carries all of that, the guide what is not along it.
-fn bearings(mounting: &Mounting, contact: &Contact, system: &mut System) -> [Bearing; 2] {
+fn bearings(mounting: &Mounting, contact: &CamContact, system: &mut System) -> [Bearing; 2] {
     let arena = &mut system.arena;
     let (rest, torque) = contact.guide;
     let loads = [(contact.push, Expr::ZERO), (rest, torque)];

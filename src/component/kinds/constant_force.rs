@@ -2,7 +2,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Stroke, line};
+use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::measure::FORCE;
 use crate::model::{Quantity as Q, Range};
 use crate::scene::{Load, Quantity};
@@ -34,7 +34,7 @@ pub(crate) const CONSTANT_FORCE: Component = Component {
 };
 
 /// A strip that unrolls from a spiral at the first point.
-fn drum(length: f64) -> Vec<Stroke> {
+fn drum(length: f64) -> Vec<IconStroke> {
     let radius = (0.3 * length).min(2.4);
     let turns = |step: i32| {
         let share = f64::from(step) / 60.0;
@@ -44,7 +44,7 @@ fn drum(length: f64) -> Vec<Stroke> {
     };
     let mut strip: Vec<[f64; 2]> = (0..=60).map(turns).collect();
     strip.push([length, 0.0]);
-    vec![Stroke::open(strip)]
+    vec![IconStroke::open(strip)]
 }
 
 impl Load {

@@ -3,12 +3,12 @@
 
 use crate::component::frame::{Placed, minus, sum};
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Rubs, Stroke};
+use crate::component::{Component, Icon, IconStroke, Rubs};
 use crate::diagnostic::Fault;
 use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, NUMBER, VELOCITY};
 use crate::model::{Formula, Mechanism, OneSided, Part, Pressed, Quantity as Q, Range};
-use crate::network::{Coupling, Direction, Port, Rows, System, Term};
+use crate::network::{Coupling, CouplingTerm, Direction, Port, Rows, System};
 use crate::scene::{Joint, Quantity, Vector, constant};
 
 /// Where the point can be, seen along the line; the first by default.
@@ -102,7 +102,7 @@ fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
 
 fn icon(part: &Part) -> Icon {
     if is_circle(part) {
-        return Icon::Line(|length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])]);
+        return Icon::Line(|length| vec![IconStroke::open(vec![[0.0, 0.0], [length, 0.0]])]);
     }
     let axis = part.vector("axis");
     // What is drawn on a line is on its left.
@@ -146,7 +146,7 @@ fn slip(part: &Part, system: &mut System) -> Option<Coupling> {
     if radius != Expr::ZERO {
         let factor = if part.choice("side") == Some(SIDES[1]) { system.arena.negate(radius) } else { radius };
         let turn = part.bodies().map(|body| system.r_node(body));
-        relation.terms.push(Term { factor, port: Port::Angle(turn) });
+        relation.terms.push(CouplingTerm { factor, port: Port::Angle(turn) });
     }
     Some(relation)
 }
@@ -157,12 +157,12 @@ fn slip_on_circle(part: &Part, system: &mut System) -> Coupling {
     let [circle, radius] = ["circle", "radius"].map(|key| system.value(part.formula(key)));
     let radius = if is_inside(part) { system.arena.negate(radius) } else { radius };
     let heading = Port::Heading(part.between.map(|place| system.t_node(place)));
-    let mut terms = vec![Term { factor: system.arena.add(circle, radius), port: heading }];
+    let mut terms = vec![CouplingTerm { factor: system.arena.add(circle, radius), port: heading }];
     let ground = system.r_node(None);
     for (body, own) in part.bodies().into_iter().zip([circle, radius]) {
         if body.is_some() && own != Expr::ZERO {
             let port = Port::Angle([ground, system.r_node(body)]);
-            terms.push(Term { factor: system.arena.negate(own), port });
+            terms.push(CouplingTerm { factor: system.arena.negate(own), port });
         }
     }
     Coupling { terms, offset: Expr::ZERO }

@@ -2,7 +2,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Linear, Stroke, line};
+use crate::component::{Component, Icon, IconStroke, Linear, line};
 use crate::model::measure::DAMPING;
 use crate::model::{Formula, Part, Quantity as Q, Range};
 use crate::scene::{Load, Quantity};
@@ -33,14 +33,14 @@ fn linear(part: &Part) -> Result<Option<Linear>, String> {
 }
 
 /// A piston in an open cylinder.
-fn dashpot(length: f64) -> Vec<Stroke> {
+fn dashpot(length: f64) -> Vec<IconStroke> {
     let half = (0.2 * length).min(3.5);
     let (low, high, piston) = (0.5 * length - half, 0.5 * length + half, 0.5 * length + 0.2 * half);
     vec![
-        Stroke::open(vec![[0.0, 0.0], [low, 0.0]]),
-        Stroke::open(vec![[high, 1.6], [low, 1.6], [low, -1.6], [high, -1.6]]),
-        Stroke::open(vec![[piston, 1.2], [piston, -1.2]]),
-        Stroke::open(vec![[piston, 0.0], [length, 0.0]]),
+        IconStroke::open(vec![[0.0, 0.0], [low, 0.0]]),
+        IconStroke::open(vec![[high, 1.6], [low, 1.6], [low, -1.6], [high, -1.6]]),
+        IconStroke::open(vec![[piston, 1.2], [piston, -1.2]]),
+        IconStroke::open(vec![[piston, 0.0], [length, 0.0]]),
     ]
 }
 

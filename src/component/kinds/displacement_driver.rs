@@ -6,7 +6,7 @@ use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon};
 use crate::model::Motion::Given;
 use crate::model::measure::{ACCELERATION, LENGTH, VELOCITY};
-use crate::model::{Formula, JointId, Part, Quantity as Q, Value};
+use crate::model::{Formula, JointId, KeyValue, Part, Quantity as Q};
 use crate::network::{Direction, Force, Known, Rows, System, TranslationalRow, table2};
 use crate::scene::{Driver, Motion};
 
@@ -54,7 +54,7 @@ impl Driver {
 impl Part {
     /// A driver that slides a joint; [`crate::model::Mechanism::driven`] puts it in.
     pub fn displacement_driver(name: &str, (id, joint): (JointId, &Part), motion: Formula) -> Part {
-        let values = vec![("joint", Value::Joint(id)), ("displacement", Value::Motion(Given(motion)))];
+        let values = vec![("joint", KeyValue::Joint(id)), ("displacement", KeyValue::Motion(Given(motion)))];
         DISPLACEMENT_DRIVER.part(name, joint.between, values)
     }
 }

@@ -6,7 +6,7 @@ use crate::component::{Component, Icon};
 use crate::expr::Expr;
 use crate::model::measure::LENGTH;
 use crate::model::{Part, Quantity as Q, Range};
-use crate::network::{Coupling, Port, Rows, System, Term};
+use crate::network::{Coupling, CouplingTerm, Port, Rows, System};
 use crate::scene::{Joint, Quantity};
 
 pub(crate) const DISTANCE: Component = Component {
@@ -30,7 +30,7 @@ pub(crate) const DISTANCE: Component = Component {
 fn rows(part: &Part, system: &mut System) -> Rows {
     let port = Port::Length(part.between.map(|place| system.t_node(place)));
     let offset = system.value(part.formula("length"));
-    let coupling = Coupling { terms: vec![Term { factor: Expr::ONE, port }], offset };
+    let coupling = Coupling { terms: vec![CouplingTerm { factor: Expr::ONE, port }], offset };
     Rows { letter: "d", coupling: Some(coupling), ..Rows::default() }
 }
 

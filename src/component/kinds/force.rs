@@ -4,7 +4,7 @@ use crate::component::frame::{Placed, ZERO};
 use crate::component::key::{Form, Key, ON_POINT, TWO_COMPONENTS};
 use crate::component::{Component, Icon};
 use crate::model::measure::FORCE;
-use crate::model::{BodyId, Formula, Part, Place, Quantity as Q, Value};
+use crate::model::{BodyId, Formula, KeyValue, Part, Place, Quantity as Q};
 use crate::network::{Force, Rows, System, TNode, TranslationalRow};
 use crate::scene::{Load, Vector};
 
@@ -71,6 +71,6 @@ impl Load {
 impl Part {
     /// A force on the mass centre of a body; [`crate::model::Mechanism::loaded`] puts it in.
     pub fn applied_force(name: &str, body: BodyId, vector: [Formula; 2]) -> Part {
-        APPLIED_FORCE.part(name, [Place::Origin, Place::Centre(body)], vec![("vector", Value::Vector(vector))])
+        APPLIED_FORCE.part(name, [Place::Origin, Place::Centre(body)], vec![("vector", KeyValue::Vector(vector))])
     }
 }

@@ -4,7 +4,7 @@
 use super::actuator;
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Stroke, line};
+use crate::component::{Component, Icon, IconStroke, line};
 use crate::expr::Unary;
 use crate::model::measure::{FORCE, LENGTH, NUMBER};
 use crate::model::{Comparison, Formula, Part, Quantity as Q, Range};
@@ -73,9 +73,9 @@ fn energy(part: &Part) -> Option<Formula> {
 }
 
 /// A cylinder with gas below its piston.
-fn strut(length: f64) -> Vec<Stroke> {
+fn strut(length: f64) -> Vec<IconStroke> {
     let mut strokes = actuator::cylinder(length);
-    let gas = |share: f64, y: f64| Stroke::open(vec![[share * length, y], [share * length + 0.1, y]]);
+    let gas = |share: f64, y: f64| IconStroke::open(vec![[share * length, y], [share * length + 0.1, y]]);
     strokes
         .extend([(0.25, 0.6), (0.25, -0.7), (0.31, -0.1), (0.37, 0.7), (0.37, -0.6)].map(|(share, y)| gas(share, y)));
     strokes

@@ -7,7 +7,7 @@ use crate::component::{Component, Icon, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, NUMBER, TORQUE};
 use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
-use crate::network::{Coupling, Port, Rows, System, Term};
+use crate::network::{Coupling, CouplingTerm, Port, Rows, System};
 use crate::scene::{Joint, Quantity, constant};
 
 pub(crate) const GEAR: Component = Component {
@@ -82,8 +82,8 @@ pub(crate) fn wheels(system: &mut System, part: &Part, ratio: Expr, offset: &For
     let [first, second] = part.bodies().map(|body| system.r_node(body));
     let minus_ratio = system.arena.negate(ratio);
     let terms = vec![
-        Term { factor: Expr::ONE, port: Port::Angle([carrier, second]) },
-        Term { factor: minus_ratio, port: Port::Angle([carrier, first]) },
+        CouplingTerm { factor: Expr::ONE, port: Port::Angle([carrier, second]) },
+        CouplingTerm { factor: minus_ratio, port: Port::Angle([carrier, first]) },
     ];
     Coupling { terms, offset: system.value(offset) }
 }

@@ -3,7 +3,7 @@
 
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_BODIES, Form, Key};
-use crate::component::{Component, Icon, Room, Stroke};
+use crate::component::{Component, Icon, IconStroke, Room};
 use crate::model::{Formula, Mechanism, OneSided, Part, Quantity as Q};
 use crate::network::{Coupling, Port, Rows, System};
 use crate::scene::Joint;
@@ -46,11 +46,11 @@ fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
 }
 
 /// The teeth of a ratchet.
-fn ratchet() -> Vec<Stroke> {
+fn ratchet() -> Vec<IconStroke> {
     const TEETH: usize = 8;
     let tooth = |index: usize| {
         let [from, to] = [index, index + 1].map(|end| end as f64 * std::f64::consts::TAU / TEETH as f64);
-        Stroke::arc([2.6, 1.9], [from, to])
+        IconStroke::arc([2.6, 1.9], [from, to])
     };
     (0..TEETH).map(tooth).collect()
 }

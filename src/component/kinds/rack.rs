@@ -7,7 +7,7 @@ use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::LENGTH;
 use crate::model::{Formula, Part, Quantity as Q, Range};
-use crate::network::{Coupling, Direction, Port, Rows, System, Term};
+use crate::network::{Coupling, CouplingTerm, Direction, Port, Rows, System};
 use crate::scene::{Joint, Quantity, Vector};
 
 pub(crate) const RACK: Component = Component {
@@ -70,8 +70,8 @@ pub(crate) fn slide_by_turn(system: &mut System, part: &Part, factor: impl Fn(&m
     let factor = factor(system);
     let minus_factor = system.arena.negate(factor);
     let terms = vec![
-        Term { factor: Expr::ONE, port: Port::Along(slide, along) },
-        Term { factor: minus_factor, port: Port::Angle(turn) },
+        CouplingTerm { factor: Expr::ONE, port: Port::Along(slide, along) },
+        CouplingTerm { factor: minus_factor, port: Port::Angle(turn) },
     ];
     Coupling { terms, offset: system.value(part.formula("displacement")) }
 }

@@ -9,7 +9,7 @@ use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, VELOCITY};
 use crate::model::{Part, Pressed, Quantity as Q, Range};
 use crate::network::{
-    Coupling, Direction, Force, Known, Port, RotationalRow, Rows, System, Term, TranslationalRow, table2,
+    Coupling, CouplingTerm, Direction, Force, Known, Port, RotationalRow, Rows, System, TranslationalRow, table2,
 };
 use crate::scene::constant::negate;
 use crate::scene::{Joint, Quantity, Vector};
@@ -96,8 +96,8 @@ fn relation(part: &Part, system: &mut System) -> Coupling {
     let turn = part.bodies().map(|body| system.r_node(body));
     let factor = if is_on_the_right(part) { system.arena.negate(radius) } else { radius };
     let terms = vec![
-        Term { factor: Expr::ONE, port: Port::Along(slide, Direction::Fixed(part.between[0].body(), axis)) },
-        Term { factor, port: Port::Angle(turn) },
+        CouplingTerm { factor: Expr::ONE, port: Port::Along(slide, Direction::Fixed(part.between[0].body(), axis)) },
+        CouplingTerm { factor, port: Port::Angle(turn) },
     ];
     Coupling { terms, offset }
 }

@@ -3,7 +3,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Stroke};
+use crate::component::{Component, Icon, IconStroke};
 use crate::model::measure::{LENGTH, NUMBER};
 use crate::model::{Mechanism, OneSided, Part, Quantity as Q, Range};
 use crate::network::{Coupling, Port, Rows, System};
@@ -34,8 +34,8 @@ pub(crate) const ROPE: Component = Component {
 };
 
 /// A thread.
-fn thread(length: f64) -> Vec<Stroke> {
-    vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])]
+fn thread(length: f64) -> Vec<IconStroke> {
+    vec![IconStroke::open(vec![[0.0, 0.0], [length, 0.0]])]
 }
 
 fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {

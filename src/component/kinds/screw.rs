@@ -4,11 +4,11 @@
 use super::rack;
 use crate::component::frame::Placed;
 use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
-use crate::component::{Component, Icon, Rubs, Stroke, limits};
+use crate::component::{Component, Icon, IconStroke, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{FORCE, LENGTH, VELOCITY};
 use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
-use crate::network::{Coupling, Rows, System, Term};
+use crate::network::{Coupling, CouplingTerm, Rows, System};
 use crate::scene::{Joint, Quantity, Vector, constant};
 
 pub(crate) const SCREW: Component = Component {
@@ -58,7 +58,7 @@ fn thread_slide(part: &Part, system: &mut System) -> Option<Coupling> {
     let radius = part.friction().and_then(|own| own.radius.clone()).unwrap_or(Formula::Number(1.0));
     let factors = [slope(part) / secant(part), radius / secant(part)].map(|factor| system.value(&factor));
     let terms = rack::slide_by_turn(system, part, |_| Expr::ZERO).terms;
-    let terms = terms.into_iter().zip(factors).map(|(term, factor)| Term { factor, port: term.port }).collect();
+    let terms = terms.into_iter().zip(factors).map(|(term, factor)| CouplingTerm { factor, port: term.port }).collect();
     Some(Coupling { terms, offset: Expr::ZERO })
 }
 
@@ -87,14 +87,14 @@ fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
 }
 
 /// A spindle with its thread, from its bearing to the nut.
-fn thread(length: f64) -> Vec<Stroke> {
+fn thread(length: f64) -> Vec<IconStroke> {
     let turns = length.round().clamp(4.0, 40.0);
     let pitch = length / turns;
     let flank = |turn: usize| {
         let at = pitch * (turn as f64 + 0.5);
-        Stroke::open(vec![[at - 0.3 * pitch, -0.8], [at + 0.3 * pitch, 0.8]])
+        IconStroke::open(vec![[at - 0.3 * pitch, -0.8], [at + 0.3 * pitch, 0.8]])
     };
-    let edges = [-0.8, 0.8].map(|side| Stroke::open(vec![[0.0, side], [length, side]]));
+    let edges = [-0.8, 0.8].map(|side| IconStroke::open(vec![[0.0, side], [length, side]]));
     edges.into_iter().chain((0..turns as usize).map(flank)).collect()
 }
 

@@ -4,7 +4,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, Linear, Stroke, line};
+use crate::component::{Component, Icon, IconStroke, Linear, line};
 use crate::model::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
 use crate::model::{Comparison, Formula, Part, Quantity as Q, Range};
 use crate::network::{Rows, System};
@@ -93,7 +93,7 @@ fn one_sided(part: &Part, x: Formula, value: Formula) -> Formula {
 }
 
 /// A zigzag between straight ends.
-pub(crate) fn zigzag(length: f64) -> Vec<Stroke> {
+pub(crate) fn zigzag(length: f64) -> Vec<IconStroke> {
     let straight = (0.18 * length).min(4.0);
     let coils = ((length - 2.0 * straight) / 1.5).round().clamp(4.0, 24.0);
     let pitch = (length - 2.0 * straight) / coils;
@@ -103,7 +103,7 @@ pub(crate) fn zigzag(length: f64) -> Vec<Stroke> {
         points.push([straight + pitch * (coil as f64 + 0.5), side]);
     }
     points.extend([[length - straight, 0.0], [length, 0.0]]);
-    vec![Stroke::open(points)]
+    vec![IconStroke::open(points)]
 }
 
 impl Load {

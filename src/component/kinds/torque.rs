@@ -4,7 +4,7 @@ use crate::component::frame::Placed;
 use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, Room, torsion};
 use crate::model::measure::TORQUE;
-use crate::model::{BodyId, Formula, Part, Place, Quantity as Q, Value};
+use crate::model::{BodyId, Formula, KeyValue, Part, Place, Quantity as Q};
 use crate::scene::{Load, Quantity};
 
 pub(crate) const APPLIED_TORQUE: Component = Component {
@@ -36,6 +36,6 @@ impl Load {
 impl Part {
     /// A torque on a body, against the ground; [`crate::model::Mechanism::loaded`] puts it in.
     pub fn applied_torque(name: &str, body: BodyId, value: Formula) -> Part {
-        APPLIED_TORQUE.part(name, [Place::Origin, Place::Centre(body)], vec![("value", Value::Formula(value))])
+        APPLIED_TORQUE.part(name, [Place::Origin, Place::Centre(body)], vec![("value", KeyValue::Formula(value))])
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_BODIES, Form, Key};
-use crate::component::{Component, Icon, Room, Stroke, torsion};
+use crate::component::{Component, Icon, IconStroke, Room, torsion};
 use crate::model::measure::TORSION_DAMPING;
 use crate::model::{Quantity as Q, Range};
 use crate::scene::{Load, Quantity};
@@ -29,16 +29,16 @@ pub(crate) const TORSION_DAMPER: Component = Component {
 };
 
 /// A piston in an open cylinder, bent around the joint.
-fn dashpot() -> Vec<Stroke> {
+fn dashpot() -> Vec<IconStroke> {
     let (closed, open, piston, end) = (1.1 * PI, 1.75 * PI, 1.5 * PI, 2.15 * PI);
-    let radial = |radii: [f64; 2], angle: f64| Stroke::arc(radii, [angle, angle]);
+    let radial = |radii: [f64; 2], angle: f64| IconStroke::arc(radii, [angle, angle]);
     vec![
-        Stroke::arc([4.4, 4.4], [closed, open]),
-        Stroke::arc([2.2, 2.2], [closed, open]),
+        IconStroke::arc([4.4, 4.4], [closed, open]),
+        IconStroke::arc([2.2, 2.2], [closed, open]),
         radial([2.2, 4.4], closed),
-        Stroke::arc([3.3, 3.3], [0.85 * PI, closed]),
+        IconStroke::arc([3.3, 3.3], [0.85 * PI, closed]),
         radial([2.5, 4.1], piston),
-        Stroke::arc([3.3, 3.3], [piston, end]),
+        IconStroke::arc([3.3, 3.3], [piston, end]),
     ]
 }
 

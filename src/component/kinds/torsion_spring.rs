@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::spring::{self, SIDE};
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_BODIES, Form, Key};
-use crate::component::{Component, Icon, Room, Stroke, torsion};
+use crate::component::{Component, Icon, IconStroke, Room, torsion};
 use crate::model::measure::{ANGLE, CUBIC_TORSION_STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS};
 use crate::model::{Quantity as Q, Range};
 use crate::scene::{Load, Quantity};
@@ -41,8 +41,8 @@ fn placed(placed: &mut Placed<'_>) {
 }
 
 /// A spiral around the joint.
-fn coil() -> Vec<Stroke> {
-    vec![Stroke::arc([1.4, 4.0], [0.0, 5.0 * PI])]
+fn coil() -> Vec<IconStroke> {
+    vec![IconStroke::arc([1.4, 4.0], [0.0, 5.0 * PI])]
 }
 
 impl Load {

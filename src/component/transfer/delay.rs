@@ -4,7 +4,7 @@
 //! Computation 30, Eq. 2.5 and 2.8; Padé's [order - 1/order]). They have the unit and the size of what is heard, whatever the order, and their sum is what was heard at the beginning of
 //! that time: so a jump does not pass at once, as it does in the approximation [order/order].
 
-use super::{Flaw, Given, Inner, Like, Made, START, Transfer};
+use super::{Flaw, Inner, Like, START, Transfer, TransferKeys, TransferParts};
 use crate::model::measure::{ANYTHING, NUMBER, TIME};
 use crate::model::{Formula, Range};
 use crate::scene::constant;
@@ -45,7 +45,7 @@ pub(crate) const DELAY: Transfer = Transfer {
     made,
 };
 
-fn made(given: &Given<'_>) -> Result<Made, Flaw> {
+fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let order = constant::number(&given.value_or("order", ORDER));
     let Some(order) = order.filter(|order| order.fract() == 0.0 && (1.0..=MOST).contains(order)) else {
         let help = "write a number: `order = 4`; docs/machines.md says how exact each order is";
@@ -62,7 +62,7 @@ fn made(given: &Given<'_>) -> Result<Made, Flaw> {
         Inner::new(&format!("legendre_{row}"), "coefficient of the past of", start, rate)
     });
     let output = (1..order).fold(given.state(0), |sum, own| sum + given.state(own));
-    Ok(Made::of_states(output, states.collect()))
+    Ok(TransferParts::of_states(output, states.collect()))
 }
 
 fn signed(positive: bool, formula: Formula) -> Formula {

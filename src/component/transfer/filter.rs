@@ -1,6 +1,6 @@
 //! Low pass of first or second order.
 
-use super::{Flaw, Given, Inner, Like, Made, START, Transfer};
+use super::{Flaw, Inner, Like, START, Transfer, TransferKeys, TransferParts};
 use crate::model::measure::{ANGULAR_VELOCITY, ANYTHING, NUMBER, TIME};
 use crate::model::{Formula, Range};
 use crate::scene::key::{Form, Key};
@@ -35,7 +35,7 @@ pub(crate) const FILTER: Transfer = Transfer {
     made,
 };
 
-fn made(given: &Given<'_>) -> Result<Made, Flaw> {
+fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let (value, start) = (given.state(0), given.value_or("start", 0.0));
     let left = given.heard.clone() - value.clone();
     let of = |rate| Inner::new("value", "what it gives:", start, rate);
@@ -45,10 +45,10 @@ fn made(given: &Given<'_>) -> Result<Made, Flaw> {
             return Err(Flaw::new("damping", "has `damping`, but is of first order", help));
         }
         let time = given.value_or("time", f64::NAN);
-        return Ok(Made::of_states(value, vec![of(left / time)]));
+        return Ok(TransferParts::of_states(value, vec![of(left / time)]));
     };
     let (rate, damping) = (given.state(1), given.value_or("damping", std::f64::consts::FRAC_1_SQRT_2));
     let curve = cutoff.clone() * (cutoff * left - Formula::Number(2.0) * damping * rate.clone());
     let slope = Inner { unit: Like::Rate, ..Inner::new("rate", "rate of", Formula::Number(0.0), curve) };
-    Ok(Made::of_states(value, vec![of(rate), slope]))
+    Ok(TransferParts::of_states(value, vec![of(rate), slope]))
 }

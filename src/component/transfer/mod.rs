@@ -32,7 +32,7 @@ pub(crate) struct Transfer {
     pub made: MadeOf,
 }
 
-type MadeOf = fn(&Given<'_>) -> Result<Made, Flaw>;
+type MadeOf = fn(&TransferKeys<'_>) -> Result<TransferParts, Flaw>;
 
 /// What the unit of a value is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,14 +48,14 @@ pub(crate) enum Like {
 }
 
 /// The values of the keys of one signal, and its states and sampled values.
-pub(crate) struct Given<'g> {
+pub(crate) struct TransferKeys<'g> {
     pub heard: Formula,
     pub values: &'g [(&'static str, Formula)],
     /// Its first state and its first sampled value.
     pub first: (usize, usize),
 }
 
-impl Given<'_> {
+impl TransferKeys<'_> {
     /// The value of a key, if it is there.
     fn value(&self, key: &str) -> Option<Formula> {
         self.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone())
@@ -75,7 +75,7 @@ impl Given<'_> {
 }
 
 /// What a signal is made of.
-pub(crate) struct Made {
+pub(crate) struct TransferParts {
     pub output: Formula,
     pub states: Vec<Inner>,
     pub sampled: Vec<Inner>,
@@ -87,9 +87,9 @@ pub(crate) struct Made {
     pub size: Option<Formula>,
 }
 
-impl Made {
-    fn of_states(output: Formula, states: Vec<Inner>) -> Made {
-        Made { output, states, sampled: Vec::new(), ticks: None, positive: Vec::new(), size: None }
+impl TransferParts {
+    fn of_states(output: Formula, states: Vec<Inner>) -> TransferParts {
+        TransferParts { output, states, sampled: Vec::new(), ticks: None, positive: Vec::new(), size: None }
     }
 }
 

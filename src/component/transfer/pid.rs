@@ -3,7 +3,7 @@
 //! Where it is at a limit its integral gives way at the rate (limited - wanted)/tracking (Åström, Hägglund, Advanced PID Control, 2006, section 3.5); the sampled one is the
 //! recurrence of Åström, Wittenmark, Computer-Controlled Systems, 1997, section 8.5, with the derivative by backward differences.
 
-use super::{Flaw, Given, Inner, Like, Made, Transfer, gain};
+use super::{Flaw, Inner, Like, Transfer, TransferKeys, TransferParts, gain};
 use crate::expr::Unary;
 use crate::model::measure::{ANYTHING, TIME};
 use crate::model::{Formula, Range};
@@ -65,7 +65,7 @@ pub(crate) const PID: Transfer = Transfer {
     made,
 };
 
-fn made(given: &Given<'_>) -> Result<Made, Flaw> {
+fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let there = |key: &str| given.value(key).is_some();
     if !["proportional", "integral", "derivative"].into_iter().any(there) {
         let help = "give `proportional`, `integral` or `derivative`, each the gain of its part";
@@ -95,7 +95,7 @@ fn made(given: &Given<'_>) -> Result<Made, Flaw> {
     Ok(made)
 }
 
-fn continuous(given: &Given<'_>, winds_up: bool) -> Result<Made, Flaw> {
+fn continuous(given: &TransferKeys<'_>, winds_up: bool) -> Result<TransferParts, Flaw> {
     if given.value("offset").is_some() {
         let help = "give `period`, from tick to tick, or remove it";
         return Err(Flaw::new("offset", "has `offset`, but is not sampled", help));
@@ -123,10 +123,10 @@ fn continuous(given: &Given<'_>, winds_up: bool) -> Result<Made, Flaw> {
         let gives_way = (output.clone() - wanted) / tracking(given);
         states[0].next = if winds_up { grows + gives_way } else { grows };
     }
-    Ok(Made::of_states(output, states))
+    Ok(TransferParts::of_states(output, states))
 }
 
-fn sampled(given: &Given<'_>, period: &Formula, winds_up: bool) -> Made {
+fn sampled(given: &TransferKeys<'_>, period: &Formula, winds_up: bool) -> TransferParts {
     let zero = || Formula::Number(0.0);
     let mut sampled = vec![Inner::new("output", "what it gives:", zero(), zero())];
     let mut wanted = proportional(given);
@@ -156,19 +156,19 @@ fn sampled(given: &Given<'_>, period: &Formula, winds_up: bool) -> Made {
     sampled[0].next = output;
     sampled[0].start = within(given, given.value_or("start", 0.0));
     let ticks = Some([period.clone(), given.value_or("offset", 0.0)]);
-    Made { sampled, ticks, ..Made::of_states(given.sampled(0), Vec::new()) }
+    TransferParts { sampled, ticks, ..TransferParts::of_states(given.sampled(0), Vec::new()) }
 }
 
-fn proportional(given: &Given<'_>) -> Formula {
+fn proportional(given: &TransferKeys<'_>) -> Formula {
     given.value("proportional").map_or(Formula::Number(0.0), |gain| gain * given.heard.clone())
 }
 
 /// The time constant with which the integral gives way at a limit.
-fn tracking(given: &Given<'_>) -> Formula {
+fn tracking(given: &TransferKeys<'_>) -> Formula {
     given.value("tracking").unwrap_or_else(|| given.value_or("proportional", 0.0) / given.value_or("integral", 0.0))
 }
 
-fn within(given: &Given<'_>, wanted: Formula) -> Formula {
+fn within(given: &TransferKeys<'_>, wanted: Formula) -> Formula {
     let below = given.value("max").map_or(wanted.clone(), |most| wanted.smaller(most));
     given.value("min").map_or(below.clone(), |least| below.larger(least))
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::terminal::angle_of;
 use super::{FirstCoordinate, ScalarMotion};
-use crate::equations::form::Form;
+use crate::equations::form::LinearForm;
 use crate::equations::vector::{Frame, FrameId, Frames};
-use crate::expr::{Arena, Expr, Node, Symbol};
+use crate::expr::{Arena, Expr, ExprNode, Symbol};
 use crate::network::{Rotation, System, Topology};
 
 pub(super) fn angles(
@@ -31,7 +31,7 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
     let mut known: BTreeMap<Vec<(Expr, Expr)>, FrameId> = BTreeMap::from([(Vec::new(), FrameId::WORLD)]);
     let mut placement = Vec::new();
     for angle in angles {
-        let mut moving = Form::default();
+        let mut moving = LinearForm::default();
         let mut offset = Expr::ZERO;
         for (key, &coefficient) in angle.position.terms() {
             if is_constant(arena, key) {
@@ -56,8 +56,8 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
 /// Does an expression depend on nothing but parameters?
 pub fn is_constant(arena: &Arena, expr: Expr) -> bool {
     match arena.node(expr) {
-        Node::Constant(_) => true,
-        Node::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+        ExprNode::Constant(_) => true,
+        ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
         _ => arena.symbols([expr]).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_))),
     }
 }

@@ -1,18 +1,18 @@
 //! The motion of a point and of a scalar, with derivatives as linear forms.
 
-use crate::equations::form::{Coefficient, Form};
+use crate::equations::form::{Coefficient, LinearForm};
 use crate::equations::vector::Vector;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::network::Signal;
+use crate::network::FunctionOfTime;
 
 /// Position, velocity and acceleration of a point, or across an element.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointMotion {
     pub position: Vector,
     /// v, linear in the rates.
-    pub velocity: Form<Vector>,
+    pub velocity: LinearForm<Vector>,
     /// a, linear in the accelerations.
-    pub acceleration: Form<Vector>,
+    pub acceleration: LinearForm<Vector>,
 }
 
 impl PointMotion {
@@ -35,27 +35,27 @@ impl PointMotion {
 /// An angle or a displacement along an axis, with its derivatives as linear forms.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScalarMotion {
-    pub position: Form<Expr>,
-    pub velocity: Form<Expr>,
-    pub acceleration: Form<Expr>,
+    pub position: LinearForm<Expr>,
+    pub velocity: LinearForm<Expr>,
+    pub acceleration: LinearForm<Expr>,
 }
 
 impl ScalarMotion {
     pub(super) fn constant(arena: &mut Arena, value: Expr) -> Self {
-        ScalarMotion { position: Form::term(arena, Expr::ONE, &value), ..Default::default() }
+        ScalarMotion { position: LinearForm::term(arena, Expr::ONE, &value), ..Default::default() }
     }
 
     pub(super) fn coordinate(arena: &mut Arena, index: usize) -> Self {
         let [q, v, a] = Order::ALL.map(|order| {
             let symbol = arena.symbol(Symbol::Coordinate(index, order));
-            Form::term(arena, symbol, &Expr::ONE)
+            LinearForm::term(arena, symbol, &Expr::ONE)
         });
         ScalarMotion { position: q, velocity: v, acceleration: a }
     }
 
-    pub(super) fn signal(arena: &mut Arena, signal: Signal) -> Self {
+    pub(super) fn signal(arena: &mut Arena, signal: FunctionOfTime) -> Self {
         let [position, velocity, acceleration] =
-            [signal.value, signal.rate, signal.acceleration].map(|value| Form::term(arena, value, &Expr::ONE));
+            [signal.value, signal.rate, signal.acceleration].map(|value| LinearForm::term(arena, value, &Expr::ONE));
         ScalarMotion { position, velocity, acceleration }
     }
 

@@ -1,7 +1,7 @@
 //! Terminal equations of the across variables: rigid arms, displacements along an axis, prescribed motions (Table 1).
 
 use super::{Kinematics, PointMotion, ScalarMotion};
-use crate::equations::form::{Coefficient, Form};
+use crate::equations::form::{Coefficient, LinearForm};
 use crate::equations::vector::{Frame, FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr};
 use crate::model::BodyId;
@@ -96,7 +96,7 @@ pub fn project(
     arena: &mut Arena,
     gap: &PointMotion,
     (frame, direction): &(FrameId, Vector),
-) -> (Scalar, Form<Scalar>, Form<Scalar>) {
+) -> (Scalar, LinearForm<Scalar>, LinearForm<Scalar>) {
     let frame = kinematics.frames.get(*frame);
     let across = direction.turned(arena);
     let [along, beside] = [direction, &across].map(|direction| gap.position.dot(arena, direction));
@@ -118,10 +118,10 @@ fn turning<X: Coefficient, C: Coefficient>(
     arena: &mut Arena,
     frame: &Frame,
     [along, across]: [&C; 2],
-    [rate, second]: [&Form<X>; 2],
+    [rate, second]: [&LinearForm<X>; 2],
     by_unit: impl Fn(&mut Arena, &X) -> C,
     by_normal: impl Fn(&mut Arena, &X) -> C,
-) -> (Form<C>, Form<C>) {
+) -> (LinearForm<C>, LinearForm<C>) {
     let mut velocity = rate.map(arena, &by_unit);
     let turning = frame.rate.map(arena, |arena, &c| across.scaled(arena, c));
     velocity.accumulate(arena, Expr::ONE, &turning);
@@ -132,7 +132,7 @@ fn turning<X: Coefficient, C: Coefficient>(
     let tangential = frame.acceleration.map(arena, |arena, &c| across.scaled(arena, c));
     acceleration.accumulate(arena, Expr::ONE, &tangential);
     let square = arena.square(frame.omega);
-    let centripetal = Form::term(arena, square, along);
+    let centripetal = LinearForm::term(arena, square, along);
     let minus = arena.constant(-1.0);
     acceleration.accumulate(arena, minus, &centripetal);
     (velocity, acceleration)

@@ -2,7 +2,7 @@
 
 use super::paths::DEEP;
 use super::{Kinematics, PointMotion};
-use crate::equations::form::Form;
+use crate::equations::form::LinearForm;
 use crate::equations::vector::{FrameId, Vector};
 use crate::expr::{Expr, Order};
 use crate::model::Place;
@@ -52,8 +52,8 @@ impl Kinematics {
             Vector::fixed(FrameId::WORLD, [0, 1].map(|axis| system.arena.subtract(to[axis], from[axis])))
         };
         let (position, velocity) = (between(system, Order::Position), between(system, Order::Velocity));
-        let velocity = Form::term(&mut system.arena, Expr::ONE, &velocity);
-        PointMotion { position, velocity, acceleration: Form::default() }
+        let velocity = LinearForm::term(&mut system.arena, Expr::ONE, &velocity);
+        PointMotion { position, velocity, acceleration: LinearForm::default() }
     }
 
     /// Components of a motion in the axes of the world.

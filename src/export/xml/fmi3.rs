@@ -26,7 +26,7 @@ const LOG_CATEGORIES: [(&str, &str); 3] = [
 
 /// The document. The same description gives the same bytes: it has no date.
 pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
-    let model = Model::new(description);
+    let model = Fmi3Description::new(description);
     let identity = ("instantiationToken", token(&description.guid));
     document("fmiModelDescription", header(description, "3.0", identity), |out| {
         if description.exchange_with_rates {
@@ -43,7 +43,7 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
 }
 
 /// A description with what this version adds to it.
-struct Model<'a> {
+struct Fmi3Description<'a> {
     description: &'a Description,
     references: References,
     /// Variables of this version alone, in the order of their value references.
@@ -54,7 +54,7 @@ struct Model<'a> {
     moved: HashSet<usize>,
 }
 
-impl<'a> Model<'a> {
+impl<'a> Fmi3Description<'a> {
     fn new(description: &'a Description) -> Self {
         let Description { variables, followed, indicators, .. } = description;
         let references = References::new(variables.len(), followed.clone(), *indicators);

@@ -11,7 +11,7 @@ use std::io;
 use quick_xml::events::{BytesDecl, Event};
 use quick_xml::writer::{ElementWriter, Writer};
 
-use super::description::{Causality, Description, ScalarVariable, Start, Type, is_structured};
+use super::description::{Causality, Description, ScalarVariable, StartValue, Type, is_structured};
 use crate::model::Unit;
 use crate::program::LISTED;
 
@@ -75,7 +75,7 @@ fn values(variable: &ScalarVariable) -> Attributes {
         attributes.extend(ends.filter_map(|(key, end)| Some((key, text(end?)))));
         attributes.push(("start", text(start)));
     }
-    if let Some(Start::Exact(value) | Start::Approximate(value)) = variable.start {
+    if let Some(StartValue::Exact(value) | StartValue::Approximate(value)) = variable.start {
         attributes.push(("start", text(value)));
     }
     attributes
@@ -85,8 +85,8 @@ fn values(variable: &ScalarVariable) -> Attributes {
 fn initial(variable: &ScalarVariable) -> Option<(&'static str, String)> {
     let initial = match (variable.causality, variable.start) {
         (Causality::Independent, _) => return None,
-        (Causality::Parameter { .. } | Causality::Input { .. }, _) | (_, Some(Start::Exact(_))) => "exact",
-        (_, Some(Start::Approximate(_))) => "approx",
+        (Causality::Parameter { .. } | Causality::Input { .. }, _) | (_, Some(StartValue::Exact(_))) => "exact",
+        (_, Some(StartValue::Approximate(_))) => "approx",
         (_, None) => "calculated",
     };
     Some(("initial", initial.into()))

@@ -2,20 +2,20 @@
 
 mod table;
 
-pub use table::{Naming, Table};
+pub use table::{CsvTable, Naming};
 
 use std::io::{self, Write};
 
 /// Writes results, a row for each time. Fields are quoted as in RFC 4180; lines end with a line feed alone, because that is what command-line
 /// tools expect.
 #[derive(Debug)]
-pub struct Writer<W> {
+pub struct CsvWriter<W> {
     out: W,
     /// The SI value of one in each column.
     factors: Vec<f64>,
 }
 
-impl<W: Write> Writer<W> {
+impl<W: Write> CsvWriter<W> {
     /// Begins with the headings, such as `time [ms]`; beside each stands the SI value of one in its column.
     pub fn new(mut out: W, columns: impl IntoIterator<Item = (impl AsRef<str>, f64)>) -> io::Result<Self> {
         let (fields, factors): (Vec<String>, Vec<f64>) =
@@ -55,13 +55,13 @@ mod tests {
     fn what_is_written_reads_back() {
         let rows = [(0.0, [1.0 / 3.0, -0.0]), (1e-7, [f64::MIN_POSITIVE, 1e300]), (2.0, [0.1 + 0.2, -5.0])];
         let columns = ["time", "crank.angle", "odd, \"name\""].map(|name| (name, 1.0));
-        let mut writer = Writer::new(Vec::new(), columns).unwrap();
+        let mut writer = CsvWriter::new(Vec::new(), columns).unwrap();
         for (time, values) in &rows {
             writer.row([time].into_iter().chain(values)).unwrap();
         }
         let text = String::from_utf8(writer.finish().unwrap()).unwrap();
         assert!(text.starts_with("time,crank.angle,\"odd, \"\"name\"\"\"\n0.0,0.3333333333333333,-0.0\n"), "{text}");
-        let table = Table::parse(&text).unwrap();
+        let table = CsvTable::parse(&text).unwrap();
         assert_eq!(table.names(), ["crank.angle", "odd, \"name\""]);
         for (time, values) in rows {
             for (column, value) in values.into_iter().enumerate() {

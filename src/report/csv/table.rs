@@ -7,7 +7,7 @@ use crate::model::Unit;
 use crate::sheet::{Heading, Sheet, SheetError};
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct CsvTable {
     names: Vec<String>,
     /// The units that the header names.
     units: Vec<Option<Unit>>,
@@ -27,13 +27,13 @@ pub struct Naming<'a> {
 type Reading = fn(&Sheet, usize, usize) -> Result<f64, SheetError>;
 
 /// A column that is read: its place, what it stands for, and the SI value of one in it.
-struct Source {
+struct SourceColumn {
     place: usize,
     name: String,
     unit: Option<Unit>,
 }
 
-impl Source {
+impl SourceColumn {
     fn is_time(&self) -> bool {
         is_time(&self.name)
     }
@@ -47,7 +47,7 @@ fn is_time(name: &str) -> bool {
     name.eq_ignore_ascii_case("time") || name == "t"
 }
 
-impl Table {
+impl CsvTable {
     /// Reads a [sheet](Sheet::read) with the columns `time` (or `t`) and those of variables, in any order. The times do not decrease; two rows with the same time are a jump. The
     /// values of the table are SI; numbers without a unit are.
     ///
@@ -70,7 +70,7 @@ impl Table {
     fn read_cells(text: &str, naming: &Naming<'_>, value: Reading) -> Result<Self, SheetError> {
         let sheet = Sheet::read(text)?;
         let mut sources = sources(&sheet, naming)?;
-        let Some(time) = sources.iter().position(Source::is_time) else {
+        let Some(time) = sources.iter().position(SourceColumn::is_time) else {
             let first = sheet.headings().first().map_or("", |heading| heading.text.as_str());
             return Err(fault(1, 1, format!("no column is `time`; the first is `{first}`")));
         };
@@ -80,8 +80,12 @@ impl Table {
             return Err(sheet.headings()[time.place].fault(message));
         }
         different(&sheet, &sources)?;
-        let mut table =
-            Table { names: Vec::new(), units: Vec::new(), time: Vec::new(), columns: vec![Vec::new(); sources.len()] };
+        let mut table = CsvTable {
+            names: Vec::new(),
+            units: Vec::new(),
+            time: Vec::new(),
+            columns: vec![Vec::new(); sources.len()],
+        };
         for row in 0..sheet.rows() {
             table.push(&sheet, row, (&time, &sources), value)?;
         }
@@ -96,7 +100,7 @@ impl Table {
         &mut self,
         sheet: &Sheet,
         row: usize,
-        (time, sources): (&Source, &[Source]),
+        (time, sources): (&SourceColumn, &[SourceColumn]),
         value: Reading,
     ) -> Result<(), SheetError> {
         sheet.has_cells(row, sheet.headings().len())?;
@@ -115,12 +119,12 @@ impl Table {
         Ok(())
     }
 
-    /// [`Table::read`] where each column is called as its variable.
+    /// [`CsvTable::read`] where each column is called as its variable.
     ///
     /// # Errors
     /// As there.
     pub fn parse(text: &str) -> Result<Self, SheetError> {
-        Table::read(text, &Naming { own: &|_| None, chosen: &[] })
+        CsvTable::read(text, &Naming { own: &|_| None, chosen: &[] })
     }
 
     /// A table of these columns.
@@ -132,7 +136,7 @@ impl Table {
         if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
             return Err(format!("`{name}` has a value that is not finite"));
         }
-        Table::with_gaps(names, time, columns)
+        CsvTable::with_gaps(names, time, columns)
     }
 
     /// The same, where a value that is not a number is one that was not measured.
@@ -211,7 +215,7 @@ impl Table {
 }
 
 /// The columns that are read.
-fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<Source>, SheetError> {
+fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<SourceColumn>, SheetError> {
     let headings = sheet.headings();
     if headings.is_empty() {
         let what = if sheet.rows() == 0 { "the table is empty" } else { "the table has no line of names" };
@@ -223,16 +227,16 @@ fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<Source>, SheetError
     let own = |name: &str| if is_time(name) { Some(Unit::time()) } else { (naming.own)(name) };
     let source = |(place, heading): (usize, &Heading)| {
         let (name, unit) = heading.of_variable(own)?;
-        Ok(Source { place, name, unit })
+        Ok(SourceColumn { place, name, unit })
     };
     headings.iter().enumerate().map(source).collect()
 }
 
 /// The chosen columns, and the time.
-fn chosen(headings: &[Heading], chosen: &[(String, String)]) -> Result<Vec<Source>, SheetError> {
+fn chosen(headings: &[Heading], chosen: &[(String, String)]) -> Result<Vec<SourceColumn>, SheetError> {
     let source = |place: usize, name: &str| {
         let (_, unit) = headings[place].read()?;
-        Ok(Source { place, name: name.to_owned(), unit })
+        Ok(SourceColumn { place, name: name.to_owned(), unit })
     };
     let called = |name: &str| {
         let whole = headings.iter().position(|heading| heading.text == name);
@@ -248,7 +252,7 @@ fn chosen(headings: &[Heading], chosen: &[(String, String)]) -> Result<Vec<Sourc
         })?;
         sources.push(source(place, name)?);
     }
-    if !sources.iter().any(Source::is_time) {
+    if !sources.iter().any(SourceColumn::is_time) {
         let time = headings.iter().position(|heading| heading.read().is_ok_and(|(name, _)| is_time(&name)));
         sources.extend(time.map(|place| source(place, "time")).transpose()?);
     }
@@ -256,9 +260,9 @@ fn chosen(headings: &[Heading], chosen: &[(String, String)]) -> Result<Vec<Sourc
 }
 
 /// No two columns have the same name, and none has no name.
-fn different(sheet: &Sheet, sources: &[Source]) -> Result<(), SheetError> {
+fn different(sheet: &Sheet, sources: &[SourceColumn]) -> Result<(), SheetError> {
     let mut seen = HashSet::new();
-    for Source { place, name, .. } in sources {
+    for SourceColumn { place, name, .. } in sources {
         let wrong = match name.as_str() {
             "" => "the column has no name".to_owned(),
             name if !seen.insert(name) || is_time(name) => format!("there are two columns `{name}`"),
@@ -279,7 +283,7 @@ mod tests {
 
     #[test]
     fn linear_between_rows_and_held_outside() {
-        let table = Table::parse("time,a\n1,10\n3,20\n4,0\n").unwrap();
+        let table = CsvTable::parse("time,a\n1,10\n3,20\n4,0\n").unwrap();
         assert_eq!(table.at(0, 0.0), (10.0, 0.0));
         assert_eq!(table.at(0, 1.0), (10.0, 5.0));
         assert_eq!(table.at(0, 2.0), (15.0, 5.0));
@@ -292,45 +296,45 @@ mod tests {
     #[test]
     fn empty_cells_are_gaps_where_they_may_be() {
         let (text, naming) = ("time,a,b\n1,10,\n2,,5\n", Naming { own: &|_| None, chosen: &[] });
-        let table = Table::read_with_gaps(text, &naming).unwrap();
+        let table = CsvTable::read_with_gaps(text, &naming).unwrap();
         assert!(table.column(0)[1].is_nan() && table.column(1)[0].is_nan());
         assert_eq!((table.column(0)[0], table.column(1)[1]), (10.0, 5.0));
-        assert!(Table::read(text, &naming).unwrap_err().to_string().contains("empty"));
-        assert!(Table::read_with_gaps("time,a\n,1\n", &naming).is_err());
+        assert!(CsvTable::read(text, &naming).unwrap_err().to_string().contains("empty"));
+        assert!(CsvTable::read_with_gaps("time,a\n,1\n", &naming).is_err());
     }
 
     #[test]
     fn two_rows_at_one_time_are_a_jump() {
-        let table = Table::parse("time,a\n0,1\n1,1\n1,5\n2,5\n").unwrap();
+        let table = CsvTable::parse("time,a\n0,1\n1,1\n1,5\n2,5\n").unwrap();
         assert_eq!(table.at(0, 0.999), (1.0, 0.0));
         assert_eq!(table.at(0, 1.0), (5.0, 0.0));
     }
 
     #[test]
     fn spreadsheets_are_read() {
-        let table = Table::parse("\u{feff}time, \"gas, force\"\r\n0, 1e3\r\n\r\n1,\"-2\"\r\n").unwrap();
+        let table = CsvTable::parse("\u{feff}time, \"gas, force\"\r\n0, 1e3\r\n\r\n1,\"-2\"\r\n").unwrap();
         assert_eq!(table.names(), ["gas, force"]);
         assert_eq!(table.at(0, 1.0).0, -2.0);
     }
 
     #[test]
     fn columns_have_units_and_stand_in_any_order() {
-        let table = Table::parse("gas_force [kN]; time [ms]; share\n1,5; 0; 2\n-2; 500; 3\n").unwrap();
+        let table = CsvTable::parse("gas_force [kN]; time [ms]; share\n1,5; 0; 2\n-2; 500; 3\n").unwrap();
         assert_eq!(
             (table.names(), table.times()),
             (&["gas_force".to_owned(), "share".to_owned()][..], &[0.0, 0.5][..])
         );
         assert_eq!(table.at(0, 0.0), (1500.0, -7000.0));
         assert_eq!((table.at(1, 0.5).0, table.units()[0].as_ref().unwrap().si.as_str()), (3.0, "N"));
-        assert_eq!(Table::parse("a\tt [s]\n7\t1\n").unwrap().at(0, 1.0).0, 7.0);
+        assert_eq!(CsvTable::parse("a\tt [s]\n7\t1\n").unwrap().at(0, 1.0).0, 7.0);
     }
 
     #[test]
     fn a_header_may_be_wide() {
         let names: Vec<String> = (0..200_000).map(|column| format!("c{column}")).collect();
         let (header, row) = (names.join(","), vec!["1"; names.len()].join(","));
-        assert_eq!(Table::parse(&format!("time,{header}\n0,{row}\n")).unwrap().names(), names);
-        let fault = Table::parse(&format!("time,{header},c7\n")).unwrap_err();
+        assert_eq!(CsvTable::parse(&format!("time,{header}\n0,{row}\n")).unwrap().names(), names);
+        let fault = CsvTable::parse(&format!("time,{header},c7\n")).unwrap_err();
         assert_eq!((fault.column, fault.message.as_str()), (names.len() + 2, "there are two columns `c7`"));
     }
 
@@ -358,7 +362,7 @@ mod tests {
             ("time,a\n0,1\"2\"\n", 2, 2, "middle"),
         ];
         for (text, line, column, message) in cases {
-            let error = Table::parse(text).unwrap_err();
+            let error = CsvTable::parse(text).unwrap_err();
             assert_eq!((error.line, error.column), (line, column), "{text:?}: {error}");
             assert!(error.message.contains(message), "{text:?}: {error}");
         }

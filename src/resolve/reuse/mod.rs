@@ -26,7 +26,7 @@ pub(super) fn put_in(scene: &mut Scene, faults: &mut Sink) -> bool {
     let path = PathBuf::from(&scene.source.name);
     let opened = path.canonicalize().into_iter().collect();
     let mut library =
-        Library { source: scene.source.clone(), faults, opened, known: HashMap::new(), parts: 0, elements: 0 };
+        SceneLibrary { source: scene.source.clone(), faults, opened, known: HashMap::new(), parts: 0, elements: 0 };
     let complete = library.put_in(scene, &path);
     scene.source = library.source;
     complete
@@ -51,7 +51,7 @@ pub(super) fn files_of_tables(scene: &mut Scene) -> Vec<String> {
 }
 
 /// The files that have been read.
-struct Library<'f> {
+struct SceneLibrary<'f> {
     source: Source,
     faults: &'f mut Sink,
     /// Those that are being put together, each used by the one before.
@@ -62,7 +62,7 @@ struct Library<'f> {
     elements: usize,
 }
 
-impl Library<'_> {
+impl SceneLibrary<'_> {
     fn put_in(&mut self, scene: &mut Scene, path: &Path) -> bool {
         renamed::with_underscores(scene);
         self.check_names(scene);

@@ -5,12 +5,12 @@ use std::collections::HashSet;
 use crate::component::{Section, body, shape, transfer};
 use crate::diagnostic::span::Text;
 use crate::model::Quantity as Variable;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::expression::{substituted, with_files as with_files_of};
 use crate::scene::key::{Form, Key};
 use crate::scene::model::{Scene, Vector};
 use crate::scene::part::Part;
-use crate::scene::quantity::{Quantity, Reading, Value, read};
+use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 
 /// What is written for a name instead, if anything is.
 type Map<'m> = &'m dyn Fn(&str) -> Option<String>;
@@ -185,7 +185,7 @@ impl Walk<'_> {
         }
     }
 
-    fn value(&mut self, node: &mut Node, form: Form, own: &[Variable]) {
+    fn value(&mut self, node: &mut DocumentNode, form: Form, own: &[Variable]) {
         use Form::{
             Axis, Bodies, Body, BodyAndPoint, CarrierBody, CarrierPoint, Constant, ConstantVector, Corner, Corners,
             Curve, Friction, Joint, Law, Limits, Motion, NamedPoints, Names, OtherJoint, Play, Point, Points, Rebound,
@@ -233,7 +233,7 @@ impl Walk<'_> {
     }
 
     fn law(&mut self, text: &mut String, own: &[Variable]) {
-        if matches!(read(&Text::from(text.as_str())), Ok(Reading::Expression)) {
+        if matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Expression)) {
             (self.law)(text, own);
         }
     }

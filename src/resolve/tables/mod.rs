@@ -14,7 +14,7 @@ use crate::expr::{Function, Unary};
 use crate::files;
 use crate::model::{Comparison, Formula};
 use crate::scene::decode::text;
-use crate::scene::dimension::Known;
+use crate::scene::dimension::KnownUnit;
 use crate::scene::expression::Lookup;
 use crate::scene::unit::from_exponents;
 use crate::scene::{Scene, constant};
@@ -37,9 +37,9 @@ impl Resolver<'_> {
         &mut self,
         lookup: Lookup,
         file: &str,
-        (argument, known): (Formula, Known),
+        (argument, known): (Formula, KnownUnit),
         (what, place): (&str, Span),
-    ) -> Option<(Formula, Known)> {
+    ) -> Option<(Formula, KnownUnit)> {
         let table = self.table(file, place)?;
         if let (Some(found), Some(wanted)) = (known.unit(), table.units[0])
             && !found.is_compatible(wanted)
@@ -55,11 +55,11 @@ impl Resolver<'_> {
                 let fault =
                     Fault::new("scene::bad_table", format!("`{file}` {message}"), table.place(row).unwrap_or(place));
                 self.faults.push(fault.label("here"));
-                return Some((UNKNOWN, Known::Nothing));
+                return Some((UNKNOWN, KnownUnit::Nothing));
             }
         };
         let argument = if lookup.periodic { wrapped(argument, &table) } else { argument };
-        Some((choice(&argument, &pieces), Known::moving(table.units[1])))
+        Some((choice(&argument, &pieces), KnownUnit::moving(table.units[1])))
     }
 
     fn table(&mut self, file: &str, place: Span) -> Option<Rc<Table>> {
@@ -102,7 +102,7 @@ fn wrapped(argument: Formula, table: &Table) -> Formula {
 }
 
 /// The piece that holds at the argument, by halving.
-fn choice(argument: &Formula, pieces: &[pieces::Piece]) -> Formula {
+fn choice(argument: &Formula, pieces: &[pieces::PolynomialPiece]) -> Formula {
     match pieces {
         [] => UNKNOWN,
         [piece] => polynomial(argument, piece),
@@ -126,7 +126,7 @@ fn choice(argument: &Formula, pieces: &[pieces::Piece]) -> Formula {
 }
 
 /// c0 + d (c1 + d (c2 + d c3)), d = x - origin, without the coefficients that are zero at its end.
-fn polynomial(argument: &Formula, piece: &pieces::Piece) -> Formula {
+fn polynomial(argument: &Formula, piece: &pieces::PolynomialPiece) -> Formula {
     let d = match piece.origin {
         0.0 => argument.clone(),
         origin => argument.clone() - Formula::Number(origin),

@@ -5,7 +5,7 @@ use crate::scene::expression::Lookup;
 
 /// A polynomial in x - origin that holds from a place on.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct PolynomialPiece {
     pub start: f64,
     pub origin: f64,
     pub coefficients: [f64; 4],
@@ -17,7 +17,7 @@ const MOST: usize = 1000;
 const CLOSED: f64 = 1e-9;
 
 /// The pieces in their order, the first from minus infinity on; or the row that is at fault, and why.
-pub(super) fn pieces(table: &Table, lookup: Lookup) -> Result<Vec<Piece>, (usize, String)> {
+pub(super) fn pieces(table: &Table, lookup: Lookup) -> Result<Vec<PolynomialPiece>, (usize, String)> {
     let (x, y) = (&table.x, &table.y);
     let last = x.len() - 1;
     let least = if lookup.smooth { 2 } else { 1 } + usize::from(lookup.smooth && lookup.periodic);
@@ -39,28 +39,28 @@ pub(super) fn pieces(table: &Table, lookup: Lookup) -> Result<Vec<Piece>, (usize
     Ok(if lookup.periodic { inner } else { with_ends(inner, x[last], y[last], lookup.smooth) })
 }
 
-fn lines(x: &[f64], y: &[f64]) -> Vec<Piece> {
+fn lines(x: &[f64], y: &[f64]) -> Vec<PolynomialPiece> {
     let piece = |(x, y): (&[f64], &[f64])| {
         let coefficients = [y[0], (y[1] - y[0]) / (x[1] - x[0]), 0.0, 0.0];
-        Piece { start: x[0], origin: x[0], coefficients }
+        PolynomialPiece { start: x[0], origin: x[0], coefficients }
     };
     x.windows(2).zip(y.windows(2)).map(piece).collect()
 }
 
 /// The cubics of a spline, given its second derivatives.
-fn cubics(x: &[f64], y: &[f64], second: &[f64]) -> Vec<Piece> {
+fn cubics(x: &[f64], y: &[f64], second: &[f64]) -> Vec<PolynomialPiece> {
     let piece = |k: usize| {
         let h = x[k + 1] - x[k];
         let slope = (y[k + 1] - y[k]) / h - h * (2.0 * second[k] + second[k + 1]) / 6.0;
         let coefficients = [y[k], slope, second[k] / 2.0, (second[k + 1] - second[k]) / (6.0 * h)];
-        Piece { start: x[k], origin: x[k], coefficients }
+        PolynomialPiece { start: x[k], origin: x[k], coefficients }
     };
     (0..x.len() - 1).map(piece).collect()
 }
 
 /// Before its first and after its last place a table keeps its value, a spline its slope: its second derivative is zero there, so that it stays
 /// twice differentiable.
-fn with_ends(mut pieces: Vec<Piece>, end: f64, value: f64, smooth: bool) -> Vec<Piece> {
+fn with_ends(mut pieces: Vec<PolynomialPiece>, end: f64, value: f64, smooth: bool) -> Vec<PolynomialPiece> {
     let (first, last) = (pieces[0].clone(), pieces[pieces.len() - 1].clone());
     let [.., c1, c2, c3] = last.coefficients;
     let h = end - last.origin;
@@ -68,10 +68,10 @@ fn with_ends(mut pieces: Vec<Piece>, end: f64, value: f64, smooth: bool) -> Vec<
     let [c0, before, ..] = first.coefficients;
     pieces.insert(
         0,
-        Piece { start: f64::NEG_INFINITY, origin: first.origin, coefficients: [c0, slope(before), 0.0, 0.0] },
+        PolynomialPiece { start: f64::NEG_INFINITY, origin: first.origin, coefficients: [c0, slope(before), 0.0, 0.0] },
     );
     let after = c1 + h * (2.0 * c2 + h * 3.0 * c3);
-    pieces.push(Piece { start: end, origin: end, coefficients: [value, slope(after), 0.0, 0.0] });
+    pieces.push(PolynomialPiece { start: end, origin: end, coefficients: [value, slope(after), 0.0, 0.0] });
     pieces
 }
 
@@ -143,7 +143,7 @@ mod tests {
         Table { x: x.to_vec(), y: y.to_vec(), units: [None; 2], places: Vec::new() }
     }
 
-    fn value(pieces: &[Piece], x: f64, derivative: usize) -> f64 {
+    fn value(pieces: &[PolynomialPiece], x: f64, derivative: usize) -> f64 {
         let piece = pieces.iter().rev().find(|piece| x >= piece.start).unwrap_or(&pieces[0]);
         let (d, [c0, c1, c2, c3]) = (x - piece.origin, piece.coefficients);
         match derivative {

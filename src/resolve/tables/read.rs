@@ -19,7 +19,7 @@ pub(in crate::resolve) struct Table {
 impl Table {
     /// The table in a text; `start` is where that begins in the source.
     pub fn read(file: &str, text: &str, start: Option<usize>) -> Result<Table, Fault> {
-        let lines = Places::of(text, start);
+        let lines = LinePlaces::of(text, start);
         let faulty = |SheetError { line, column, message }| {
             Fault::new("scene::bad_table", format!("line {line} of `{file}`, column {column}: {message}"), lines.of_line(line))
                 .label("this line")
@@ -69,10 +69,10 @@ fn columns(sheet: &Sheet) -> Result<[Column; 2], SheetError> {
 }
 
 /// Where the lines of a file stand in the source.
-struct Places(Vec<Span>);
+struct LinePlaces(Vec<Span>);
 
-impl Places {
-    fn of(text: &str, start: Option<usize>) -> Places {
+impl LinePlaces {
+    fn of(text: &str, start: Option<usize>) -> LinePlaces {
         let mut offset = start.unwrap_or(0);
         let place = |line: &str| {
             let place = Span::new(offset, offset + line.trim_end().len());
@@ -80,7 +80,7 @@ impl Places {
             place
         };
         let break_ = if text.contains('\n') { '\n' } else { '\r' };
-        Places(if start.is_some() { text.split_inclusive(break_).map(place).collect() } else { Vec::new() })
+        LinePlaces(if start.is_some() { text.split_inclusive(break_).map(place).collect() } else { Vec::new() })
     }
 
     /// Nowhere if the text is not known.

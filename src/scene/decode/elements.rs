@@ -3,7 +3,7 @@
 use super::Decoder;
 use super::fields::{Fields, as_vector, wrong_type};
 use crate::diagnostic::span::Text;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::names;
 use crate::scene::model::{Event, Input, Parameter, Point, Sampled, SampledValue, Signal, State, Use};
 use crate::scene::part::Part;
@@ -11,7 +11,7 @@ use crate::scene::quantity::Quantity;
 use crate::scene::tables::{EVENT, GROUND, INPUT, PARAMETER, PART, SAMPLED, SAMPLED_VALUE, SIGNAL, STATE};
 
 impl Decoder {
-    pub(super) fn parameter(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Parameter> {
+    pub(super) fn parameter(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<Parameter> {
         if !matches!(node.kind, Content::Table(_)) {
             let value = self.faults.quantity(node, owner)?;
             return Some(Parameter { name: name.clone(), value, ..Parameter::default() });
@@ -30,7 +30,7 @@ impl Decoder {
         })
     }
 
-    pub(super) fn input(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Input> {
+    pub(super) fn input(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<Input> {
         if !matches!(node.kind, Content::Table(_)) {
             let start = Some(self.faults.quantity(node, owner)?);
             return Some(Input { name: name.clone(), start, ..Input::default() });
@@ -46,7 +46,7 @@ impl Decoder {
         })
     }
 
-    pub(super) fn state(&mut self, name: &Text, node: &Node, owner: &str) -> Option<State> {
+    pub(super) fn state(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<State> {
         let fields = Fields::open(node, owner, name.span, &names(STATE), &mut self.faults)?;
         let rate = self.faults.required_quantity(&fields, "rate", STATE[0].help());
         Some(State {
@@ -62,7 +62,7 @@ impl Decoder {
 
     /// The parts of a sampler may stand under headers of which one is misspelt.
     pub(super) fn samplers(&mut self, top: &Fields<'_>) -> Vec<Sampled> {
-        let mut tables: Vec<(Text, Node)> = Vec::new();
+        let mut tables: Vec<(Text, DocumentNode)> = Vec::new();
         for (name, node) in self.entries(top, "sampled") {
             let known = tables.iter_mut().find(|(own, _)| own.text == name.text);
             match (known.map(|(_, own)| &mut own.kind), &node.kind) {
@@ -80,7 +80,7 @@ impl Decoder {
         samplers
     }
 
-    fn sampled(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Sampled> {
+    fn sampled(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<Sampled> {
         let fields = Fields::open(node, owner, name.span, &names(SAMPLED), &mut self.faults)?;
         let period = self.faults.required_quantity(&fields, "period", SAMPLED[0].help());
         let node = fields.required("values", SAMPLED[2].help(), &mut self.faults);
@@ -99,7 +99,7 @@ impl Decoder {
         Some(Sampled { name: name.clone(), period: period?, offset, values, within: 0 })
     }
 
-    fn sampled_value(&mut self, name: &Text, node: &Node) -> Option<SampledValue> {
+    fn sampled_value(&mut self, name: &Text, node: &DocumentNode) -> Option<SampledValue> {
         let owner = format!("sampled value `{}`", name.text);
         if !matches!(node.kind, Content::Table(_)) {
             let start = Some(self.faults.quantity(node, &owner)?);
@@ -115,7 +115,7 @@ impl Decoder {
         })
     }
 
-    pub(super) fn event(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Event> {
+    pub(super) fn event(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<Event> {
         let fields = Fields::open(node, owner, name.span, &names(EVENT), &mut self.faults)?;
         let when = self.faults.required_text(&fields, "when", EVENT[0].help());
         let mut switch = |key| fields.get(key).and_then(|node| self.faults.boolean(node, &fields.name_of(key)));
@@ -123,7 +123,7 @@ impl Decoder {
         let remove = fields.get("remove").and_then(|node| self.faults.texts(node, &fields.name_of("remove")));
         let remove = remove.unwrap_or_default();
         let set = fields.get("set").and_then(|node| self.faults.entries(node, &fields.name_of("set")));
-        let value = |(own, node): &(Text, Node)| {
+        let value = |(own, node): &(Text, DocumentNode)| {
             let what = format!("`set.{}` of {owner}", own.text);
             Some((own.clone(), self.faults.quantity(node, &what)?))
         };
@@ -140,7 +140,7 @@ impl Decoder {
     }
 
     /// A law that is used by its name, or an output that is an expression.
-    pub(super) fn signal(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Signal> {
+    pub(super) fn signal(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<Signal> {
         if !matches!(node.kind, Content::Table(_)) {
             let value = self.faults.quantity(node, owner)?;
             return Some(Signal { name: name.clone(), value, ..Signal::default() });
@@ -166,12 +166,12 @@ impl Decoder {
         })
     }
 
-    pub(super) fn part(&mut self, name: &Text, node: &Node, owner: &str) -> Option<Use> {
+    pub(super) fn part(&mut self, name: &Text, node: &DocumentNode, owner: &str) -> Option<Use> {
         let fields = Fields::open(node, owner, name.span, &names(PART), &mut self.faults)?;
         let file = self.faults.required_text(&fields, "file", PART[0].help());
         let parameters =
             fields.get("parameters").and_then(|node| self.faults.entries(node, &fields.name_of("parameters")));
-        let value = |(own, node): &(Text, Node)| {
+        let value = |(own, node): &(Text, DocumentNode)| {
             let what = format!("parameter `{}` of {owner}", own.text);
             Some((own.clone(), self.faults.quantity(node, &what)?))
         };
@@ -200,7 +200,7 @@ impl Decoder {
     }
 
     /// What is no place among the points of the ground: several of them are the keys of a body whose header is missing.
-    fn no_point(&mut self, node: &Node, what: &str) {
+    fn no_point(&mut self, node: &DocumentNode, what: &str) {
         const SUBJECT: &str = "the points of the ground";
         if !self.faults.again(SUBJECT, node.span) {
             let fault = wrong_type(node, what, "a list of two numbers");

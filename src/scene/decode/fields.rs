@@ -3,7 +3,7 @@
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, Value};
 
@@ -13,16 +13,22 @@ pub(crate) struct Fields<'n> {
     pub owner: String,
     /// Where its owner is named.
     pub span: Span,
-    entries: &'n [(Text, Node)],
+    entries: &'n [(Text, DocumentNode)],
     /// Entries whose keys are not known, with the keys that may be meant: they are read as these, so that a slip is one fault.
-    meant: Vec<(String, &'n (Text, Node))>,
+    meant: Vec<(String, &'n (Text, DocumentNode))>,
     /// The others whose keys are not known.
-    strange: Vec<&'n (Text, Node)>,
+    strange: Vec<&'n (Text, DocumentNode)>,
 }
 
 impl<'n> Fields<'n> {
     /// The fields of a table; unknown keys and what is no table are faults.
-    pub fn open(node: &'n Node, owner: &str, span: Span, keys: &[&str], faults: &mut Sink) -> Option<Fields<'n>> {
+    pub fn open(
+        node: &'n DocumentNode,
+        owner: &str,
+        span: Span,
+        keys: &[&str],
+        faults: &mut Sink,
+    ) -> Option<Fields<'n>> {
         let mut fields = Fields::open_any(node, owner, span, faults)?;
         for entry in fields.entries {
             let key = &entry.0;
@@ -51,7 +57,7 @@ impl<'n> Fields<'n> {
     }
 
     /// The fields of a table, whatever they are.
-    pub fn open_any(node: &'n Node, owner: &str, span: Span, faults: &mut Sink) -> Option<Fields<'n>> {
+    pub fn open_any(node: &'n DocumentNode, owner: &str, span: Span, faults: &mut Sink) -> Option<Fields<'n>> {
         let Content::Table(entries) = &node.kind else {
             faults.push(wrong_type(node, owner, "a table"));
             return None;
@@ -65,11 +71,11 @@ impl<'n> Fields<'n> {
             Content::Table(entries) => Some(entries),
             _ => None,
         });
-        let is_table = |(_, node): &&(Text, Node)| matches!(node.kind, Content::Table(_));
+        let is_table = |(_, node): &&(Text, DocumentNode)| matches!(node.kind, Content::Table(_));
         tables.flatten().filter(is_table).map(|(name, _)| name.text.as_str())
     }
 
-    pub fn get(&self, key: &str) -> Option<&'n Node> {
+    pub fn get(&self, key: &str) -> Option<&'n DocumentNode> {
         self.all(key).next().map(|(_, node)| node)
     }
 
@@ -78,13 +84,13 @@ impl<'n> Fields<'n> {
     }
 
     /// What is written for a key, and then for what may be meant by it.
-    pub fn all(&self, key: &str) -> impl Iterator<Item = &'n (Text, Node)> {
+    pub fn all(&self, key: &str) -> impl Iterator<Item = &'n (Text, DocumentNode)> {
         let own = self.entries.iter().filter(move |(other, _)| other.text == key);
         own.chain(self.meant.iter().filter(move |(meant, _)| meant == key).map(|(_, entry)| *entry))
     }
 
     /// The value of a key; a fault with the advice `help` if it is not there.
-    pub fn required(&self, key: &str, help: &str, faults: &mut Sink) -> Option<&'n Node> {
+    pub fn required(&self, key: &str, help: &str, faults: &mut Sink) -> Option<&'n DocumentNode> {
         let node = self.get(key);
         if node.is_none() {
             faults.push(
@@ -121,7 +127,7 @@ fn meant<'k>(word: &str, keys: &[&'k str]) -> Option<&'k str> {
     known.copied().or_else(|| suggest::nearest(word, keys.iter().copied()))
 }
 
-pub(super) fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
+pub(super) fn wrong_type(node: &DocumentNode, what: &str, wanted: &str) -> Fault {
     let fault =
         Fault::new("scene::wrong_type", format!("{what} is {}, but must be {wanted}", node.kind.name()), node.span)
             .label(format!("not {wanted}"));
@@ -137,7 +143,7 @@ pub(super) fn wrong_type(node: &Node, what: &str, wanted: &str) -> Fault {
 }
 
 /// A value as it is written in a list, if it is a number or a text.
-fn written(node: &Node) -> Option<String> {
+fn written(node: &DocumentNode) -> Option<String> {
     match &node.kind {
         Content::Number(number) => Some(number.to_string()),
         Content::Text(text) => Some(format!("\"{text}\"")),
@@ -146,7 +152,7 @@ fn written(node: &Node) -> Option<String> {
 }
 
 /// Two components, as near as possible to what is there.
-pub(super) fn as_vector(node: &Node) -> String {
+pub(super) fn as_vector(node: &DocumentNode) -> String {
     let value = |key: &str| match &node.kind {
         Content::Table(entries) => entries.iter().find(|(own, _)| own.text == key).and_then(|(_, node)| written(node)),
         _ => None,
@@ -159,7 +165,7 @@ pub(super) fn as_vector(node: &Node) -> String {
 }
 
 /// A list of names, as near as possible to what is there.
-fn as_list(node: &Node) -> String {
+fn as_list(node: &DocumentNode) -> String {
     match &node.kind {
         Content::Text(text) => {
             let names = text.split([',', ';', ' ']).filter(|name| !name.is_empty());
@@ -171,13 +177,13 @@ fn as_list(node: &Node) -> String {
 }
 
 impl Sink {
-    pub fn entries<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
+    pub fn entries<'n>(&mut self, node: &'n DocumentNode, what: &str) -> Option<&'n [(Text, DocumentNode)]> {
         let entries = if let Content::Table(entries) = &node.kind { Some(&entries[..]) } else { None };
         self.expect(entries, node, what, "a table")
     }
 
     /// Points by their names.
-    pub fn points<'n>(&mut self, node: &'n Node, what: &str) -> Option<&'n [(Text, Node)]> {
+    pub fn points<'n>(&mut self, node: &'n DocumentNode, what: &str) -> Option<&'n [(Text, DocumentNode)]> {
         if let Content::Array(_) = &node.kind {
             let help = "each point has a name: `points = { a = [0, 0], b = [\"50 mm\", 0] }`";
             self.push(wrong_type(node, what, "a table").help(help));
@@ -186,23 +192,23 @@ impl Sink {
         self.entries(node, what)
     }
 
-    fn expect<T>(&mut self, found: Option<T>, node: &Node, what: &str, wanted: &str) -> Option<T> {
+    fn expect<T>(&mut self, found: Option<T>, node: &DocumentNode, what: &str, wanted: &str) -> Option<T> {
         if found.is_none() {
             self.push(wrong_type(node, what, wanted));
         }
         found
     }
 
-    pub fn text(&mut self, node: &Node, what: &str) -> Option<Text> {
+    pub fn text(&mut self, node: &DocumentNode, what: &str) -> Option<Text> {
         self.expect(node.text(), node, what, "a text in quotes")
     }
 
-    pub fn boolean(&mut self, node: &Node, what: &str) -> Option<bool> {
+    pub fn boolean(&mut self, node: &DocumentNode, what: &str) -> Option<bool> {
         let value = if let Content::Boolean(value) = node.kind { Some(value) } else { None };
         self.expect(value, node, what, "true or false")
     }
 
-    pub fn quantity(&mut self, node: &Node, what: &str) -> Option<Quantity> {
+    pub fn quantity(&mut self, node: &DocumentNode, what: &str) -> Option<Quantity> {
         let value = match &node.kind {
             Content::Number(number) => Value::Number(*number),
             Content::Text(text) => Value::Text(text.clone()),
@@ -217,7 +223,7 @@ impl Sink {
     }
 
     /// One or two components; `resolve` knows how many there must be.
-    pub fn vector(&mut self, node: &Node, what: &str) -> Option<Vector> {
+    pub fn vector(&mut self, node: &DocumentNode, what: &str) -> Option<Vector> {
         let Content::Array(items) = &node.kind else {
             self.push(wrong_type(node, what, "a list of two numbers").help(as_vector(node)));
             return None;
@@ -226,7 +232,7 @@ impl Sink {
         components.map(|components| Vector { components, span: node.span })
     }
 
-    pub fn texts(&mut self, node: &Node, what: &str) -> Option<Vec<Text>> {
+    pub fn texts(&mut self, node: &DocumentNode, what: &str) -> Option<Vec<Text>> {
         let Content::Array(items) = &node.kind else {
             self.push(wrong_type(node, what, "a list of names").help(as_list(node)));
             return None;
@@ -235,7 +241,7 @@ impl Sink {
         Some(items.iter().filter_map(|node| self.text(node, &item)).collect())
     }
 
-    pub fn pair(&mut self, node: &Node, what: &str, help: &str) -> Option<[Text; 2]> {
+    pub fn pair(&mut self, node: &DocumentNode, what: &str, help: &str) -> Option<[Text; 2]> {
         let names = self.texts(node, what)?;
         let count = names.len();
         let pair: Option<[Text; 2]> = names.try_into().ok();

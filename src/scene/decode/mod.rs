@@ -7,7 +7,7 @@ mod settings;
 use std::path::Path;
 
 pub(crate) use self::fields::Fields;
-use super::document::{self, Content, Node};
+use super::document::{self, Content, DocumentNode};
 use super::key::names;
 use super::model::Scene;
 use super::part::Part;
@@ -96,7 +96,7 @@ impl Scene {
 }
 
 /// Reads TOML, or JSON where that is said or the text begins with `{`.
-fn read(text: &str, json: bool, faults: &mut Sink) -> Option<Node> {
+fn read(text: &str, json: bool, faults: &mut Sink) -> Option<DocumentNode> {
     if json || text.trim_start().starts_with('{') {
         document::from_json(text, faults)
     } else {
@@ -105,7 +105,7 @@ fn read(text: &str, json: bool, faults: &mut Sink) -> Option<Node> {
 }
 
 /// The tree of a text, with its places in it; none if its form cannot be trusted.
-pub(crate) fn tree(text: &str, json: bool) -> Option<Node> {
+pub(crate) fn tree(text: &str, json: bool) -> Option<DocumentNode> {
     let begin = if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
     let mut tree = read(&text[begin..], json, &mut Sink::default())?;
     tree.shift(begin);
@@ -182,7 +182,7 @@ struct Decoder {
 }
 
 impl Decoder {
-    fn scene(&mut self, document: &Node) -> Scene {
+    fn scene(&mut self, document: &DocumentNode) -> Scene {
         let mut scene = Scene::new("");
         let Some(top) = Fields::open(document, "the scene", Span::new(0, 0), &names(SCENE), &mut self.faults) else {
             return scene;
@@ -238,7 +238,7 @@ impl Decoder {
         }
     }
 
-    fn dimension(&mut self, node: &Node) -> Dimension {
+    fn dimension(&mut self, node: &DocumentNode) -> Dimension {
         match node.kind {
             Content::Number(1.0) => Dimension::One,
             Content::Number(2.0) => Dimension::Two,
@@ -255,11 +255,11 @@ impl Decoder {
 
     /// The named tables of a section whose keys their components know.
     fn parts(&mut self, top: &Fields<'_>, key: &'static str) -> Vec<Part> {
-        let part = |(name, node): &(Text, Node)| Part::new(name.clone(), node.clone());
+        let part = |(name, node): &(Text, DocumentNode)| Part::new(name.clone(), node.clone());
         self.entries(top, key).into_iter().map(part).collect()
     }
 
-    fn entries<'n>(&mut self, top: &Fields<'n>, key: &str) -> Vec<&'n (Text, Node)> {
+    fn entries<'n>(&mut self, top: &Fields<'n>, key: &str) -> Vec<&'n (Text, DocumentNode)> {
         let tables = top.all(key).filter_map(|(_, node)| self.faults.entries(node, &format!("`{key}`")));
         tables.flatten().collect()
     }
@@ -270,7 +270,7 @@ impl Decoder {
         top: &Fields<'_>,
         key: &'static str,
         what: &str,
-        read: fn(&mut Decoder, &Text, &Node, &str) -> Option<T>,
+        read: fn(&mut Decoder, &Text, &DocumentNode, &str) -> Option<T>,
     ) -> Vec<T> {
         let mut elements = Vec::new();
         for (name, node) in self.entries(top, key) {

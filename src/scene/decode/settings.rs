@@ -5,7 +5,7 @@ use super::fields::Fields;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::scene::document::{Content, Node};
+use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key, names};
 use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
 use crate::scene::tables::{COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
@@ -72,7 +72,7 @@ impl Decoder {
     }
 
     /// A value, a guess, or a table of them: TOML reads the key `crank.angle` without quotes as `angle` in `crank`.
-    fn initial(&mut self, key: Text, node: &Node, values: &mut Vec<Initial>) {
+    fn initial(&mut self, key: Text, node: &DocumentNode, values: &mut Vec<Initial>) {
         let what = format!("the initial value of `{}`", key.text);
         let Content::Table(entries) = &node.kind else {
             if let Some(value) = self.faults.quantity(node, &what) {
@@ -94,7 +94,7 @@ impl Decoder {
         }
     }
 
-    fn outputs(&mut self, node: &Node) -> Outputs {
+    fn outputs(&mut self, node: &DocumentNode) -> Outputs {
         let mut outputs = Outputs::default();
         let Some(entries) = self.faults.entries(node, "`outputs`") else {
             return outputs;

@@ -5,15 +5,15 @@ use cotree::diagnostic::suggest;
 use cotree::scene::{Asked, Scene};
 
 use super::super::failure::Failure;
-use super::Simulate;
+use super::SimulateCommand;
 
 /// The variables that are asked for beside the outputs of the scene.
-pub fn also(options: &Simulate) -> Asked {
+pub fn also(options: &SimulateCommand) -> Asked {
     Asked::also(named(options))
 }
 
 /// The variables of which derivatives are asked for, and those that are to cross a value: in place of the outputs of the scene, if there are any.
-pub fn derived(options: &Simulate, scene: &Scene) -> Asked {
+pub fn derived(options: &SimulateCommand, scene: &Scene) -> Asked {
     let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
     let names = named(options).chain(crossed);
     let is_set = |name: &str| {
@@ -26,13 +26,13 @@ pub fn derived(options: &Simulate, scene: &Scene) -> Asked {
     }
 }
 
-fn named(options: &Simulate) -> impl Iterator<Item = &str> {
+fn named(options: &SimulateCommand) -> impl Iterator<Item = &str> {
     let names = options.variables.iter().chain(&options.x).chain(&options.y);
     names.map(String::as_str).filter(|name| *name != "time")
 }
 
 /// What is reported: indices of variables of the description.
-pub fn reported(options: &Simulate, compiled: &Compiled) -> Result<Vec<usize>, Failure> {
+pub fn reported(options: &SimulateCommand, compiled: &Compiled) -> Result<Vec<usize>, Failure> {
     if options.variables.is_empty() {
         return Ok(compiled.reported());
     }

@@ -3,23 +3,23 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
 use cotree_study::contact::{self, Contacts};
 
 use super::super::failure::Failure;
-use super::super::units::Shown;
+use super::super::units::ShownUnits;
 use super::super::{MessageFormat, output};
-use super::{Simulate, request};
+use super::{SimulateCommand, request};
 
-impl Simulate {
+impl SimulateCommand {
     /// Says it: what friction must be beside the figures, what would lift off as a warning.
     pub(super) fn say_contacts(
         &self,
         scene: &Scene,
-        input: Option<&Table>,
-        shown: &Shown,
+        input: Option<&CsvTable>,
+        shown: &ShownUnits,
         format: MessageFormat,
     ) -> Result<(), Failure> {
         let Some(Contacts { faults, needed, .. }) = self.contacts(scene, input, shown) else { return Ok(()) };
@@ -33,7 +33,7 @@ impl Simulate {
     }
 
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
-    fn contacts(&self, scene: &Scene, input: Option<&Table>, shown: &Shown) -> Option<Contacts> {
+    fn contacts(&self, scene: &Scene, input: Option<&CsvTable>, shown: &ShownUnits) -> Option<Contacts> {
         let (asked, mechanism) = contact::asked(scene)?;
         let compiled = self.compiled(scene, &asked).ok()?;
         let reported = compiled.reported();

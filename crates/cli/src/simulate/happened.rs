@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use super::super::failure::Failure;
 use super::super::output;
-use super::super::units::Shown;
-use super::Simulate;
+use super::super::units::ShownUnits;
+use super::SimulateCommand;
 
 /// Everything of one name.
 #[derive(Default)]
@@ -23,7 +23,7 @@ struct Told {
     changes: Vec<(f64, What)>,
 }
 
-impl Simulate {
+impl SimulateCommand {
     /// A line for everything that has happened: CSV with the impulses of impacts.
     pub(super) fn write_log(&self, finish: &Finish) -> Result<(), Failure> {
         let Some(path) = &self.log else { return Ok(()) };
@@ -36,7 +36,7 @@ impl Simulate {
     }
 
     /// How often each event has happened, and what each limit, contact or rope has done.
-    pub(super) fn say_happened(&self, finish: &Finish, shown: &Shown) -> Result<(), Failure> {
+    pub(super) fn say_happened(&self, finish: &Finish, shown: &ShownUnits) -> Result<(), Failure> {
         let told = told(finish);
         let of = |(name, count): &(String, u32)| match told.get(name.as_str()) {
             Some(own) if own.events.is_empty() => format!("{name}: {}\n", own.sentence(shown)),
@@ -69,7 +69,7 @@ impl Told {
         self.events.last().map(|time| format!(", the last at t = {} s", short(*time))).unwrap_or_default()
     }
 
-    fn sentence(&self, shown: &Shown) -> String {
+    fn sentence(&self, shown: &ShownUnits) -> String {
         let mut parts = Vec::new();
         let largest = self.impacts.iter().copied().max_by(|one, other| one.1.total_cmp(&other.1));
         if let (Some((when, most)), Some((last, _))) = (largest, self.impacts.last()) {

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use clap::Args;
 use cotree::compile::Compiled;
 use cotree::model::Units;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run as simulate;
 use cotree::run::{Finish, Gaps, Run, RunError};
 use cotree::scene::{Asked, Scene};
@@ -24,10 +24,10 @@ use cotree_fmu::model::Model;
 
 use super::columns::Columns;
 use super::failure::Failure;
-use super::times::Times;
-use super::units::{InUnits, Shown};
+use super::times::TimeArguments;
+use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output, study};
-use progress::Progress;
+use progress::RunProgress;
 use record::Record;
 
 /// Simulate a scene: its outputs over time, as a table, as a plot, and in figures
@@ -46,7 +46,7 @@ use record::Record;
                   cotree simulate slider_crank.toml --input gas.csv | head\n\n\
                   An input table begins with a line such as `time,gas_force` or `time [ms]; gas_force [kN]`; values between its rows are \
                   interpolated.")]
-pub struct Simulate {
+pub struct SimulateCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Where the table goes; `-` is standard output [default: -, unless there is a summary or a plot]
@@ -102,13 +102,13 @@ pub struct Simulate {
     #[arg(long, value_name = "NAME=VALUE", requires = "sensitivity", requires = "summary")]
     crossing: Vec<String>,
     #[command(flatten)]
-    times: Times,
+    times: TimeArguments,
 }
 
 /// How a run ends, or why it fails.
 type Ended = Result<Finish, Failure>;
 
-impl Simulate {
+impl SimulateCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
         output::apart(&read, &[self.file(), self.plot.as_deref()])?;
@@ -168,13 +168,13 @@ impl Simulate {
         run: &Run,
         model: Arc<Model>,
         record: &mut Record,
-        shown: &Shown,
+        shown: &ShownUnits,
     ) -> Result<(u64, Ended, Gaps), Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
         let every = request::thinning(self)?;
-        let mut progress = Progress::new(simulate::count(run.experiment));
+        let mut progress = RunProgress::new(simulate::count(run.experiment));
         let (mut points, mut rows, mut gaps) = (0, 0, Gaps::default());
         let ended = run.start(model, |time, values| {
             progress.step(time);
@@ -205,8 +205,8 @@ impl Simulate {
         &self,
         run: &Run,
         record: &Record,
-        overlay: Option<&Table>,
-        shown: &Shown,
+        overlay: Option<&CsvTable>,
+        shown: &ShownUnits,
         format: MessageFormat,
     ) -> Result<(), Failure> {
         let file = self.overlay.as_deref().map(|path| path.display().to_string()).unwrap_or_default();

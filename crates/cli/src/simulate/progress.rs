@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Progress on standard error, if that is a terminal and standard output is not: a table scrolling by is progress enough.
-pub struct Progress {
+pub struct RunProgress {
     begin: Instant,
     done: u64,
     all: u64,
@@ -17,7 +17,7 @@ pub struct Progress {
     bar: Option<ProgressBar>,
 }
 
-impl Progress {
+impl RunProgress {
     /// For so many steps.
     pub fn new(all: u64) -> Self {
         let wanted = std::io::stderr().is_terminal() && !std::io::stdout().is_terminal();

@@ -5,24 +5,24 @@ use std::f64::consts::{PI, TAU};
 use cotree::compile::Compiled;
 use cotree::diagnostic::suggest;
 use cotree::model::{DisplayUnit, Unit};
-use cotree::report::csv::Table;
-use cotree::report::statistics::{Figures, Statistics};
+use cotree::report::csv::CsvTable;
+use cotree::report::statistics::{Statistics, VariableFigures};
 use cotree::run::Run;
 use cotree::typeset::titled;
 use cotree_draw::plot::{Plot, Series};
 
 use super::super::failure::Failure;
-use super::super::units::Shown;
-use super::Simulate;
+use super::super::units::ShownUnits;
+use super::SimulateCommand;
 
 /// Values over time.
 pub struct Record {
     time: DisplayUnit,
     times: Vec<f64>,
-    columns: Vec<Column>,
+    columns: Vec<RecordedVariable>,
 }
 
-struct Column {
+struct RecordedVariable {
     name: String,
     unit: DisplayUnit,
     si: Unit,
@@ -30,10 +30,10 @@ struct Column {
 }
 
 impl Record {
-    pub fn new(compiled: &Compiled, reported: &[usize], shown: &Shown) -> Record {
+    pub fn new(compiled: &Compiled, reported: &[usize], shown: &ShownUnits) -> Record {
         let column = |&index: &usize| {
             let variable = &compiled.description.variables[index];
-            Column {
+            RecordedVariable {
                 name: variable.name.clone(),
                 unit: shown.of(&variable.unit),
                 si: variable.unit.clone(),
@@ -45,7 +45,8 @@ impl Record {
 
     /// A row of the table, SI: the time, then the values with their angles within half a turn.
     pub fn wrapped(&self, time: f64, values: &[f64]) -> Vec<f64> {
-        let own = |(column, &value): (&Column, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
+        let own =
+            |(column, &value): (&RecordedVariable, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
         std::iter::once(time).chain(self.columns.iter().zip(values).map(own)).collect()
     }
 
@@ -61,13 +62,15 @@ impl Record {
     }
 
     /// The columns of the table.
-    pub fn table(&self, shown: &Shown) -> Vec<(String, f64)> {
+    pub fn table(&self, shown: &ShownUnits) -> Vec<(String, f64)> {
         let columns = self.columns.iter().map(|column| shown.column(&column.name, &column.si));
         std::iter::once(shown.column("time", &Unit::time())).chain(columns).collect()
     }
 
     pub fn statistics(&self) -> Statistics {
-        let figures = |column: &Column| Figures::of(&column.name, &column.unit.name, &self.times, &column.values);
+        let figures = |column: &RecordedVariable| {
+            VariableFigures::of(&column.name, &column.unit.name, &self.times, &column.values)
+        };
         let ends = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
         Statistics {
             time_unit: self.time.name.clone(),
@@ -77,12 +80,12 @@ impl Record {
     }
 
     /// The curves over time, or over another variable.
-    pub fn plot(&self, options: &Simulate, run: &Run, shown: &Shown) -> Result<Plot, Failure> {
+    pub fn plot(&self, options: &SimulateCommand, run: &Run, shown: &ShownUnits) -> Result<Plot, Failure> {
         let title = run.description.model_name.clone();
         if let Some(x) = options.x.as_deref().filter(|x| *x != "time") {
             return self.plot_over(title, self.axis(x)?, &options.y);
         }
-        let wanted = |column: &&Column| options.y.is_empty() || options.y.contains(&column.name);
+        let wanted = |column: &&RecordedVariable| options.y.is_empty() || options.y.contains(&column.name);
         let mut series: Vec<Series> =
             self.columns.iter().filter(wanted).map(|column| self.series(column, options.wrap)).collect();
         series.extend(self.inputs(run, shown));
@@ -90,8 +93,8 @@ impl Record {
         Ok(Plot { title, axis, true_to_scale: None, time: self.times.clone(), series })
     }
 
-    fn plot_over(&self, title: String, x: &Column, wanted: &[String]) -> Result<Plot, Failure> {
-        let columns: Vec<&Column> = wanted.iter().map(|name| self.axis(name)).collect::<Result<_, _>>()?;
+    fn plot_over(&self, title: String, x: &RecordedVariable, wanted: &[String]) -> Result<Plot, Failure> {
+        let columns: Vec<&RecordedVariable> = wanted.iter().map(|name| self.axis(name)).collect::<Result<_, _>>()?;
         let is_length = x.si.exponents == Unit::length().exponents;
         Ok(Plot {
             title,
@@ -103,17 +106,17 @@ impl Record {
     }
 
     /// The variable of that name; or else the names that there are.
-    fn column(&self, name: &str) -> Result<&Column, String> {
+    fn column(&self, name: &str) -> Result<&RecordedVariable, String> {
         let known = || suggest::known(name, self.columns.iter().map(|column| column.name.as_str()));
         self.columns.iter().find(|column| column.name == name).ok_or_else(known)
     }
 
-    fn axis(&self, name: &str) -> Result<&Column, Failure> {
+    fn axis(&self, name: &str) -> Result<&RecordedVariable, Failure> {
         self.column(name).map_err(|known| Failure::Usage(format!("`{name}` is not reported; {known}")))
     }
 
     /// A curve; where a wrapped angle begins a new turn it has a gap.
-    fn series(&self, column: &Column, wrap: bool) -> Series {
+    fn series(&self, column: &RecordedVariable, wrap: bool) -> Series {
         let curve = |values| Series::new(&column.name, &column.unit.name, values);
         if !(wrap && is_angle(&column.si)) {
             return curve(column.values.clone());
@@ -132,7 +135,7 @@ impl Record {
     }
 
     /// The inputs that the table gives, where they are not reported anyway.
-    fn inputs(&self, run: &Run, shown: &Shown) -> Vec<Series> {
+    fn inputs(&self, run: &Run, shown: &ShownUnits) -> Vec<Series> {
         let Some((table, variables)) = &run.inputs else { return Vec::new() };
         let mut series = Vec::new();
         for (place, &index) in variables.iter().enumerate() {
@@ -147,7 +150,7 @@ impl Record {
     }
 
     /// Measured values for the variables of the same names, and how far they are from these.
-    pub fn overlay(&self, table: &Table, file: &str) -> Result<(Vec<Series>, String), Failure> {
+    pub fn overlay(&self, table: &CsvTable, file: &str) -> Result<(Vec<Series>, String), Failure> {
         let wrong = |message: String| Failure::Usage(format!("{file}: {message}"));
         let (mut measured, mut report) = (Vec::new(), String::new());
         for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {
@@ -171,7 +174,7 @@ impl Record {
     }
 
     /// How far a variable is from what was measured, at the measured times within the run.
-    fn difference(&self, column: &Column, at: &[f64], values: &[f64]) -> String {
+    fn difference(&self, column: &RecordedVariable, at: &[f64], values: &[f64]) -> String {
         let (mut squares, mut most, mut count) = (0.0, [0.0, 0.0], 0);
         for (&time, &value) in at.iter().zip(values) {
             let next = self.times.partition_point(|&row| row < time);

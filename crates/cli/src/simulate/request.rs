@@ -3,18 +3,18 @@
 use cotree::compile;
 use cotree::export::description::Description;
 use cotree::model::Unit;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::{Run, settings};
 
 use super::super::failure::Failure;
 use super::super::times;
-use super::Simulate;
+use super::SimulateCommand;
 
 /// The run that is asked for.
 pub fn run<'a>(
-    options: &Simulate,
+    options: &SimulateCommand,
     description: &'a Description,
-    table: Option<&'a Table>,
+    table: Option<&'a CsvTable>,
     reported: Vec<usize>,
 ) -> Result<Run<'a>, Failure> {
     let inputs = match table {
@@ -39,7 +39,7 @@ pub fn run<'a>(
 }
 
 /// Of how many rows one is reported.
-pub fn thinning(options: &Simulate) -> Result<u64, Failure> {
+pub fn thinning(options: &SimulateCommand) -> Result<u64, Failure> {
     match options.every.as_deref().map(str::parse::<u64>) {
         Some(Ok(0)) => Err(Failure::Usage("--every: every 0th row is none".to_owned())),
         Some(Ok(every)) => Ok(every),
@@ -60,7 +60,7 @@ fn set(description: &Description, setting: &str) -> Result<(usize, f64), String>
 }
 
 /// The variable of each column of the table.
-fn columns(description: &Description, table: &Table) -> Result<Vec<usize>, Failure> {
+fn columns(description: &Description, table: &CsvTable) -> Result<Vec<usize>, Failure> {
     let inputs = settings::Inputs::new(description);
     let wrong = |message: String| Failure::Usage(format!("input table: {message}"));
     let column = |(name, unit): (&String, &Option<Unit>)| {

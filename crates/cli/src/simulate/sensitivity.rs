@@ -10,10 +10,10 @@ use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
 use super::super::{MessageFormat, output, study};
-use super::{Simulate, asked};
+use super::{SimulateCommand, asked};
 
 /// Writes a table with a column for each variable, and one for each derivative.
-pub fn run(options: &Simulate, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
+pub fn run(options: &SimulateCommand, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
     let mut study = study::asking(scene, &asked::derived(options, scene), &options.settings)?;
     let experiment = options.times.experiment(study.experiment())?;
     study.set_experiment(experiment);
@@ -55,7 +55,7 @@ fn columns(found: &Sensitivities, units: &Units) -> Vec<(String, f64)> {
 }
 
 /// Prints peaks and crossings with their derivatives.
-fn features(options: &Simulate, mut study: Study, times: &[f64], format: MessageFormat) -> Result<(), Failure> {
+fn features(options: &SimulateCommand, mut study: Study, times: &[f64], format: MessageFormat) -> Result<(), Failure> {
     let level = |text: &String| {
         let wrong = |message: String| Failure::Usage(format!("--crossing {text}: {message}"));
         let (name, value) = text.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;

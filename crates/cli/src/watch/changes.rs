@@ -8,14 +8,14 @@ use std::time::Duration;
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
 /// Folders whose changes are heard of. Editors put another file in the place of the old one, so a file alone is not enough.
-pub struct Changes {
+pub struct FolderChanges {
     /// None where the system reports no changes: then only the clock wakes.
     watcher: Option<RecommendedWatcher>,
     folders: BTreeSet<PathBuf>,
     heard: Receiver<()>,
 }
 
-impl Changes {
+impl FolderChanges {
     pub fn new() -> Self {
         let (tell, heard) = mpsc::channel();
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
@@ -25,7 +25,7 @@ impl Changes {
                 let _ = tell.send(());
             }
         });
-        Changes { watcher: watcher.ok(), folders: BTreeSet::new(), heard }
+        FolderChanges { watcher: watcher.ok(), folders: BTreeSet::new(), heard }
     }
 
     /// Listens to the folders of these files, and of those to which links lead, and to no others.
@@ -71,7 +71,7 @@ mod tests {
     fn a_file_that_is_written_replaced_or_removed_is_heard_of() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.toml");
-        let mut changes = Changes::new();
+        let mut changes = FolderChanges::new();
         changes.follow(std::slice::from_ref(&file));
         assert_eq!(changes.folders.len(), if changes.watcher.is_some() { 1 } else { 0 });
         let other = folder.path().join("other");
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn folders_that_are_not_there_do_no_harm_and_those_of_other_files_are_left() {
         let folder = tempfile::tempdir().unwrap();
-        let mut changes = Changes::new();
+        let mut changes = FolderChanges::new();
         changes.follow(&[folder.path().join("nowhere/scene.toml")]);
         assert!(changes.folders.is_empty());
         changes.follow(&[folder.path().join("scene.toml"), PathBuf::from("part.toml")]);

@@ -16,8 +16,8 @@ use cotree_page::moving;
 
 use super::failure::Failure;
 use super::output;
-use changes::Changes;
-use server::{Board, Shown};
+use changes::FolderChanges;
+use server::{Board, ShownScene};
 
 /// Between two looks at files that change: what is the same in both has been written.
 const SETTLED: Duration = Duration::from_millis(30);
@@ -35,7 +35,7 @@ const LARGEST: u64 = 64 << 20;
 /// Files of parts and tables are watched too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree watch slider_crank.toml\n  cotree watch slider_crank.toml --port 8000")]
-pub struct Watch {
+pub struct WatchCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
     /// Port of the page [default: any that is free]
@@ -46,7 +46,7 @@ pub struct Watch {
     runtimes: Option<PathBuf>,
 }
 
-impl Watch {
+impl WatchCommand {
     pub fn run(self) -> Result<(), Failure> {
         if output::is_standard(&self.scene) {
             return Err(Failure::Usage("`watch` follows a file: standard input comes but once".to_owned()));
@@ -62,26 +62,26 @@ impl Watch {
             Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
         })?;
         output::print(&format!("{address}\n"))?;
-        Watched::new(self.scene).follow(&board, module.as_deref());
+        WatchedScene::new(self.scene).follow(&board, module.as_deref());
     }
 }
 
 /// A scene and the files that it is made of.
-struct Watched {
+struct WatchedScene {
     files: Vec<PathBuf>,
     /// The files as they were when they were shown.
     shown: Option<Vec<Option<Stamp>>>,
     contents: Option<Vec<Option<u64>>>,
 }
 
-impl Watched {
+impl WatchedScene {
     fn new(scene: PathBuf) -> Self {
-        Watched { files: vec![scene], shown: None, contents: None }
+        WatchedScene { files: vec![scene], shown: None, contents: None }
     }
 
     /// Shows the scene, and again whenever it changes.
     fn follow(mut self, board: &Board, module: Option<&[u8]>) -> ! {
-        let mut changes = Changes::new();
+        let mut changes = FolderChanges::new();
         changes.follow(&self.files);
         let (mut before, mut missed) = (None, 0);
         loop {
@@ -119,7 +119,7 @@ impl Watched {
         let are_others = all != self.files;
         if are_others {
             // Files of which nothing was known may have changed meanwhile: all is shown again.
-            *self = Watched { files: all, shown: None, contents: None };
+            *self = WatchedScene { files: all, shown: None, contents: None };
         }
         are_others
     }
@@ -164,7 +164,7 @@ impl Stamp {
 }
 
 /// The page of the scene, or why there is none; and the further files that it is made of.
-fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
+fn shown(path: &Path, module: Option<Vec<u8>>) -> (ShownScene, Vec<PathBuf>) {
     let further = |source: &Source| source.further.iter().map(|file| PathBuf::from(&file.name)).collect();
     let scene = match output::load(path) {
         Ok(scene) => scene,
@@ -179,16 +179,20 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (Shown, Vec<PathBuf>) {
         Ok((_, Err(why))) => faulty(Failure::Numerical(why)),
         Ok((compiled, Ok(page))) => {
             let text = scene.source.own_text().to_owned();
-            Shown::Page { html: page.live_html(), text, warnings: compiled.warnings.map(|own| own.render(false, 100)) }
+            ShownScene::Page {
+                html: page.live_html(),
+                text,
+                warnings: compiled.warnings.map(|own| own.render(false, 100)),
+            }
         }
     };
     (shown, files)
 }
 
-fn faulty(failure: Failure) -> Shown {
+fn faulty(failure: Failure) -> ShownScene {
     match failure {
-        Failure::Scene(faults) => Shown::Fault(faults.render(false, 100)),
-        Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => Shown::Fault(message),
-        Failure::Told(_) | Failure::ClosedPipe => Shown::Fault(String::new()),
+        Failure::Scene(faults) => ShownScene::Fault(faults.render(false, 100)),
+        Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => ShownScene::Fault(message),
+        Failure::Told(_) | Failure::ClosedPipe => ShownScene::Fault(String::new()),
     }
 }

@@ -20,7 +20,7 @@ const HEARTBEAT: Duration = Duration::from_secs(5);
 const LARGEST_HEAD: u64 = 1 << 16;
 
 /// What there is to see of the file as it is now.
-pub enum Shown {
+pub enum ShownScene {
     Page {
         html: String,
         /// The text of the scene's own file.
@@ -33,7 +33,7 @@ pub enum Shown {
 
 /// The last good page, what is wrong with the file, and how often it has changed.
 #[derive(Default)]
-struct State {
+struct ServerState {
     page: Option<String>,
     text: String,
     warnings: Option<String>,
@@ -48,7 +48,7 @@ struct State {
 pub struct Board {
     /// The scene's own file.
     file: PathBuf,
-    state: Mutex<State>,
+    state: Mutex<ServerState>,
     changed: Condvar,
 }
 
@@ -75,21 +75,21 @@ impl Board {
         files::write(&self.file, change.after.as_bytes()).map_err(wrong)
     }
 
-    pub fn show(&self, shown: Shown) {
+    pub fn show(&self, shown: ShownScene) {
         let mut state = self.state();
         state.version += 1;
         match shown {
-            Shown::Page { html, text, warnings } => {
+            ShownScene::Page { html, text, warnings } => {
                 state.good = state.version;
                 (state.page, state.text, state.warnings, state.fault) = (Some(html), text, warnings, None);
             }
-            Shown::Fault(fault) => state.fault = Some(fault),
+            ShownScene::Fault(fault) => state.fault = Some(fault),
         }
         self.changed.notify_all();
     }
 
     /// A thread that failed while it held the lock has left whole values: they are only replaced.
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, ServerState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -7,11 +7,11 @@ use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::symbols;
 use super::view::View;
 use crate::alike::Alike;
-use crate::carrier::{Anchor, Band, Carrier, Line, Pattern, Rail, Stretch, Track, Way};
+use crate::carrier::{Anchor, Band, CarriedLine, Carrier, LinePattern, Rail, Stretch, Track, Way};
 use crate::svg::{Pixel, Svg, number, polyline};
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Coupling {
+pub struct DrawnCoupling {
     pub name: String,
     /// Indices of the bodies; `None` is the ground.
     pub between: [Option<usize>; 2],
@@ -45,12 +45,12 @@ pub enum CouplingKind {
         axis: [f64; 2],
     },
     Link([[f64; 2]; 2]),
-    Cam(Cam),
+    Cam(DrawnCam),
 }
 
 /// A cam with its profile, and what of its follower touches it: a roller, a face, or only an edge.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cam {
+pub struct DrawnCam {
     /// The circle about its shaft that contains it.
     pub hub: Wheel,
     pub outline: Vec<[f64; 2]>,
@@ -68,7 +68,7 @@ pub struct Wheel {
     pub radius: f64,
 }
 
-impl Coupling {
+impl DrawnCoupling {
     pub fn is_finite(&self) -> bool {
         self.corners().iter().flatten().all(|x| x.is_finite())
     }
@@ -143,7 +143,7 @@ impl Coupling {
         let at = ends.map(|end| view.pixel(end));
         let length = norm(difference(at[1], at[0])) / view.pin;
         let styles = symbols::link_styles(view);
-        let line = Line { closed: false, points: vec![[0.0; 3], [length, 0.0, 1.0]], styles: styles.clone() };
+        let line = CarriedLine { closed: false, points: vec![[0.0; 3], [length, 0.0, 1.0]], styles: styles.clone() };
         let ends = [0, 1].map(|side| Anchor::new(self.between[side], ends[side]));
         svg.carry(Carrier::Stretch(Stretch {
             name: self.name.clone(),
@@ -227,12 +227,12 @@ fn rack(way: &Way, pinion: &Wheel, foot: [f64; 2], view: &View) -> Rail {
         about: Some([-reach, reach]),
         beyond: [reach; 2],
         off: dot(away, normal(axis)),
-        pattern: Pattern::Teeth { pitch, first: dot(away, axis), height: teeth.height(radius) },
+        pattern: LinePattern::Teeth { pitch, first: dot(away, axis), height: teeth.height(radius) },
         style: format!(r#"fill="{fill}" stroke="{edge}" stroke-width="1.3" stroke-linejoin="round""#),
     }
 }
 
-impl Cam {
+impl DrawnCam {
     /// Draws the profile and what touches it. Returns where its name belongs.
     fn draw(&self, view: &View, svg: &mut Svg, labels: &mut Labels) -> Pixel {
         let corners: Vec<Pixel> = self.outline.iter().map(|&corner| view.pixel(corner)).collect();
@@ -390,15 +390,15 @@ fn teeth(radius: f64, smallest: f64, pin: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::{Body, Drawing};
+    use crate::drawing::{Drawing, DrawnBody};
 
     fn wheel(body: usize, x: f64, radius: f64) -> Wheel {
         Wheel { body: Some(body), centre: [x, 0.0], radius }
     }
 
     fn picture(kind: CouplingKind) -> (View, String) {
-        let coupling = Coupling { name: "mesh".into(), between: [None; 2], kind };
-        let body = Body::default();
+        let coupling = DrawnCoupling { name: "mesh".into(), between: [None; 2], kind };
+        let body = DrawnBody::default();
         let drawing = Drawing { bodies: vec![body.clone(), body], couplings: vec![coupling], ..Drawing::default() };
         (View::fit(&drawing), drawing.svg())
     }

@@ -1,13 +1,13 @@
 //! A drawing in motion: an SVG that moves by itself, and its single pictures.
 
 use super::coupling::tangents;
-use super::held::{Held, Legend, ring_with_name, star_with_name};
+use super::held::{HeldPart, Legend, ring_with_name, star_with_name};
 use super::shapes::{along, difference, dot, norm, normal, unit};
 use super::view::View;
-use super::{Drawing, Range, is_finite, symbols};
+use super::{Drawing, FilmRange, is_finite, symbols};
 use crate::alike::Alike;
-use crate::carrier::{Anchor, Band, Carrier, Line, Stretch, Way, joined};
-use crate::svg::{Frame, Pixel, Svg, number, polyline};
+use crate::carrier::{Anchor, Band, CarriedLine, Carrier, Stretch, Way, joined};
+use crate::svg::{PictureFrame, Pixel, Svg, number, polyline};
 
 /// Space around the whole motion [pins].
 const ROOM: f64 = 5.0;
@@ -71,12 +71,12 @@ impl Film {
         duration: f64,
         step: usize,
     ) -> Self {
-        drawing.range = Range::default();
+        drawing.range = FilmRange::default();
         let mut film = Film { drawing, poses, curves, shows: Vec::new(), duration, step: step.max(1) };
         let travel = |way: Option<Way>| way.map_or([0.0; 2], |way| film.travel(&way));
         let joints = film.drawing.joints.iter().map(|joint| travel(joint.way())).collect();
         let couplings = film.drawing.couplings.iter().map(|coupling| travel(coupling.way())).collect();
-        let range = Range { corners: film.corners(), joints, couplings };
+        let range = FilmRange { corners: film.corners(), joints, couplings };
         film.drawing.range = range;
         film
     }
@@ -151,8 +151,8 @@ impl Film {
         let legend = self.marks(&mut svg, view, sample);
         let corners: Vec<Pixel> =
             self.drawing.range.corners.iter().filter(|at| is_finite(at)).map(|&at| view.pixel(at)).collect();
-        let frames: Vec<Frame> = corners.iter().map(|&at| Frame::centred(at, 0.0, 0.0)).collect();
-        let mut frame = Frame::around(frames.iter()).widened(ROOM * view.pin);
+        let frames: Vec<PictureFrame> = corners.iter().map(|&at| PictureFrame::centred(at, 0.0, 0.0)).collect();
+        let mut frame = PictureFrame::around(frames.iter()).widened(ROOM * view.pin);
         if !legend.is_empty() {
             frame = legend.draw(&mut svg, view, frame.widened(NAMES * view.pin));
         }
@@ -229,7 +229,7 @@ impl Film {
     }
 
     /// Where something that has modes is at a sample.
-    fn spot(&self, held: &Held, sample: usize) -> [f64; 2] {
+    fn spot(&self, held: &HeldPart, sample: usize) -> [f64; 2] {
         let [x, y] = self.at(held.spot.on, held.spot.at, sample);
         let Some((body, off)) = held.spot.off else { return [x, y] };
         let angle = |sample: usize| body.and_then(|body| self.poses.get(sample)?.get(body)).map_or(0.0, |pose| pose[2]);
@@ -340,7 +340,7 @@ impl Film {
 
     fn stretch(&self, stretch: &Stretch, view: &View) -> Moves {
         let at = |sample: usize| stretch.ends.map(|end| view.pixel(self.place(&end, sample)));
-        let bent = |line: &Line| Bent {
+        let bent = |line: &CarriedLine| Bent {
             styles: line.styles.to_vec(),
             data: self.samples().map(|sample| line_data(line, at(sample), stretch, view.pin)).collect(),
         };
@@ -415,7 +415,7 @@ fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
 }
 
 /// A line of a sign between two places, as it is stretched now.
-fn line_data(line: &Line, [a, b]: [Pixel; 2], stretch: &Stretch, pin: f64) -> String {
+fn line_data(line: &CarriedLine, [a, b]: [Pixel; 2], stretch: &Stretch, pin: f64) -> String {
     let (axis, full) = (unit(difference(b, a)), norm(difference(b, a)));
     let [from, to] = stretch.retreat.map(|retreat| retreat.min(0.3 * full));
     let length = (full - from - to) / pin;
@@ -432,12 +432,13 @@ fn line_data(line: &Line, [a, b]: [Pixel; 2], stretch: &Stretch, pin: f64) -> St
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Body, Hold, Joint};
+    use super::super::{DrawnBody, DrawnJoint, Hold};
     use super::*;
 
     fn swinging() -> Film {
-        let body = Body { name: "bar".into(), points: vec![[0.0, 0.0], [1.0, 0.0]], centre: [0.5, 0.0], shape: None };
-        let hinge = Joint { name: "hinge".into(), kind: Hold::Pin, between: [None, Some(0)], at: [[0.0; 2]; 2] };
+        let body =
+            DrawnBody { name: "bar".into(), points: vec![[0.0, 0.0], [1.0, 0.0]], centre: [0.5, 0.0], shape: None };
+        let hinge = DrawnJoint { name: "hinge".into(), kind: Hold::Pin, between: [None, Some(0)], at: [[0.0; 2]; 2] };
         let drawing = Drawing { bodies: vec![body], joints: vec![hinge], ..Drawing::default() };
         let angles = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * std::f64::consts::FRAC_PI_2);
         let poses = angles.map(|angle| vec![[0.5 * f64::cos(angle), 0.5 * f64::sin(angle), angle]]);
@@ -469,7 +470,7 @@ mod tests {
     #[test]
     fn a_stroke_follows_its_ends_and_keeps_its_height() {
         let points = vec![[0.0, 0.0, 0.0], [5.0, 1.0, 0.5], [10.0, 0.0, 1.0]];
-        let line = Line { closed: false, points, styles: Default::default() };
+        let line = CarriedLine { closed: false, points, styles: Default::default() };
         let (name, ends) = (String::new(), [Anchor::new(None, [0.0; 2]); 2]);
         let stretch = Stretch { name, ends, retreat: [0.0; 2], length: 10.0, lines: Vec::new() };
         assert_eq!(line_data(&line, [[0.0, 0.0], [20.0, 0.0]], &stretch, 1.0), "M0 0L10 1L20 0");

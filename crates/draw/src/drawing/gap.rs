@@ -4,7 +4,7 @@ use cotree::formulate::explain::assembly::show;
 
 use super::labels::Labels;
 use super::view::View;
-use super::{Drawing, Hold, Joint, is_finite, shapes, symbols};
+use super::{Drawing, DrawnJoint, Hold, is_finite, shapes, symbols};
 use crate::alike::Alike;
 use crate::carrier::Carrier;
 use crate::svg::{Svg, number};
@@ -16,7 +16,7 @@ fn length([from, to]: [[f64; 2]; 2]) -> f64 {
     (to[0] - from[0]).length_with(to[1] - from[1])
 }
 
-impl Joint {
+impl DrawnJoint {
     /// The two places that should be one; of what slides those across its axis.
     fn gap(&self) -> [[f64; 2]; 2] {
         let [from, to] = self.at;
@@ -34,7 +34,7 @@ impl Joint {
 impl Drawing {
     /// Marks what is open.
     pub fn mark_gaps(&mut self) {
-        let gaps: Vec<[[f64; 2]; 2]> = self.joints.iter().map(Joint::gap).collect();
+        let gaps: Vec<[[f64; 2]; 2]> = self.joints.iter().map(DrawnJoint::gap).collect();
         let largest = gaps.iter().map(|gap| length(*gap)).filter(|length| length.is_finite()).fold(0.0, f64::max);
         self.gaps = gaps.into_iter().filter(|gap| length(*gap) > CLOSED * largest).collect();
     }

@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::coupling::Wheel;
-use super::held::{Held, HeldForm, StopForm};
+use super::held::{HeldForm, HeldPart, StopForm};
 use super::labels::Labels;
 use super::shapes::unit;
 use super::view::View;
-use super::{Drawing, Hold, Joint, LAYERS, is_finite, symbols};
+use super::{Drawing, DrawnJoint, Hold, LAYERS, is_finite, symbols};
 use crate::alike::Alike;
 use crate::carrier::{Anchor, Carrier, Stretch, Track, joined};
 use crate::svg::Svg;
@@ -22,9 +22,9 @@ pub struct Geometry {
     bodies: Vec<BodyForm>,
     joints: Vec<JointForm>,
     springs: Vec<SpringForm>,
-    forces: Vec<Mark>,
-    turns: Vec<Mark>,
-    targets: Vec<Mark>,
+    forces: Vec<MarkForm>,
+    turns: Vec<MarkForm>,
+    targets: Vec<MarkForm>,
     wheels: Vec<WheelForm>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     held: Vec<HeldForm>,
@@ -32,7 +32,7 @@ pub struct Geometry {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     stops: Vec<StopForm>,
     /// From back to front.
-    parts: Vec<Part>,
+    parts: Vec<CarriedPart>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -64,7 +64,7 @@ struct SpringForm {
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct Mark {
+struct MarkForm {
     name: String,
     at: Anchor,
     /// Its direction at the start, in the world.
@@ -79,7 +79,7 @@ struct WheelForm {
 
 /// Some elements of the picture as they are at the start, in the world [px], and what carries them.
 #[derive(Clone, Debug, Serialize)]
-struct Part {
+struct CarriedPart {
     layer: &'static str,
     svg: String,
     #[serde(flatten)]
@@ -164,7 +164,7 @@ impl Forms<'_> {
         }
     }
 
-    fn joint(&self, joint: &Joint) -> JointForm {
+    fn joint(&self, joint: &DrawnJoint) -> JointForm {
         let (hold, axis) = match joint.kind {
             Hold::Pin => ("pin", None),
             Hold::Fixed => ("fixed", None),
@@ -179,7 +179,7 @@ impl Forms<'_> {
         }
     }
 
-    fn held(&self, held: &Held) -> HeldForm {
+    fn held(&self, held: &HeldPart) -> HeldForm {
         let off = held.spot.off.map(|(body, off)| Anchor { body, at: self.turned(body, off), point: None });
         HeldForm {
             name: held.name.clone(),
@@ -194,20 +194,20 @@ impl Forms<'_> {
     fn marks<'m>(
         &self,
         marks: impl Iterator<Item = (&'m String, Option<usize>, [f64; 2], Option<[f64; 2]>)>,
-    ) -> Vec<Mark> {
+    ) -> Vec<MarkForm> {
         let finite = marks.filter(|(_, _, at, direction)| is_finite(at) && direction.is_none_or(|d| is_finite(&d)));
         finite
-            .map(|(name, on, at, direction)| Mark { name: name.clone(), at: self.anchor(on, at), direction })
+            .map(|(name, on, at, direction)| MarkForm { name: name.clone(), at: self.anchor(on, at), direction })
             .collect()
     }
 
-    fn parts(&self, view: &View) -> Vec<Part> {
+    fn parts(&self, view: &View) -> Vec<CarriedPart> {
         let parts = LAYERS.into_iter().flat_map(|(layer, draw)| {
             let mut drawn = Svg::default();
             draw(self.drawing, view, &mut drawn, &mut Labels::default());
             let elements = drawn.parts().map(|(carrier, elements)| (carrier, elements_of(carrier, &elements)));
             let parts = joined(elements, Carrier::whole).into_iter().filter(|(carrier, _)| is_carried(carrier));
-            parts.map(|(carrier, svg)| Part { layer, svg, carrier: self.carrier(carrier) }).collect::<Vec<_>>()
+            parts.map(|(carrier, svg)| CarriedPart { layer, svg, carrier: self.carrier(carrier) }).collect::<Vec<_>>()
         });
         parts.collect()
     }
@@ -246,13 +246,13 @@ fn elements_of(carrier: &Carrier, drawn: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::shapes::{difference, norm};
-    use super::super::{Body, Force};
+    use super::super::{DrawnBody, DrawnForce};
     use super::*;
 
     fn turned_bar() -> Drawing {
         let points = vec![[1.0, 1.0], [1.0, 3.0]];
-        let body = Body { name: "bar".into(), points, centre: [1.0, 2.0], shape: None };
-        let force = Force { name: "f".into(), on: Some(0), at: [1.0, 3.0], direction: [0.0, 1.0] };
+        let body = DrawnBody { name: "bar".into(), points, centre: [1.0, 2.0], shape: None };
+        let force = DrawnForce { name: "f".into(), on: Some(0), at: [1.0, 3.0], direction: [0.0, 1.0] };
         Drawing { bodies: vec![body], forces: vec![force], ..Drawing::default() }
     }
 

@@ -8,7 +8,7 @@ use super::view::View;
 use super::{Drawing, is_finite, symbols};
 use crate::alike::Alike;
 use crate::carrier::{Anchor, Carrier};
-use crate::svg::{Frame, Pixel, Svg, number, polyline, text_width};
+use crate::svg::{PictureFrame, Pixel, Svg, number, polyline, text_width};
 
 /// The colour of what is closed or sticks, and the line around it.
 pub const HELD: &str = "#f2b600";
@@ -33,14 +33,14 @@ pub struct Stop {
     pub at: [f64; 2],
     /// The direction in which it is met.
     pub towards: [f64; 2],
-    pub course: Course,
+    pub course: StopMotion,
     /// The parameters with which it would stand elsewhere.
     pub needs: Vec<String>,
 }
 
 /// How something comes to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Course {
+pub enum StopMotion {
     /// A block that slides.
     Slides,
     /// A pin in a slot.
@@ -51,10 +51,10 @@ pub enum Course {
 
 /// What has modes, with the variables that say which one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Held {
+pub struct HeldPart {
     /// Such as `guide.max`.
     pub name: String,
-    pub spot: Spot,
+    pub spot: BodySpot,
     pub sticks: bool,
     /// True if it holds in the pose that is drawn.
     pub now: bool,
@@ -66,7 +66,7 @@ pub struct Held {
 
 /// A place of a body, and how far from it something is, in the axes of another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spot {
+pub struct BodySpot {
     pub on: Option<usize>,
     pub at: [f64; 2],
     /// The body that this turns with, and how far it is in the world.
@@ -95,7 +95,7 @@ pub(super) struct HeldForm {
 impl Stop {
     /// How far from a place it reaches along an axis [px].
     pub(super) fn reach(&self, from: Pixel, axis: Pixel, view: &View) -> f64 {
-        let block = if self.course == Course::Slides { BLOCK * view.pin } else { view.pin };
+        let block = if self.course == StopMotion::Slides { BLOCK * view.pin } else { view.pin };
         let sense = dot(view.direction(self.towards), axis).signum();
         dot(difference(view.pixel(self.at), from), axis) + sense * (block + 2.0 * view.pin)
     }
@@ -104,9 +104,9 @@ impl Stop {
     fn draw(&self, view: &View, svg: &mut Svg) -> Pixel {
         let (at, towards) = (view.pixel(self.at), view.direction(self.towards));
         let at = match self.course {
-            Course::Slides => along(at, BLOCK * view.pin, towards),
-            Course::InSlot => along(at, view.pin, towards),
-            Course::Turns(bar) => {
+            StopMotion::Slides => along(at, BLOCK * view.pin, towards),
+            StopMotion::InSlot => along(at, view.pin, towards),
+            StopMotion::Turns(bar) => {
                 let [far, beside] = ARM;
                 along(along(at, far * view.pin, view.direction(bar)), beside * view.pin, towards)
             }
@@ -116,7 +116,7 @@ impl Stop {
     }
 }
 
-impl Spot {
+impl BodySpot {
     /// Where it is in the pose that is drawn.
     pub fn place(&self) -> [f64; 2] {
         let [x, y] = self.at;
@@ -165,7 +165,7 @@ impl Legend {
     }
 
     /// A line below the picture; returns the frame with it.
-    pub fn draw(self, svg: &mut Svg, view: &View, frame: Frame) -> Frame {
+    pub fn draw(self, svg: &mut Svg, view: &View, frame: PictureFrame) -> PictureFrame {
         let space = SPACE * view.pin;
         let (mut x, y) = (frame.x + space, frame.y + frame.height);
         let signs = [(self.closed, "closed"), (self.sticks, "sticks"), (self.strikes, "strikes")];
@@ -177,14 +177,14 @@ impl Legend {
             svg.text([x + space, y + 0.35 * WORDS], &format!(r#"{NAME} text-anchor="start""#), word);
             x += 2.0 * space + text_width(word, WORDS) + view.pin;
         }
-        Frame { height: frame.height + space, width: frame.width.max(x - frame.x), ..frame }
+        PictureFrame { height: frame.height + space, width: frame.width.max(x - frame.x), ..frame }
     }
 }
 
 /// How names of what has modes are written.
 const NAME: &str = r##"font-size="12" fill="#2b333d""##;
 
-pub(super) fn ring_with_name(svg: &mut Svg, view: &View, at: Pixel, held: &Held) {
+pub(super) fn ring_with_name(svg: &mut Svg, view: &View, at: Pixel, held: &HeldPart) {
     ring(svg, view, at, held.sticks);
     name(svg, view, at, &held.name);
 }

@@ -3,10 +3,10 @@
 use super::shapes::{along, difference, norm};
 use crate::alike::Alike;
 use crate::carrier::Carrier;
-use crate::svg::{Frame, Pixel, Svg, text_width};
+use crate::svg::{PictureFrame, Pixel, Svg, text_width};
 
 #[derive(Clone, Debug)]
-struct Label {
+struct PlacedLabel {
     text: String,
     anchor: Pixel,
     clearance: f64,
@@ -17,9 +17,9 @@ struct Label {
 /// Names to place, and what they should not cover.
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
-    waiting: Vec<Label>,
-    obstacles: Vec<(Frame, f64)>,
-    placed: Vec<Frame>,
+    waiting: Vec<PlacedLabel>,
+    obstacles: Vec<(PictureFrame, f64)>,
+    placed: Vec<PictureFrame>,
 }
 
 impl Labels {
@@ -36,7 +36,7 @@ impl Labels {
     }
 
     pub fn cover(&mut self, at: Pixel, radius: f64) {
-        let frame = Frame::centred(at, 2.0 * radius, 2.0 * radius);
+        let frame = PictureFrame::centred(at, 2.0 * radius, 2.0 * radius);
         self.obstacles.push((frame, 3.0));
     }
 
@@ -48,7 +48,7 @@ impl Labels {
             let steps = (norm(side) / (2.0 * pin)).ceil().clamp(1.0, 200.0);
             for step in 0..=steps as usize {
                 let at = along(from, step as f64 / steps, side);
-                let frame = Frame::centred(at, 2.0 * pin, 2.0 * pin);
+                let frame = PictureFrame::centred(at, 2.0 * pin, 2.0 * pin);
                 self.obstacles.push((frame, 1.5));
             }
         }
@@ -72,42 +72,42 @@ impl Labels {
         }
     }
 
-    pub fn frame(&self, margin: f64) -> Frame {
-        Frame::around(self.placed.iter().chain(self.obstacles.iter().map(|(frame, _)| frame))).widened(margin)
+    pub fn frame(&self, margin: f64) -> PictureFrame {
+        PictureFrame::around(self.placed.iter().chain(self.obstacles.iter().map(|(frame, _)| frame))).widened(margin)
     }
 
     fn add(&mut self, text: &str, anchor: Pixel, clearance: f64, size: f64, style: String) {
-        self.waiting.push(Label { text: text.to_owned(), anchor, clearance, size, style });
+        self.waiting.push(PlacedLabel { text: text.to_owned(), anchor, clearance, size, style });
     }
 
     /// Of sixteen directions and three distances, the place that covers least and is nearest.
-    fn best_place(&self, label: &Label) -> Frame {
+    fn best_place(&self, label: &PlacedLabel) -> PictureFrame {
         let places = (0..3).flat_map(|ring| (0..16).map(move |turn| (ring, turn)));
         let frames = places.map(|(ring, turn)| {
             let gap = label.clearance + 11.0 * f64::from(ring);
             (label.frame(gap, f64::from(turn) * std::f64::consts::TAU / 16.0), gap)
         });
-        let cost = |(frame, gap): &(Frame, f64)| self.covered(frame) + 1.2 * gap;
+        let cost = |(frame, gap): &(PictureFrame, f64)| self.covered(frame) + 1.2 * gap;
         let best = frames.min_by(|a, b| cost(a).total_cmp(&cost(b)));
         best.map_or_else(|| label.frame(label.clearance, 0.0), |(frame, _)| frame)
     }
 
-    fn covered(&self, frame: &Frame) -> f64 {
+    fn covered(&self, frame: &PictureFrame) -> f64 {
         let obstacles = self.obstacles.iter().map(|(other, weight)| weight * frame.overlap(other)).sum::<f64>();
         let names = self.placed.iter().map(|other| 8.0 * frame.overlap(other)).sum::<f64>();
         0.25 * obstacles + names
     }
 }
 
-impl Label {
+impl PlacedLabel {
     /// The text's box if it touches a circle of radius `gap` around the anchor in a direction.
-    fn frame(&self, gap: f64, angle: f64) -> Frame {
+    fn frame(&self, gap: f64, angle: f64) -> PictureFrame {
         let (width, height) = (text_width(&self.text, self.size), 1.15 * self.size);
         let (sin, cos) = angle.sine_and_cosine();
         let touching = along(self.anchor, gap, [cos, -sin]);
         let lean = |part: f64| (1.5 * part).clamp(-0.5, 0.5); // sideways texts touch with a side, others with a corner
         let centre = along(touching, 1.0, [lean(cos) * width, -lean(sin) * height]);
-        Frame::centred(centre, width, height)
+        PictureFrame::centred(centre, width, height)
     }
 }
 

@@ -1,12 +1,12 @@
 //! Places in the picture, and the order of drawing.
 
-use cotree::component::Stroke;
+use cotree::component::IconStroke;
 
-use super::coupling::Coupling;
+use super::coupling::DrawnCoupling;
 use super::view::View;
-use super::{Body, Drawing, Hold, Joint, Shape, Spring, is_finite, shapes, symbols};
+use super::{Drawing, DrawnBody, DrawnJoint, DrawnShape, DrawnSpring, Hold, is_finite, shapes, symbols};
 use crate::alike::Alike;
-use crate::carrier::{Anchor, Line, Stretch};
+use crate::carrier::{Anchor, CarriedLine, Stretch};
 use crate::svg::Pixel;
 
 impl Drawing {
@@ -15,7 +15,7 @@ impl Drawing {
     pub(super) fn drawing_order(&self, view: &View) -> Vec<usize> {
         let layer = |body: usize| {
             let prismatic = self.joints.iter().filter(|joint| matches!(joint.kind, Hold::Slider(_)));
-            let rolling = self.couplings.iter().filter_map(Coupling::rolling_bodies).filter_map(|(line, disc)| {
+            let rolling = self.couplings.iter().filter_map(DrawnCoupling::rolling_bodies).filter_map(|(line, disc)| {
                 let carries = (line == Some(body)).then_some(1);
                 carries.or((disc == body).then_some(2))
             });
@@ -39,11 +39,11 @@ impl Drawing {
     }
 
     /// The ends of a spring in the picture; at a slider the face of its block along the spring.
-    pub(super) fn spring_ends(&self, spring: &Spring, view: &View) -> [Pixel; 2] {
+    pub(super) fn spring_ends(&self, spring: &DrawnSpring, view: &View) -> [Pixel; 2] {
         let ends = spring.ends.map(|end| view.pixel(end));
         let axis = shapes::unit(shapes::difference(ends[1], ends[0]));
         let length = shapes::norm(shapes::difference(ends[1], ends[0]));
-        let is_face = |joint: &Joint, end: [f64; 2]| {
+        let is_face = |joint: &DrawnJoint, end: [f64; 2]| {
             let Hold::Slider(slide) = joint.kind else {
                 return false;
             };
@@ -59,7 +59,7 @@ impl Drawing {
     }
 
     /// A spring as it follows its ends. One without length at the start is drawn as if it had some.
-    pub(super) fn stretch(&self, spring: &Spring, view: &View) -> Stretch {
+    pub(super) fn stretch(&self, spring: &DrawnSpring, view: &View) -> Stretch {
         let (full, drawn) = (spring.ends.map(|end| view.pixel(end)), self.spring_ends(spring, view));
         let length = (shapes::norm(shapes::difference(drawn[1], drawn[0])) / view.pin).max(10.0);
         Stretch {
@@ -119,14 +119,14 @@ impl Drawing {
     pub(super) fn is_cornered(&self, index: usize) -> bool {
         let body = &self.bodies[index];
         let joined =
-            |joint: &Joint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
+            |joint: &DrawnJoint| (0..2).any(|side| joint.between[side] == Some(index) && joint.at[side] == body.centre);
         body.points.len() < 2 || self.joints.iter().any(joined)
     }
 
     /// Does the sign of a joint cover this place? A slide has none.
     pub(super) fn is_covered(&self, at: [f64; 2], view: &View) -> bool {
         let signs = self.joints.iter().filter(|joint| !matches!(joint.kind, Hold::Slider(_)));
-        let links = self.couplings.iter().flat_map(Coupling::link_ends);
+        let links = self.couplings.iter().flat_map(DrawnCoupling::link_ends);
         signs.map(|joint| joint.moving().1).chain(links).any(|sign| view.distance(sign, at) < 1.8 * view.pin)
     }
 
@@ -144,7 +144,7 @@ impl Drawing {
     }
 
     /// The joint in which a body slides, if it does, and along what.
-    pub(super) fn slider(&self, body: usize) -> Option<(&Joint, [f64; 2])> {
+    pub(super) fn slider(&self, body: usize) -> Option<(&DrawnJoint, [f64; 2])> {
         self.joints.iter().filter(|joint| joint.is_finite()).find_map(|joint| match joint.kind {
             Hold::Slider(axis) if joint.moving().0 == Some(body) => Some((joint, axis)),
             _ => None,
@@ -180,9 +180,9 @@ impl Drawing {
     }
 }
 
-impl Spring {
+impl DrawnSpring {
     /// The lines of its sign at a length in pins; if it lies beside another, with its feet on the line between their ends.
-    pub(super) fn strokes(&self, length: f64) -> Vec<Stroke> {
+    pub(super) fn strokes(&self, length: f64) -> Vec<IconStroke> {
         if self.beside == 0.0 {
             return (self.glyph)(length);
         }
@@ -192,45 +192,45 @@ impl Spring {
             (*x, *y) = (*x + foot, *y + self.beside);
         }
         let feet = [[0.0, foot], [length, length - foot]];
-        strokes.extend(feet.map(|[end, x]| Stroke::open(vec![[end, 0.0], [x, 0.0], [x, self.beside]])));
+        strokes.extend(feet.map(|[end, x]| IconStroke::open(vec![[end, 0.0], [x, 0.0], [x, self.beside]])));
         strokes
     }
 
     /// The lines of its sign at this length, and how they follow it: those of one a little longer show that. A spring keeps its coils.
-    fn lines(&self, length: f64) -> Vec<Line> {
+    fn lines(&self, length: f64) -> Vec<CarriedLine> {
         const LONGER: f64 = 1e-3;
         let (now, then) = (self.strokes(length), self.strokes(length + LONGER));
-        let line = |(now, then): (&Stroke, &Stroke)| {
+        let line = |(now, then): (&IconStroke, &IconStroke)| {
             let same = now.points.len() == then.points.len();
             let point = |(index, &[x, y]): (usize, &[f64; 2])| {
                 let slope = if same { (then.points[index][0] - x) / LONGER } else { x / length };
                 [x, y, slope]
             };
             let styles = [false, true].map(|front| symbols::stroke_style(front, now.closed));
-            Line { closed: now.closed, points: now.points.iter().enumerate().map(point).collect(), styles }
+            CarriedLine { closed: now.closed, points: now.points.iter().enumerate().map(point).collect(), styles }
         };
         now.iter().zip(&then).map(line).collect()
     }
 }
 
-impl Body {
+impl DrawnBody {
     pub(super) fn is_finite(&self) -> bool {
         self.extent().iter().all(is_finite)
     }
 
     /// Every place that it reaches.
     pub(super) fn extent(&self) -> Vec<[f64; 2]> {
-        let rim = self.shape.as_ref().map(Shape::rim).unwrap_or_default();
+        let rim = self.shape.as_ref().map(DrawnShape::rim).unwrap_or_default();
         self.points.iter().copied().chain([self.centre]).chain(rim).collect()
     }
 }
 
-impl Shape {
+impl DrawnShape {
     /// Points around it, in order.
     pub(super) fn rim(&self) -> Vec<[f64; 2]> {
         match self {
-            Shape::Polygon(corners) => corners.clone(),
-            Shape::Disc([x, y], radius) => {
+            DrawnShape::Polygon(corners) => corners.clone(),
+            DrawnShape::Disc([x, y], radius) => {
                 let angle = |step: u32| std::f64::consts::TAU * f64::from(step) / 48.0;
                 (0..48).map(|step| [x + radius * angle(step).cosine(), y + radius * angle(step).sine()]).collect()
             }
@@ -238,7 +238,7 @@ impl Shape {
     }
 }
 
-impl Joint {
+impl DrawnJoint {
     /// The body that a slider is drawn on, and where: the second unless it is the ground.
     pub(super) fn moving(&self) -> (Option<usize>, [f64; 2]) {
         let side = usize::from(self.between[1].is_some());

@@ -18,11 +18,11 @@ mod view;
 
 use cotree::component::{Glyph, RoundGlyph};
 
-use super::svg::{Frame, Svg, number};
-pub use coupling::{Cam, Coupling, CouplingKind, Wheel};
+use super::svg::{PictureFrame, Svg, number};
+pub use coupling::{CouplingKind, DrawnCam, DrawnCoupling, Wheel};
 pub use film::{Film, Shows};
 pub use geometry::Geometry;
-pub use held::{Course, Held, Spot, Stop};
+pub use held::{BodySpot, HeldPart, Stop, StopMotion};
 use labels::Labels;
 pub use marks::Mark;
 use view::View;
@@ -31,29 +31,29 @@ use view::View;
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
     pub title: String,
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<DrawnBody>,
     /// Points of the ground that something is fixed to.
     pub ground: Vec<[f64; 2]>,
-    pub joints: Vec<Joint>,
-    pub couplings: Vec<Coupling>,
-    pub springs: Vec<Spring>,
-    pub forces: Vec<Force>,
+    pub joints: Vec<DrawnJoint>,
+    pub couplings: Vec<DrawnCoupling>,
+    pub springs: Vec<DrawnSpring>,
+    pub forces: Vec<DrawnForce>,
     pub turns: Vec<Turn>,
     pub targets: Vec<Target>,
     /// Where limits end the motion of joints.
     pub stops: Vec<Stop>,
     /// What is held on one side only, or sticks.
-    pub held: Vec<Held>,
+    pub held: Vec<HeldPart>,
     /// Places that should be one where the mechanism cannot be assembled.
     pub gaps: Vec<[[f64; 2]; 2]>,
     /// What explains it.
     pub marks: Vec<Mark>,
-    pub range: Range,
+    pub range: FilmRange,
 }
 
 /// How far everything moves in a film; nothing of a still picture.
 #[derive(Clone, Debug, Default)]
-pub struct Range {
+pub struct FilmRange {
     /// Every place that is reached.
     pub corners: Vec<[f64; 2]>,
     /// How far each joint slides from here, back and forth.
@@ -63,17 +63,17 @@ pub struct Range {
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Body {
+pub struct DrawnBody {
     pub name: String,
     pub points: Vec<[f64; 2]>,
     pub centre: [f64; 2],
     /// Its shape, if it is known; else it is drawn as a bar along its points.
-    pub shape: Option<Shape>,
+    pub shape: Option<DrawnShape>,
 }
 
 /// The shape of a body.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum DrawnShape {
     /// Its corners in order.
     Polygon(Vec<[f64; 2]>),
     /// Centre and radius.
@@ -81,7 +81,7 @@ pub enum Shape {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct DrawnJoint {
     /// The user's name; empty for one that is drawn but not there.
     pub name: String,
     pub kind: Hold,
@@ -102,7 +102,7 @@ pub enum Hold {
 
 /// A sign along the line between two points, such as a spring.
 #[derive(Clone, Debug)]
-pub struct Spring {
+pub struct DrawnSpring {
     pub name: String,
     /// Indices of the bodies; `None` is the ground.
     pub between: [Option<usize>; 2],
@@ -113,7 +113,7 @@ pub struct Spring {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Force {
+pub struct DrawnForce {
     pub name: String,
     /// Index of the body; `None` is the ground.
     pub on: Option<usize>,
@@ -170,12 +170,12 @@ impl Drawing {
 
     /// The picture as a group of elements with its upper left corner at the origin, to be put into another; width and height.
     pub fn nested(&self) -> (String, [f64; 2]) {
-        let (svg, Frame { x, y, width, height }) = self.picture();
+        let (svg, PictureFrame { x, y, width, height }) = self.picture();
         let shift = [-x, -y].map(number);
         (format!("<g transform=\"translate({} {})\">\n{}</g>", shift[0], shift[1], svg.elements()), [width, height])
     }
 
-    fn picture(&self) -> (Svg, Frame) {
+    fn picture(&self) -> (Svg, PictureFrame) {
         let mut labels = Labels::default();
         let mut svg = self.unlabelled(&View::fit(self), &mut labels);
         labels.place(&mut svg);

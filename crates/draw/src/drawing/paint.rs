@@ -1,9 +1,9 @@
 //! Drawing order: ground, couplings, bodies, loads, joints, targets, each with space for its name.
 
-use super::coupling::Coupling;
+use super::coupling::DrawnCoupling;
 use super::labels::Labels;
 use super::view::View;
-use super::{Drawing, Hold, Joint, Stop, is_finite, shapes, symbols};
+use super::{Drawing, DrawnJoint, Hold, Stop, is_finite, shapes, symbols};
 use crate::carrier::{Anchor, Carrier};
 use crate::svg::{Pixel, Svg};
 
@@ -35,7 +35,7 @@ impl Drawing {
             }
         }
         let links = self.couplings.iter().filter(|coupling| coupling.is_finite());
-        for end in links.flat_map(Coupling::link_ends).filter(|end| self.ground.contains(end)) {
+        for end in links.flat_map(DrawnCoupling::link_ends).filter(|end| self.ground.contains(end)) {
             pedestal(end, end, svg, labels);
         }
         let anchors = self.ground.iter().filter(|at| is_finite(at) && !self.is_jointed_to_ground(at, view));
@@ -49,7 +49,14 @@ impl Drawing {
         }
     }
 
-    fn draw_track(&self, (index, joint): (usize, &Joint), room: f64, view: &View, svg: &mut Svg, labels: &mut Labels) {
+    fn draw_track(
+        &self,
+        (index, joint): (usize, &DrawnJoint),
+        room: f64,
+        view: &View,
+        svg: &mut Svg,
+        labels: &mut Labels,
+    ) {
         if let Some(mut track) = joint.track(view) {
             let stops: Vec<&Stop> = self.stops.iter().filter(|stop| stop.joint == joint.name).collect();
             track.cover(&stops, view);
@@ -67,7 +74,13 @@ impl Drawing {
         }
     }
 
-    fn draw_coupling(&self, (index, coupling): (usize, &Coupling), view: &View, svg: &mut Svg, labels: &mut Labels) {
+    fn draw_coupling(
+        &self,
+        (index, coupling): (usize, &DrawnCoupling),
+        view: &View,
+        svg: &mut Svg,
+        labels: &mut Labels,
+    ) {
         if coupling.is_finite() {
             let anchor = coupling.draw(self.range.couplings.get(index).copied(), view, svg, labels);
             if self.joints.len() <= NAMED_JOINTS {
@@ -88,7 +101,7 @@ impl Drawing {
             }
         }
         for index in self.drawing_order(view) {
-            let rolls = |coupling: &Coupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
+            let rolls = |coupling: &DrawnCoupling| coupling.rolling_bodies().is_some_and(|(_, disc)| disc == index);
             let couplings = self.couplings.iter().enumerate().filter(|(_, coupling)| rolls(coupling));
             couplings.for_each(|coupling| self.draw_coupling(coupling, view, svg, labels));
             let (outline, bar, slider) = (self.outline(index, view), self.bar(index, view), self.slider(index));

@@ -1,8 +1,8 @@
 //! The signs of the trade: pins, pedestals, sliders, springs, arrows.
 
-use cotree::component::{RoundGlyph, Stroke};
+use cotree::component::{IconStroke, RoundGlyph};
 
-use super::Spring;
+use super::DrawnSpring;
 use super::shapes::{along, difference, extent, norm, normal, unit};
 use super::view::View;
 use crate::carrier::Rail;
@@ -146,7 +146,7 @@ fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
 }
 
 /// A sign at its length, if it has one: else there is nothing to see.
-pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &Spring) {
+pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &DrawnSpring) {
     let length = norm(difference(ends[1], ends[0]));
     if length >= view.pin {
         let axis = unit(difference(ends[1], ends[0]));
@@ -161,7 +161,7 @@ pub fn round_glyph(svg: &mut Svg, view: &View, at: Pixel, glyph: RoundGlyph) {
 }
 
 /// The strokes of a sign, all halos behind all strokes.
-fn strokes(svg: &mut Svg, strokes: &[Stroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
+fn strokes(svg: &mut Svg, strokes: &[IconStroke], place: &dyn Fn(&[f64; 2]) -> Pixel) {
     for front in [false, true] {
         for stroke in strokes {
             let points: Vec<Pixel> = stroke.points.iter().map(place).collect();

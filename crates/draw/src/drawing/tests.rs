@@ -1,19 +1,19 @@
 //! What a picture shows, and what it leaves out.
 
-use cotree::component::Stroke;
+use cotree::component::IconStroke;
 
 use super::*;
 
 /// A slider-crank with everything that can be drawn.
 fn slider_crank() -> Drawing {
     let (bearing, pin, wrist, wall) = ([0.0, 0.0], [0.3, 0.4], [1.5, 0.0], [2.5, 0.0]);
-    let body = |name: &str, points: &[[f64; 2]], centre| Body {
+    let body = |name: &str, points: &[[f64; 2]], centre| DrawnBody {
         name: name.into(),
         points: points.to_vec(),
         centre,
-        ..Body::default()
+        ..DrawnBody::default()
     };
-    let joint = |name: &str, kind, between, at| Joint { name: name.into(), kind, between, at };
+    let joint = |name: &str, kind, between, at| DrawnJoint { name: name.into(), kind, between, at };
     Drawing {
         title: "slider & crank".into(),
         bodies: vec![
@@ -32,18 +32,18 @@ fn slider_crank() -> Drawing {
             joint("wrist_pin", Hold::Fixed, [Some(1), Some(2)], [wrist; 2]),
             joint("cylinder", Hold::Slider([1.0, 0.0]), [None, Some(2)], [bearing, wrist]),
         ],
-        springs: vec![Spring {
+        springs: vec![DrawnSpring {
             name: "return_spring".into(),
             between: [Some(2), None],
             ends: [wrist, wall],
-            glyph: |length| vec![Stroke::open(vec![[0.0, 0.0], [length, 0.0]])],
+            glyph: |length| vec![IconStroke::open(vec![[0.0, 0.0], [length, 0.0]])],
             beside: 0.0,
         }],
-        forces: vec![Force { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
+        forces: vec![DrawnForce { name: "gas".into(), on: Some(2), at: wrist, direction: [-5.0, 0.0] }],
         turns: vec![Turn { name: "motor".into(), on: None, at: bearing, glyph: None }],
         gaps: Vec::new(),
         targets: vec![Target { name: "path".into(), on: Some(1), at: wrist, direction: Some([0.0, 1.0]) }],
-        range: Range::default(),
+        range: FilmRange::default(),
     }
 }
 
@@ -86,7 +86,7 @@ fn what_is_not_finite_is_left_out() {
 #[test]
 fn nothing_is_still_a_picture() {
     elements(&Drawing::default().svg());
-    let body = Body { name: "mass".into(), points: vec![], centre: [3.0, 3.0], ..Body::default() };
+    let body = DrawnBody { name: "mass".into(), points: vec![], centre: [3.0, 3.0], ..DrawnBody::default() };
     elements(&Drawing { bodies: vec![body], ..Drawing::default() }.svg());
 }
 
@@ -124,7 +124,7 @@ fn a_mass_centre_in_a_joint_is_seen_around_it() {
 fn a_spring_and_a_damper_between_the_same_points_lie_side_by_side() {
     let mut drawing = slider_crank();
     let [a, b] = drawing.springs[0].ends;
-    let other = |ends, name: &str| Spring { name: name.into(), ends, ..drawing.springs[0].clone() };
+    let other = |ends, name: &str| DrawnSpring { name: name.into(), ends, ..drawing.springs[0].clone() };
     let others = [other([a, b], "damper"), other([b, a], "rubber"), other([a, [0.0, 3.0]], "alone")];
     drawing.springs.extend(others);
     drawing.part_springs();
@@ -155,11 +155,11 @@ fn nodes_of_a_graph_are_marked_and_those_in_one_place_share_their_mark() {
 fn a_crowd_is_drawn_without_names() {
     let body = |index: usize| {
         let x = index as f64;
-        Body {
+        DrawnBody {
             name: format!("body{index}"),
             points: vec![[x, 0.0], [x + 1.0, 1.0]],
             centre: [x, 0.5],
-            ..Body::default()
+            ..DrawnBody::default()
         }
     };
     let svg = Drawing { bodies: (0..1000).map(body).collect(), ..Drawing::default() }.svg();

@@ -3,8 +3,8 @@
 use super::shapes::{along, difference, dot, normal};
 use super::symbols::{GROUND, HATCH, INK, PAPER, block_height, colour};
 use super::view::View;
-use super::{Hold, Joint, Stop};
-use crate::carrier::{Anchor, Carrier, Pattern, Rail, Track, Way};
+use super::{DrawnJoint, Hold, Stop};
+use crate::carrier::{Anchor, Carrier, LinePattern, Rail, Track, Way};
 use crate::svg::{Pixel, Svg, number, polyline};
 
 impl Track {
@@ -34,7 +34,7 @@ impl Track {
 
 impl Rail {
     pub fn line(beyond: [f64; 2], style: String) -> Self {
-        Rail { about: Some([0.0; 2]), beyond, off: 0.0, pattern: Pattern::Line, style }
+        Rail { about: Some([0.0; 2]), beyond, off: 0.0, pattern: LinePattern::Line, style }
     }
 
     /// A bar with an edge, as it is seen from above.
@@ -45,8 +45,8 @@ impl Rail {
 
     /// The ground: a line with hatching behind it.
     pub fn earth(view: &View, beyond: f64, off: f64, side: f64) -> [Self; 2] {
-        let hatch = Pattern::Hatch { side, pitch: 1.15 * view.pin, depth: 1.2 * view.pin };
-        [(hatch, round(1.1, HATCH)), (Pattern::Line, round(1.8, INK))].map(|(pattern, style)| Rail {
+        let hatch = LinePattern::Hatch { side, pitch: 1.15 * view.pin, depth: 1.2 * view.pin };
+        [(hatch, round(1.1, HATCH)), (LinePattern::Line, round(1.8, INK))].map(|(pattern, style)| Rail {
             about: None,
             beyond: [beyond; 2],
             off,
@@ -66,15 +66,15 @@ impl Rail {
         let place = |[x, y]: [f64; 2]| along(along(base, x, axis), self.off + y, normal(axis));
         let ends = [[from, 0.0], [to, 0.0]].map(place);
         match self.pattern {
-            Pattern::Line => svg.line(ends[0], ends[1], &self.style),
-            Pattern::Hatch { side, pitch, depth } => {
+            LinePattern::Line => svg.line(ends[0], ends[1], &self.style),
+            LinePattern::Hatch { side, pitch, depth } => {
                 let stroke = |step: usize| {
                     let x = if side > 0.0 { from } else { to } + side * pitch * (step as f64 + 0.9);
                     polyline(&[[x, 0.0], [x - side * depth, side * depth]].map(place))
                 };
                 svg.path(&(0..((to - from) / pitch) as usize).map(stroke).collect::<String>(), &self.style);
             }
-            Pattern::Teeth { pitch, first, height } => {
+            LinePattern::Teeth { pitch, first, height } => {
                 let [low, high] = [from, to].map(|end| ((end - first) / pitch).round());
                 let at = |share: f64, y: f64| place([first + share * pitch, y]);
                 let gap = |gap: i32| {
@@ -94,7 +94,7 @@ fn round(width: f64, colour: &str) -> String {
     format!(r#"stroke="{colour}" stroke-width="{}" stroke-linecap="round""#, number(width))
 }
 
-impl Joint {
+impl DrawnJoint {
     /// What slides goes along its first body, but for the ground, which stays where it is.
     pub(super) fn way(&self) -> Option<Way> {
         let (Hold::Slider(axis) | Hold::Slot(axis)) = self.kind else { return None };
@@ -149,8 +149,12 @@ mod tests {
     fn a_hanging_guide_is_drawn_below_a_level_axis() {
         let view = View::fit(&super::super::Drawing::default());
         for axis in [[1.0, 0.0], [-1.0, 0.0]] {
-            let joint =
-                Joint { name: String::new(), kind: Hold::Slider(axis), between: [None, Some(0)], at: [[0.0; 2]; 2] };
+            let joint = DrawnJoint {
+                name: String::new(),
+                kind: Hold::Slider(axis),
+                between: [None, Some(0)],
+                at: [[0.0; 2]; 2],
+            };
             let base = view.pixel([0.0; 2])[1];
             let ends = joint.track(&view).unwrap().draw(None, &view, &mut Svg::default());
             assert!(ends.iter().all(|end| end[1] > base), "{ends:?}");

@@ -272,10 +272,10 @@ fn clear_edges(graph: &Graph, now: &[Point], forces: &mut [Point]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::Edge;
+    use crate::graph::DrawnEdge;
 
     fn ring(count: usize) -> Graph {
-        let edge = |index: usize| Edge {
+        let edge = |index: usize| DrawnEdge {
             label: format!("h{index}"),
             name: format!("joint{index}"),
             ends: [index, (index + 1) % count],

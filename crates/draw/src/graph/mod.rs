@@ -29,11 +29,11 @@ pub struct Graph {
     pub nodes: Vec<String>,
     /// Where they are, in units of the length of an ordinary edge, y upwards.
     pub places: Vec<[f64; 2]>,
-    pub edges: Vec<Edge>,
+    pub edges: Vec<DrawnEdge>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Edge {
+pub struct DrawnEdge {
     /// Such as `h9`.
     pub label: String,
     pub name: String,
@@ -86,14 +86,14 @@ impl GraphDrawing {
 fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Vec<CoupledEdge<D>>) -> Graph {
     let edge = |(id, ends): (ElementId, [cotree::network::Node<D>; 2])| {
         let element = system.element(id);
-        Edge {
+        DrawnEdge {
             label: element.label.clone(),
             name: system.name(id).to_owned(),
             ends: ends.map(|node| node.index()),
             branch: tree.branches.contains(&id),
         }
     };
-    let term = |own: CoupledEdge<D>| Edge {
+    let term = |own: CoupledEdge<D>| DrawnEdge {
         name: system.name(own.element).to_owned(),
         ends: own.ends.map(|node| node.index()),
         label: own.label,

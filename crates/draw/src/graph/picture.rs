@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::covered::Covered;
 use super::layout::distance;
-use super::{Edge, Graph, GraphDrawing};
+use super::{DrawnEdge, Graph, GraphDrawing};
 use crate::alike::Alike;
 use crate::drawing::Drawing;
-use crate::svg::{Frame, Pixel, Svg, number, text_width};
+use crate::svg::{PictureFrame, Pixel, Svg, number, text_width};
 
 const SCALE: f64 = 92.0;
 /// Radius of a node [px].
@@ -27,7 +27,8 @@ pub fn svg(drawing: &GraphDrawing, mechanism: Option<&Drawing>) -> String {
         Some(("translational graph", &drawing.translation)),
         drawing.rotation.as_ref().map(|graph| ("rotational graph", graph)),
     ];
-    let panels: Vec<Panel> = parts.into_iter().flatten().map(|(title, graph)| Panel::new(title, graph)).collect();
+    let panels: Vec<GraphPanel> =
+        parts.into_iter().flatten().map(|(title, graph)| GraphPanel::new(title, graph)).collect();
     let graphs_width: f64 =
         panels.iter().map(|panel| panel.frame.width).sum::<f64>() + MARGIN * (panels.len() as f64 - 1.0);
     let width = graphs_width.max(size[0]).max(480.0);
@@ -46,44 +47,45 @@ pub fn svg(drawing: &GraphDrawing, mechanism: Option<&Drawing>) -> String {
     }
     y += height + MARGIN;
     y = legend(&mut svg, drawing, [MARGIN, y], width);
-    svg.finish(Frame { x: 0.0, y: 0.0, width: width + 2.0 * MARGIN, height: y + MARGIN }, &drawing.title)
+    svg.finish(PictureFrame { x: 0.0, y: 0.0, width: width + 2.0 * MARGIN, height: y + MARGIN }, &drawing.title)
 }
 
-struct Panel<'a> {
+struct GraphPanel<'a> {
     title: &'a str,
     graph: &'a Graph,
-    curves: Vec<Curve>,
+    curves: Vec<EdgeCurve>,
     /// Around nodes, edges and names; pixels about the graph's own origin.
-    frame: Frame,
-    names: Vec<Frame>,
-    labels: Vec<Frame>,
+    frame: PictureFrame,
+    names: Vec<PictureFrame>,
+    labels: Vec<PictureFrame>,
 }
 
 /// An edge as a quadratic Bezier curve, or a loop.
 #[derive(Clone, Copy, Debug)]
-struct Curve {
+struct EdgeCurve {
     from: Pixel,
     over: Pixel,
     to: Pixel,
 }
 
-impl<'a> Panel<'a> {
+impl<'a> GraphPanel<'a> {
     fn new(title: &'a str, graph: &'a Graph) -> Self {
         let nodes: Vec<Pixel> = graph.places.iter().map(|[x, y]| [SCALE * x, -SCALE * y]).collect();
         let curves = curves(graph, &nodes);
         let mut covered = Covered::default();
-        nodes.iter().for_each(|&at| covered.add(Frame::centred(at, 3.2 * NODE, 3.2 * NODE)));
+        nodes.iter().for_each(|&at| covered.add(PictureFrame::centred(at, 3.2 * NODE, 3.2 * NODE)));
         for curve in &curves {
-            (1..12).for_each(|step| covered.add(Frame::centred(curve.at(f64::from(step) / 12.0), 4.0, 4.0)));
+            (1..12).for_each(|step| covered.add(PictureFrame::centred(curve.at(f64::from(step) / 12.0), 4.0, 4.0)));
         }
-        let labels: Vec<Frame> =
+        let labels: Vec<PictureFrame> =
             curves.iter().zip(&graph.edges).map(|(curve, edge)| place_label(curve, edge, &mut covered)).collect();
-        let names: Vec<Frame> =
+        let names: Vec<PictureFrame> =
             nodes.iter().zip(&graph.nodes).map(|(&at, name)| place_name(at, name, &mut covered)).collect();
-        let frame = Frame::around(covered.frames().iter());
+        let frame = PictureFrame::around(covered.frames().iter());
         let heading = text_width(title, 13.0);
-        let frame = Frame { y: frame.y - 26.0, height: frame.height + 26.0, width: frame.width.max(heading), ..frame };
-        Panel { title, graph, curves, frame, names, labels }
+        let frame =
+            PictureFrame { y: frame.y - 26.0, height: frame.height + 26.0, width: frame.width.max(heading), ..frame };
+        GraphPanel { title, graph, curves, frame, names, labels }
     }
 
     fn draw(&self, svg: &mut Svg, [x, y]: Pixel) {
@@ -117,7 +119,7 @@ fn printed(label: &str) -> String {
 }
 
 /// Parallel edges bend to either side; all edges of a pair of nodes are spread evenly.
-fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
+fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<EdgeCurve> {
     let mut parallel: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
     for (index, edge) in graph.edges.iter().enumerate() {
         let [a, b] = edge.ends;
@@ -125,7 +127,7 @@ fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
     }
     let mut by_x: Vec<usize> = (0..nodes.len()).collect();
     by_x.sort_by(|&a, &b| nodes[a][0].total_cmp(&nodes[b][0]));
-    let blank = Curve { from: [0.0; 2], over: [0.0; 2], to: [0.0; 2] };
+    let blank = EdgeCurve { from: [0.0; 2], over: [0.0; 2], to: [0.0; 2] };
     let mut curves = vec![blank; graph.edges.len()];
     for ([low, high], edges) in parallel {
         let (a, b) = (nodes[low], nodes[high]);
@@ -142,13 +144,13 @@ fn curves(graph: &Graph, nodes: &[Pixel]) -> Vec<Curve> {
             let bend = 46.0_f64.min(0.55 * length) * 1.6 * offset;
             let over = [0.5 * (a[0] + b[0]) + bend * side[0], 0.5 * (a[1] + b[1]) + bend * side[1]];
             let [from, to] = graph.edges[index].ends.map(|node| nodes[node]);
-            curves[index] = Curve { from, over, to };
+            curves[index] = EdgeCurve { from, over, to };
         }
     }
     curves
 }
 
-impl Curve {
+impl EdgeCurve {
     fn at(&self, s: f64) -> Pixel {
         let r = 1.0 - s;
         [0, 1].map(|axis| r * r * self.from[axis] + 2.0 * r * s * self.over[axis] + s * s * self.to[axis])
@@ -179,7 +181,7 @@ impl Curve {
     }
 }
 
-fn place_label(curve: &Curve, edge: &Edge, covered: &mut Covered) -> Frame {
+fn place_label(curve: &EdgeCurve, edge: &DrawnEdge, covered: &mut Covered) -> PictureFrame {
     let (width, height) = (text_width(&printed(&edge.label), 12.0), 14.0);
     let shares = [0.45, 0.36, 0.54, 0.28, 0.68, 0.2, 0.78];
     let candidates = shares.iter().enumerate().flat_map(|(order, &share)| {
@@ -187,13 +189,13 @@ fn place_label(curve: &Curve, edge: &Edge, covered: &mut Covered) -> Frame {
         let reach = 4.0 + 0.5 * (width * direction[1].abs() + height * direction[0].abs());
         [1.0, -1.0].map(move |side| {
             let centre = [at[0] + side * reach * direction[1], at[1] - side * reach * direction[0]];
-            (Frame::centred(centre, width, height), order)
+            (PictureFrame::centred(centre, width, height), order)
         })
     });
     choose(candidates.map(|(frame, order)| (frame, 4.0 * order as f64)), covered)
 }
 
-fn place_name(at: Pixel, name: &str, covered: &mut Covered) -> Frame {
+fn place_name(at: Pixel, name: &str, covered: &mut Covered) -> PictureFrame {
     let (width, height) = (text_width(name, 10.5), 12.5);
     let candidates = (0..36).map(|turn| {
         let (ring, turn) = (turn / 12, turn % 12);
@@ -203,22 +205,22 @@ fn place_name(at: Pixel, name: &str, covered: &mut Covered) -> Frame {
             at[0] + gap * cosine + (1.5 * cosine).clamp(-0.5, 0.5) * width,
             at[1] - gap * sine - (1.5 * sine).clamp(-0.5, 0.5) * height,
         ];
-        (Frame::centred(centre, width, height), 12.0 * f64::from(ring))
+        (PictureFrame::centred(centre, width, height), 12.0 * f64::from(ring))
     });
     choose(candidates, covered)
 }
 
 /// The candidate with the least cost and common area with the covered ones; it is covered from now on.
-fn choose(candidates: impl Iterator<Item = (Frame, f64)>, covered: &mut Covered) -> Frame {
+fn choose(candidates: impl Iterator<Item = (PictureFrame, f64)>, covered: &mut Covered) -> PictureFrame {
     let costs = candidates.map(|(frame, own)| (frame, own + covered.overlap(&frame)));
     let best = costs.min_by(|(_, a), (_, b)| a.total_cmp(b));
-    let frame = best.map_or(Frame { x: 0.0, y: 0.0, width: 0.0, height: 0.0 }, |(frame, _)| frame);
+    let frame = best.map_or(PictureFrame { x: 0.0, y: 0.0, width: 0.0, height: 0.0 }, |(frame, _)| frame);
     covered.add(frame);
     frame
 }
 
 /// Text in the middle of its box, on a white halo.
-fn text(svg: &mut Svg, at: &Frame, text: &str, size: f64, style: &str) {
+fn text(svg: &mut Svg, at: &PictureFrame, text: &str, size: f64, style: &str) {
     let middle = [at.x + 0.5 * at.width, at.y + 0.78 * at.height];
     let common = format!(r#"font-size="{size}" text-anchor="middle""#);
     let halo = r##"fill="none" stroke="#ffffff" stroke-width="3" stroke-linejoin="round""##;

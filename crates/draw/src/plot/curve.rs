@@ -3,11 +3,11 @@
 use super::headed;
 use super::panel::{AXIS, GRID, TICK, below, beside, place};
 use crate::alike::Alike;
-use crate::svg::{Frame, Pixel, Svg, polyline};
+use crate::svg::{PictureFrame, Pixel, Svg, polyline};
 
 /// A curve; all coordinates are above zero.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct PlotCurve {
     pub title: String,
     /// Titles of the horizontal and of the vertical axis.
     pub axes: [String; 2],
@@ -15,7 +15,7 @@ pub struct Curve {
 }
 
 const WIDTH: f64 = 640.0;
-const AXES: Frame = Frame { x: 84.0, y: 44.0, width: 520.0, height: 300.0 };
+const AXES: PictureFrame = PictureFrame { x: 84.0, y: 44.0, width: 520.0, height: 300.0 };
 /// Below the axes: tick labels and title [px].
 const BOTTOM: f64 = 52.0;
 /// Space between the axes' ends and the outer points, with their labels: a factor, and a share of the decades in between.
@@ -25,9 +25,9 @@ const SHARE: f64 = 0.06;
 const HALO: &str = r##"paint-order="stroke" stroke="#ffffff" stroke-width="3""##;
 const LINE: &str = r##"fill="none" stroke="#2f6cab" stroke-width="1.8" stroke-linejoin="round""##;
 
-impl Curve {
+impl PlotCurve {
     pub fn svg(&self) -> String {
-        let [across, up] = [0, 1].map(|axis| Scale::over(self.points.iter().map(|(point, _)| point[axis])));
+        let [across, up] = [0, 1].map(|axis| LogScale::over(self.points.iter().map(|(point, _)| point[axis])));
         let mut svg = headed(&self.title);
         draw_axes(&mut svg, AXES, [&across, &up], [&self.axes[0], &self.axes[1]]);
         let pixels: Vec<Pixel> =
@@ -37,13 +37,13 @@ impl Curve {
             svg.circle([x, y], 4.0, r##"fill="#2f6cab" stroke="#ffffff" stroke-width="1.5""##);
             svg.text([x + 8.0, y - 6.0], &format!("{TICK} {HALO}"), label);
         }
-        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &self.title)
+        svg.finish(PictureFrame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &self.title)
     }
 }
 
 /// Two logarithmic axes with their grid and titles.
-pub(crate) fn draw_axes(svg: &mut Svg, axes: Frame, [across, up]: [&Scale; 2], titles: [&str; 2]) {
-    let Frame { x: left, y: top, width, height } = axes;
+pub(crate) fn draw_axes(svg: &mut Svg, axes: PictureFrame, [across, up]: [&LogScale; 2], titles: [&str; 2]) {
+    let PictureFrame { x: left, y: top, width, height } = axes;
     let (right, bottom) = (left + width, top + height);
     for tick in across.ticks() {
         let x = left + across.part(tick) * width;
@@ -62,11 +62,11 @@ pub(crate) fn draw_axes(svg: &mut Svg, axes: Frame, [across, up]: [&Scale; 2], t
 }
 
 /// A logarithmic axis: the decimal logarithms of its ends.
-pub(crate) struct Scale {
+pub(crate) struct LogScale {
     ends: [f64; 2],
 }
 
-impl Scale {
+impl LogScale {
     pub fn over(values: impl Iterator<Item = f64>) -> Self {
         let [low, high] =
             values.fold([f64::MAX, f64::MIN_POSITIVE], |[low, high], value| [low.min(value), high.max(value)]);
@@ -99,10 +99,10 @@ mod tests {
 
     #[test]
     fn ticks_are_powers_of_ten_or_finer() {
-        let scale = Scale::over([1e-10, 1e-4].into_iter());
+        let scale = LogScale::over([1e-10, 1e-4].into_iter());
         let labels: Vec<String> = scale.ticks().into_iter().map(label).collect();
         assert_eq!(labels, ["1e-10", "1e-9", "1e-8", "1e-7", "1e-6", "1e-5", "1e-4"]);
-        let scale = Scale::over([300.0, 4000.0].into_iter());
+        let scale = LogScale::over([300.0, 4000.0].into_iter());
         let labels: Vec<String> = scale.ticks().into_iter().map(label).collect();
         assert_eq!(labels, ["200", "500", "1000", "2000", "5000"]);
     }
@@ -110,15 +110,15 @@ mod tests {
     /// A label reaches 18 px above its point and 45 px to its right.
     #[test]
     fn labels_of_outer_points_are_within_the_axes() {
-        let scale = Scale::over([1e-11, 1e-4].into_iter());
+        let scale = LogScale::over([1e-11, 1e-4].into_iter());
         assert!((1.0 - scale.part(1e-4)) * AXES.height > 18.0);
-        let work = Scale::over([200.0, 350.0].into_iter());
+        let work = LogScale::over([200.0, 350.0].into_iter());
         assert!((1.0 - work.part(350.0)) * AXES.width > 45.0);
     }
 
     #[test]
     fn one_point_has_axes_too() {
-        let scale = Scale::over([1.0].into_iter());
+        let scale = LogScale::over([1.0].into_iter());
         assert!((scale.part(1.0) - 0.5).abs() < 1e-12);
     }
 }

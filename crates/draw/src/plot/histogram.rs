@@ -4,7 +4,7 @@ use super::panel::{COLOURS, GRID, TICK, axes, place};
 use super::ticks::Ticks;
 use super::{BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, headed};
 use crate::alike::Alike;
-use crate::svg::{Frame, Svg};
+use crate::svg::{PictureFrame, Svg};
 
 /// Histograms, one below the other.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,12 +12,12 @@ pub struct Histogram {
     pub title: String,
     /// What is counted, such as `runs`.
     pub counted: String,
-    pub samples: Vec<Sample>,
+    pub samples: Vec<HistogramSample>,
 }
 
 /// The values of a quantity.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct HistogramSample {
     /// Its name, with its unit.
     pub name: String,
     /// Those that are not finite are left out.
@@ -32,7 +32,7 @@ const QUANTILES: [(f64, &str); 3] = [(0.05, "5 %"), (0.5, "median"), (0.95, "95 
 impl Histogram {
     pub fn svg(&self) -> String {
         let mut svg = headed(&self.title);
-        let mut frame = Frame { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
+        let mut frame = PictureFrame { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
         for sample in &self.samples {
             let mut values: Vec<f64> = sample.values.iter().copied().filter(|value| value.is_finite()).collect();
             values.sort_by(f64::total_cmp);
@@ -40,10 +40,10 @@ impl Histogram {
             figures(&mut svg, frame, &values);
             frame.y += HEIGHT + BOTTOM + 8.0;
         }
-        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: frame.y }, &self.title)
+        svg.finish(PictureFrame { x: 0.0, y: 0.0, width: WIDTH, height: frame.y }, &self.title)
     }
 
-    fn draw(&self, svg: &mut Svg, frame: Frame, name: &str, sorted: &[f64]) {
+    fn draw(&self, svg: &mut Svg, frame: PictureFrame, name: &str, sorted: &[f64]) {
         let along_axis = Ticks::around(sorted.iter().copied(), 8);
         let bins = bins(sorted, &along_axis);
         let most = bins.iter().map(|bin| bin.1).max().unwrap_or(1);
@@ -55,7 +55,7 @@ impl Histogram {
         for &([from, to], count) in &bins {
             let low = place(frame, along_axis.part(from), 0.0);
             let high = place(frame, along_axis.part(to), whole.part(count as f64));
-            let bar = Frame { x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1] };
+            let bar = PictureFrame { x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1] };
             svg.rectangle(bar, 0.0, &style);
         }
         axes(svg, frame, [&along_axis, &whole], [name, &self.counted]);
@@ -92,7 +92,7 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 }
 
 /// Beside the histogram: mean, standard deviation, quantiles.
-fn figures(svg: &mut Svg, frame: Frame, sorted: &[f64]) {
+fn figures(svg: &mut Svg, frame: PictureFrame, sorted: &[f64]) {
     let count = sorted.len() as f64;
     let mean = sorted.iter().sum::<f64>() / count;
     let squares = sorted.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn without_values_there_is_still_a_picture() {
-        let sample = Sample { name: "x [m]".into(), values: vec![f64::NAN] };
+        let sample = HistogramSample { name: "x [m]".into(), values: vec![f64::NAN] };
         let svg = Histogram { samples: vec![sample], ..Histogram::default() }.svg();
         assert!(!svg.contains("NaN") && svg.contains("x [m]"), "{svg}");
     }

@@ -3,7 +3,7 @@
 use super::panel::{AXIS, TICK, TITLE, axes, place};
 use super::ticks::Ticks;
 use super::{BOTTOM, LEFT, RIGHT, TOP, WIDTH, headed};
-use crate::svg::{Frame, Svg};
+use crate::svg::{PictureFrame, Svg};
 
 /// Fields over a grid of two quantities, one below the other.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,14 +56,14 @@ impl Map {
         let mut top = TOP + 4.0;
         for field in &self.fields {
             svg.text([LEFT, top + 12.0], TITLE, &field.name);
-            let frame = Frame { x: LEFT, y: top + NAME, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
+            let frame = PictureFrame { x: LEFT, y: top + NAME, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
             self.draw(&mut svg, frame, field, &cells, [&x, &y]);
             top = frame.y + HEIGHT + BOTTOM;
         }
-        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: top }, &self.title)
+        svg.finish(PictureFrame { x: 0.0, y: 0.0, width: WIDTH, height: top }, &self.title)
     }
 
-    fn draw(&self, svg: &mut Svg, frame: Frame, field: &Field, cells: &[Cells; 2], [x, y]: [&Ticks; 2]) {
+    fn draw(&self, svg: &mut Svg, frame: PictureFrame, field: &Field, cells: &[Cells; 2], [x, y]: [&Ticks; 2]) {
         let colours = Ticks::over(field.values.iter().copied(), 5);
         svg.raw(r#"<g shape-rendering="crispEdges">"#);
         for (right, column) in cells[0].edges.windows(2).zip(&cells[0].levels) {
@@ -71,7 +71,7 @@ impl Map {
                 let value = field.values.get(column * self.levels[1].len() + row).copied().unwrap_or(f64::NAN);
                 let low = place(frame, x.part(right[0]), y.part(up[0]));
                 let high = place(frame, x.part(right[1]), y.part(up[1]));
-                let cell = Frame { x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1] };
+                let cell = PictureFrame { x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1] };
                 svg.rectangle(cell, 0.0, &format!(r#"fill="{}""#, colour(colours.part(value))));
             }
         }
@@ -112,14 +112,14 @@ impl Cells {
 }
 
 /// The colour scale, beside its map.
-fn scale(svg: &mut Svg, frame: Frame, colours: &Ticks) {
-    let bar = Frame { x: frame.x + frame.width + 26.0, width: 18.0, ..frame };
+fn scale(svg: &mut Svg, frame: PictureFrame, colours: &Ticks) {
+    let bar = PictureFrame { x: frame.x + frame.width + 26.0, width: 18.0, ..frame };
     svg.raw(r#"<g shape-rendering="crispEdges">"#);
     for shade in 0..SHADES {
         let height = bar.height / SHADES as f64;
         let y = bar.y + bar.height - (shade + 1) as f64 * height;
         let style = format!(r#"fill="{}""#, colour((shade as f64 + 0.5) / SHADES as f64));
-        svg.rectangle(Frame { y, height: height + 0.5, ..bar }, 0.0, &style);
+        svg.rectangle(PictureFrame { y, height: height + 0.5, ..bar }, 0.0, &style);
     }
     svg.raw("</g>");
     for &at in &colours.at {

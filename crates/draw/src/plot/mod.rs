@@ -7,13 +7,13 @@ mod map;
 mod panel;
 mod ticks;
 
-pub use curve::Curve;
-pub(super) use curve::{Scale, draw_axes};
-pub use histogram::{Histogram, Sample};
+pub use curve::PlotCurve;
+pub(super) use curve::{LogScale, draw_axes};
+pub use histogram::{Histogram, HistogramSample};
 pub use map::{Field, Map};
 pub(super) use panel::place;
 
-use super::svg::{Frame, Svg};
+use super::svg::{PictureFrame, Svg};
 use panel::Panel;
 use ticks::Ticks;
 
@@ -70,7 +70,7 @@ impl Plot {
         let at = || self.series.iter().filter_map(|series| series.at.as_ref()).flatten().chain(&self.time).copied();
         let mut ticks = if self.true_to_scale.is_some() { Ticks::around(at(), 8) } else { Ticks::over(at(), 8) };
         let mut svg = headed(&self.title);
-        let mut frame = Frame { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
+        let mut frame = PictureFrame { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT };
         for (index, panel) in panels.iter().enumerate() {
             if index > 0 {
                 frame.y += frame.height + GAP;
@@ -85,7 +85,7 @@ impl Plot {
         }
         panel::along(&mut svg, frame, &ticks, &self.axis);
         let height = frame.y + frame.height + BOTTOM;
-        svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height }, &self.title)
+        svg.finish(PictureFrame { x: 0.0, y: 0.0, width: WIDTH, height }, &self.title)
     }
 
     /// Curves by unit and size, in the order in which they occur.

@@ -2,7 +2,7 @@
 
 use super::Series;
 use super::ticks::Ticks;
-use crate::svg::{Frame, Pixel, Svg, polyline, text_width};
+use crate::svg::{PictureFrame, Pixel, Svg, polyline, text_width};
 
 pub struct Panel<'a> {
     pub unit: &'a str,
@@ -29,7 +29,7 @@ impl Panel<'_> {
         Ticks::around(all.flat_map(|series| series.values.iter().copied()), 5)
     }
 
-    pub fn draw(&self, svg: &mut Svg, frame: Frame, time: &[f64], times: &Ticks, values: &Ticks) {
+    pub fn draw(&self, svg: &mut Svg, frame: PictureFrame, time: &[f64], times: &Ticks, values: &Ticks) {
         self.draw_axis(svg, frame, values, times);
         let pixels = |series: &Series| -> Vec<Option<Pixel>> {
             let at = series.at.as_deref().unwrap_or(time);
@@ -76,7 +76,7 @@ impl Panel<'_> {
         format!(r##"fill="#ffffff" stroke="{}" stroke-width="1.3""##, colour(of.unwrap_or(0)))
     }
 
-    fn draw_axis(&self, svg: &mut Svg, frame: Frame, values: &Ticks, times: &Ticks) {
+    fn draw_axis(&self, svg: &mut Svg, frame: PictureFrame, values: &Ticks, times: &Ticks) {
         for &at in &times.at {
             let part = times.part(at);
             svg.line(place(frame, part, 0.0), place(frame, part, 1.0), GRID);
@@ -102,7 +102,7 @@ impl Panel<'_> {
         title.trim().to_owned()
     }
 
-    fn draw_legend(&self, svg: &mut Svg, frame: Frame, dashes: &[&str]) {
+    fn draw_legend(&self, svg: &mut Svg, frame: PictureFrame, dashes: &[&str]) {
         let x = frame.x + frame.width + 14.0;
         for (index, series) in self.series.iter().take(LEGEND).enumerate() {
             let y = frame.y + 12.0 + 19.0 * index as f64;
@@ -126,7 +126,7 @@ impl Panel<'_> {
 }
 
 /// Both axes with their titles.
-pub fn axes(svg: &mut Svg, frame: Frame, [x, y]: [&Ticks; 2], titles: [&str; 2]) {
+pub fn axes(svg: &mut Svg, frame: PictureFrame, [x, y]: [&Ticks; 2], titles: [&str; 2]) {
     svg.line(place(frame, 0.0, 0.0), place(frame, 0.0, 1.0), AXIS);
     svg.line(place(frame, 0.0, 0.0), place(frame, 1.0, 0.0), AXIS);
     upwards(svg, frame, y);
@@ -135,7 +135,7 @@ pub fn axes(svg: &mut Svg, frame: Frame, [x, y]: [&Ticks; 2], titles: [&str; 2])
 }
 
 /// The axis below.
-pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
+pub fn along(svg: &mut Svg, frame: PictureFrame, times: &Ticks, title: &str) {
     let bottom = frame.y + frame.height;
     for &at in &times.at {
         let [x, _] = place(frame, times.part(at), 0.0);
@@ -146,13 +146,13 @@ pub fn along(svg: &mut Svg, frame: Frame, times: &Ticks, title: &str) {
 }
 
 /// The title of the axis below.
-pub fn below(svg: &mut Svg, frame: Frame, title: &str) {
+pub fn below(svg: &mut Svg, frame: PictureFrame, title: &str) {
     let middle = [frame.x + 0.5 * frame.width, frame.y + frame.height + 39.0];
     svg.text(middle, &format!(r#"{TITLE} text-anchor="middle""#), title);
 }
 
 /// The labels of the axis upwards.
-fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
+fn upwards(svg: &mut Svg, frame: PictureFrame, values: &Ticks) {
     for &at in &values.at {
         let [x, y] = place(frame, 0.0, values.part(at));
         svg.text([x - 8.0, y + 4.2], &format!(r#"{TICK} text-anchor="end""#), &values.label(at));
@@ -160,7 +160,7 @@ fn upwards(svg: &mut Svg, frame: Frame, values: &Ticks) {
 }
 
 /// The title of the axis upwards.
-pub fn beside(svg: &mut Svg, frame: Frame, title: &str) {
+pub fn beside(svg: &mut Svg, frame: PictureFrame, title: &str) {
     let [x, y] = [20.0, frame.y + 0.5 * frame.height];
     let style = format!(r#"{TITLE} text-anchor="middle" transform="rotate(-90 {x} {y})""#);
     svg.text([x, y], &style, title);
@@ -190,7 +190,7 @@ fn colour(index: usize) -> &'static str {
 }
 
 /// A point of the axes, from parts of their lengths.
-pub fn place(frame: Frame, right: f64, up: f64) -> Pixel {
+pub fn place(frame: PictureFrame, right: f64, up: f64) -> Pixel {
     [frame.x + right * frame.width, frame.y + (1.0 - up) * frame.height]
 }
 

@@ -3,9 +3,9 @@
 use cotree::component::Icon;
 use cotree::model::{BodyId, Formula, Part, Place};
 
-use super::Pose;
+use super::PoseValues;
 use crate::alike::Alike;
-use crate::drawing::{Cam, Coupling, CouplingKind, Wheel};
+use crate::drawing::{CouplingKind, DrawnCam, DrawnCoupling, Wheel};
 
 /// Corners of a drawn profile.
 const OUTLINE: usize = 240;
@@ -14,11 +14,11 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).length_with(a[1] - b[1])
 }
 
-impl Pose<'_> {
-    pub(super) fn coupling(&mut self, part: &Part, icon: &Icon) -> Option<Coupling> {
+impl PoseValues<'_> {
+    pub(super) fn coupling(&mut self, part: &Part, icon: &Icon) -> Option<DrawnCoupling> {
         let kind = self.coupling_kind(part, icon)?;
         let between = part.bodies().map(|body| body.map(|body| body.0));
-        Some(Coupling { name: part.name.clone(), between, kind })
+        Some(DrawnCoupling { name: part.name.clone(), between, kind })
     }
 
     fn coupling_kind(&mut self, part: &Part, icon: &Icon) -> Option<CouplingKind> {
@@ -63,7 +63,7 @@ impl Pose<'_> {
     }
 
     /// A cam for the parameters of the pose.
-    fn cam(&mut self, part: &Part) -> Option<Cam> {
+    fn cam(&mut self, part: &Part) -> Option<DrawnCam> {
         let mechanism = &self.equations.system.mechanism;
         let parameters = &self.state.parameters()[..mechanism.parameters.len()];
         let profile = (part.component().profile)(part, mechanism, parameters)?;
@@ -80,7 +80,7 @@ impl Pose<'_> {
             let [low, high] = reaches.fold([0.0_f64; 2], |[low, high], reach| [low.min(reach), high.max(reach)]);
             (follower, [low - beyond, high + beyond].map(|reach| [foot[0] + reach * x, foot[1] + reach * y]))
         });
-        Some(Cam {
+        Some(DrawnCam {
             hub: Wheel { body: index(profile.body), centre: self.carried(profile.body, profile.hub), radius },
             outline,
             roller: roller.map(|radius| Wheel { body: follower, centre: foot, radius }),

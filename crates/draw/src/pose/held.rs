@@ -4,11 +4,11 @@ use cotree::component::Icon;
 use cotree::expr::{Symbol, Values};
 use cotree::model::{BodyId, Mechanism, ParameterId, Part, Place, Quantity, Unilateral, Variable};
 
-use super::Pose;
+use super::PoseValues;
 use crate::alike::Alike;
-use crate::drawing::{CouplingKind, Course, Drawing, Held, Spot, Stop};
+use crate::drawing::{BodySpot, CouplingKind, Drawing, HeldPart, Stop, StopMotion};
 
-impl Pose<'_> {
+impl PoseValues<'_> {
     /// The stops and marks of everything that has modes.
     pub(super) fn held(&mut self, drawing: &mut Drawing) {
         let mechanism = &*self.equations.system.mechanism.clone();
@@ -22,7 +22,7 @@ impl Pose<'_> {
             let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
             let impulse =
                 impulses.into_iter().find(|own| part.component().variables.contains(own)).filter(|_| is_first);
-            drawing.held.push(Held {
+            drawing.held.push(HeldPart {
                 name: own.name.clone(),
                 spot,
                 sticks: own.slip.is_some(),
@@ -51,7 +51,7 @@ impl Pose<'_> {
                 let axis = self.direction(axis, part.between[0].body());
                 let size = axis[0].length_with(axis[1]);
                 let towards = axis.map(|component| sense * component / size);
-                let course = if matches!(icon, Icon::Slider(_)) { Course::Slides } else { Course::InSlot };
+                let course = if matches!(icon, Icon::Slider(_)) { StopMotion::Slides } else { StopMotion::InSlot };
                 ([at[0] + gap * towards[0], at[1] + gap * towards[1]], towards, course)
             }
             Icon::Pin => {
@@ -59,7 +59,7 @@ impl Pose<'_> {
                 let [x, y] = self.bar(body.0, at);
                 let (sine, cosine) = (sense * gap).sine_and_cosine();
                 let bar = [cosine * x - sine * y, sine * x + cosine * y];
-                (at, [-sense * bar[1], sense * bar[0]], Course::Turns(bar))
+                (at, [-sense * bar[1], sense * bar[0]], StopMotion::Turns(bar))
             }
             _ => return None,
         };
@@ -96,7 +96,7 @@ impl Pose<'_> {
     }
 
     /// Where modes are seen: where something touches, slides or turns.
-    fn spot(&mut self, part: &Part, icon: &Icon, drawing: &Drawing) -> Spot {
+    fn spot(&mut self, part: &Part, icon: &Icon, drawing: &Drawing) -> BodySpot {
         let index = |place: Place| place.body().map(|body| body.0);
         let coupling = drawing.couplings.iter().find(|own| own.name == part.name).map(|own| &own.kind);
         match (icon, coupling) {
@@ -107,20 +107,20 @@ impl Pose<'_> {
                 let way = [to[0] - from[0], to[1] - from[1]];
                 let share = wheels[large].radius / way[0].length_with(way[1]);
                 let off = way.map(|component| share * component);
-                Spot { on: wheels[large].body, at: from, off: Some((carrier.map(|body| body.0), off)) }
+                BodySpot { on: wheels[large].body, at: from, off: Some((carrier.map(|body| body.0), off)) }
             }
             (Icon::Rolling { .. }, Some(CouplingKind::Rolling { disc, line, axis, .. })) => {
                 let size = axis[0].length_with(axis[1]);
                 let off = [axis[1], -axis[0]].map(|component| disc.radius * component / size);
-                Spot { on: disc.body, at: disc.centre, off: Some((*line, off)) }
+                BodySpot { on: disc.body, at: disc.centre, off: Some((*line, off)) }
             }
             (Icon::Round(_), _) => {
                 let place = self.turning_point(part.bodies());
-                Spot { on: index(place), at: self.at(place), off: None }
+                BodySpot { on: index(place), at: self.at(place), off: None }
             }
             _ => {
                 let place = part.between[usize::from(part.between[1].body().is_some())];
-                Spot { on: index(place), at: self.at(place), off: None }
+                BodySpot { on: index(place), at: self.at(place), off: None }
             }
         }
     }

@@ -13,27 +13,28 @@ use cotree::formulate::explain::attempt::Attempt;
 use cotree::model::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
 use cotree_fmu::model::State;
 
-use super::drawing::{Body, Drawing, Force, Hold, Joint, Shape, Spring, Target, Turn};
+use super::drawing::{Drawing, DrawnBody, DrawnForce, DrawnJoint, DrawnShape, DrawnSpring, Hold, Target, Turn};
 use super::line;
 use crate::alike::Alike;
 
 pub fn draw(formulated: &mut Formulated) -> Drawing {
-    drawn(Pose::new(formulated))
+    drawn(PoseValues::new(formulated))
 }
 
 /// The drawing of a mechanism at another time.
 pub fn draw_at(formulated: &mut Formulated, state: &State) -> Drawing {
-    drawn(Pose { equations: &mut formulated.equations, state, known: HashMap::new() })
+    drawn(PoseValues { equations: &mut formulated.equations, state, known: HashMap::new() })
 }
 
 /// The drawing of a best attempt, with its gaps.
 pub fn draw_attempt(attempt: &mut Attempt) -> Drawing {
-    let mut drawing = drawn(Pose { equations: &mut attempt.equations, state: &attempt.state, known: HashMap::new() });
+    let mut drawing =
+        drawn(PoseValues { equations: &mut attempt.equations, state: &attempt.state, known: HashMap::new() });
     drawing.mark_gaps();
     drawing
 }
 
-fn drawn(mut pose: Pose) -> Drawing {
+fn drawn(mut pose: PoseValues) -> Drawing {
     let mechanism = &*pose.equations.system.mechanism.clone();
     let mut drawing = Drawing {
         title: mechanism.name.clone(),
@@ -55,7 +56,7 @@ fn drawn(mut pose: Pose) -> Drawing {
     fixed.dedup();
     drawing.ground = fixed.into_iter().map(|place| pose.at(place)).collect();
     if mechanism.dimension == Dimension::One {
-        let pushed = drawing.targets.drain(..).map(|target| Force {
+        let pushed = drawing.targets.drain(..).map(|target| DrawnForce {
             name: target.name,
             on: target.on,
             at: target.at,
@@ -72,7 +73,7 @@ fn drawn(mut pose: Pose) -> Drawing {
 pub fn frames(formulated: &mut Formulated) -> Vec<[f64; 3]> {
     let mechanism = &*formulated.equations.system.mechanism.clone();
     let turns = mechanism.dimension == Dimension::Two;
-    let mut pose = Pose::new(formulated);
+    let mut pose = PoseValues::new(formulated);
     let mut frame = |body| {
         let [x, y] = pose.at(Place::Centre(body));
         [x, y, if turns { pose.angle(Some(body)) } else { 0.0 }]
@@ -82,16 +83,16 @@ pub fn frames(formulated: &mut Formulated) -> Vec<[f64; 3]> {
 
 /// Where a place is at the start.
 pub fn position(formulated: &mut Formulated, place: Place) -> [f64; 2] {
-    Pose::new(formulated).at(place)
+    PoseValues::new(formulated).at(place)
 }
 
 /// Where many places are at the start; they share what their paths share.
 pub fn positions(formulated: &mut Formulated, places: impl IntoIterator<Item = Place>) -> Vec<[f64; 2]> {
-    let mut pose = Pose::new(formulated);
+    let mut pose = PoseValues::new(formulated);
     places.into_iter().map(|place| pose.at(place)).collect()
 }
 
-struct Pose<'a> {
+struct PoseValues<'a> {
     equations: &'a mut Equations,
     state: &'a State,
     /// Values of expressions: the places of a mechanism share most of theirs.
@@ -114,9 +115,9 @@ fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> 
     }
 }
 
-impl<'a> Pose<'a> {
+impl<'a> PoseValues<'a> {
     fn new(formulated: &'a mut Formulated) -> Self {
-        Pose { equations: &mut formulated.equations, state: &formulated.state, known: HashMap::new() }
+        PoseValues { equations: &mut formulated.equations, state: &formulated.state, known: HashMap::new() }
     }
 
     fn values(&mut self, exprs: &[Expr]) -> Vec<f64> {
@@ -137,33 +138,35 @@ impl<'a> Pose<'a> {
         self.values(&[expr])[0]
     }
 
-    fn body(&mut self, id: BodyId) -> Body {
+    fn body(&mut self, id: BodyId) -> DrawnBody {
         let body = &self.equations.system.mechanism.clone().bodies[id.0];
         let mut points: Vec<[f64; 2]> = (0..body.points.len()).map(|point| self.at(Place::Point(id, point))).collect();
         let centre = self.at(Place::Centre(id));
         let shape = body.outline.as_ref().map(|outline| self.shape(outline, id, centre));
         let shape = match shape {
             // A rod is drawn as the bar between its ends.
-            Some(Shape::Polygon(ends)) if ends.len() == 2 => {
+            Some(DrawnShape::Polygon(ends)) if ends.len() == 2 => {
                 points.extend(ends);
                 None
             }
             other => other,
         };
-        Body { name: body.name.clone(), points, centre, shape }
+        DrawnBody { name: body.name.clone(), points, centre, shape }
     }
 
     /// The shape of a body in the world.
-    fn shape(&mut self, outline: &Outline, id: BodyId, centre: [f64; 2]) -> Shape {
+    fn shape(&mut self, outline: &Outline, id: BodyId, centre: [f64; 2]) -> DrawnShape {
         let place = |pose: &mut Self, at: &[Formula; 2]| {
             let [x, y] = pose.direction(at, Some(id));
             [centre[0] + x, centre[1] + y]
         };
         match outline {
-            Outline::Polygon(corners) => Shape::Polygon(corners.iter().map(|corner| place(self, corner)).collect()),
+            Outline::Polygon(corners) => {
+                DrawnShape::Polygon(corners.iter().map(|corner| place(self, corner)).collect())
+            }
             Outline::Disc(at, radius) => {
                 let radius = self.equations.formula(radius);
-                Shape::Disc(place(self, at), self.values(&[radius])[0])
+                DrawnShape::Disc(place(self, at), self.values(&[radius])[0])
             }
         }
     }
@@ -184,11 +187,11 @@ impl<'a> Pose<'a> {
             }
             Icon::Line(glyph) => {
                 let ends = part.between.map(|place| self.at(place));
-                drawing.springs.push(Spring { name, between, ends, glyph: *glyph, beside: 0.0 });
+                drawing.springs.push(DrawnSpring { name, between, ends, glyph: *glyph, beside: 0.0 });
             }
             Icon::Arrow { vector, in_body } => {
                 let direction = self.arrow(vector, part.between[1].body().filter(|_| *in_body));
-                drawing.forces.push(Force { name, on: between[1], at: self.at(part.between[1]), direction });
+                drawing.forces.push(DrawnForce { name, on: between[1], at: self.at(part.between[1]), direction });
             }
             Icon::Turn => drawing.turns.push(self.turn(part, None)),
             Icon::Round(glyph) => drawing.turns.push(self.turn(part, Some(*glyph))),
@@ -215,8 +218,8 @@ impl<'a> Pose<'a> {
         Turn { name: part.name.clone(), on: place.body().map(|body| body.0), at: self.at(place), glyph }
     }
 
-    fn joint(&mut self, part: &Part, hold: Hold) -> Joint {
-        Joint {
+    fn joint(&mut self, part: &Part, hold: Hold) -> DrawnJoint {
+        DrawnJoint {
             name: part.name.clone(),
             kind: hold,
             between: part.bodies().map(|body| body.map(|body| body.0)),
@@ -225,11 +228,11 @@ impl<'a> Pose<'a> {
     }
 
     /// The driver of a joint that slides, as an arrow along it.
-    fn push(&mut self, part: &Part, joints: &[Joint]) -> Option<Force> {
+    fn push(&mut self, part: &Part, joints: &[DrawnJoint]) -> Option<DrawnForce> {
         let driven = &self.equations.system.mechanism.joints[part.joint()?.0].name;
         let joint = joints.iter().find(|joint| joint.name == *driven)?;
         let (Hold::Slider(direction) | Hold::Slot(direction)) = joint.kind else { return None };
-        Some(Force { name: part.name.clone(), on: joint.between[1], at: joint.at[1], direction })
+        Some(DrawnForce { name: part.name.clone(), on: joint.between[1], at: joint.at[1], direction })
     }
 
     /// A force that is zero at the start is drawn as if its inputs were positive; if that does not help, along the

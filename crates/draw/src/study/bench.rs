@@ -2,11 +2,11 @@
 
 use cotree_study::bench::Bench;
 
-use crate::plot::{Scale, draw_axes, headed, place};
-use crate::svg::{Frame, Pixel, Svg, polyline};
+use crate::plot::{LogScale, draw_axes, headed, place};
+use crate::svg::{PictureFrame, Pixel, Svg, polyline};
 
 const WIDTH: f64 = 720.0;
-const AXES: Frame = Frame { x: 84.0, y: 52.0, width: 600.0, height: 360.0 };
+const AXES: PictureFrame = PictureFrame { x: 84.0, y: 52.0, width: 600.0, height: 360.0 };
 /// Below the axes [px].
 const BOTTOM: f64 = 52.0;
 const COLOURS: [&str; 4] = ["#1f2933", "#2f6cab", "#b4532a", "#3f7d4e"];
@@ -32,12 +32,12 @@ pub fn svg(bench: &Bench) -> String {
     } else {
         draw(&mut svg, &methods, &format!("{} [ms]", bench.clock));
     }
-    svg.finish(Frame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &title)
+    svg.finish(PictureFrame { x: 0.0, y: 0.0, width: WIDTH, height: AXES.y + AXES.height + BOTTOM }, &title)
 }
 
 fn draw(svg: &mut Svg, methods: &[(&str, Vec<[f64; 2]>)], time: &str) {
     let all = || methods.iter().flat_map(|(_, points)| points);
-    let [across, up] = [0, 1].map(|axis| Scale::over(all().map(|point| point[axis])));
+    let [across, up] = [0, 1].map(|axis| LogScale::over(all().map(|point| point[axis])));
     draw_axes(svg, AXES, [&across, &up], ["largest relative error", time]);
     for (index, (method, points)) in methods.iter().enumerate() {
         let colour = COLOURS[index % COLOURS.len()];

@@ -3,15 +3,15 @@
 use cotree::model::Units;
 use cotree::report::data::shown;
 use cotree::typeset::titled;
-use cotree_study::fit::{Column, Fit, Measured};
+use cotree_study::fit::{Fit, MeasuredExperiment, MeasuredVariable};
 
 use crate::plot::{Plot, Series};
 
 /// Two panels for each column: what was measured beside what fits best, and the residuals. Those of several experiments have their numbers.
 pub fn plot(fit: &Fit, units: &Units) -> Plot {
     let second = shown(units, "s");
-    let times = |own: &Measured| own.times.iter().map(|time| time / second.factor).collect::<Vec<f64>>();
-    let panels = |(index, own): (usize, &Measured)| {
+    let times = |own: &MeasuredExperiment| own.times.iter().map(|time| time / second.factor).collect::<Vec<f64>>();
+    let panels = |(index, own): (usize, &MeasuredExperiment)| {
         let number = if fit.measured.len() > 1 { format!(" ({})", index + 1) } else { String::new() };
         let times = times(own);
         own.columns.iter().flat_map(|column| panels(&times, column, &number, units)).collect::<Vec<_>>()
@@ -25,8 +25,8 @@ pub fn plot(fit: &Fit, units: &Units) -> Plot {
     }
 }
 
-fn panels(times: &[f64], column: &Column, number: &str, units: &Units) -> [Series; 4] {
-    let Column { name, unit, measured, fitted, .. } = column;
+fn panels(times: &[f64], column: &MeasuredVariable, number: &str, units: &Units) -> [Series; 4] {
+    let MeasuredVariable { name, unit, measured, fitted, .. } = column;
     let (name, unit) = (&format!("{name}{number}"), shown(units, unit));
     let residual = format!("residual of {name}");
     let series = |name: &str, values: Vec<f64>| Series {

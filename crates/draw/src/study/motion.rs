@@ -4,13 +4,13 @@ use cotree::model::Units;
 use cotree::report::data::composed;
 use cotree::typeset::titled;
 use cotree_study::motion::report::radius_of;
-use cotree_study::motion::{Cam, Column, Figures};
+use cotree_study::motion::{Cam, Figures, MotionColumn};
 
 use crate::plot::{Plot, Series};
 
 /// The table over the input.
 pub fn plot(figures: &Figures, units: &Units) -> Plot {
-    let series = |column: &Column| {
+    let series = |column: &MotionColumn| {
         let unit = composed(units, &column.unit);
         // Beyond a hundred a ratio is on its way to infinity, beyond ten base circles the radius of a profile.
         let radius = |cam: &&Cam| column.name == radius_of(&cam.name);

@@ -4,14 +4,14 @@ use cotree::model::DisplayUnit;
 use cotree::typeset::rounded;
 use cotree_study::sweep::{Outcome, Sweep};
 
-use crate::plot::{Field, Histogram, Map, Plot, Sample, Series};
+use crate::plot::{Field, Histogram, HistogramSample, Map, Plot, Series};
 
 /// A second quantity with at most so many values gives a curve for each of them instead of a map.
 const MOST_CURVES: usize = 4;
 
 /// The measures of all runs, and how they are drawn.
 #[derive(Clone, Debug)]
-pub struct Picture {
+pub struct SweepPicture {
     kind: Axes,
     /// A column for each measure, as it is shown; not a number where a run failed.
     values: Vec<Vec<f64>>,
@@ -29,7 +29,7 @@ enum Axes {
     Histograms,
 }
 
-impl Picture {
+impl SweepPicture {
     /// Chooses by what is varied.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ impl Picture {
             }
             (false, _) => Axes::Histograms,
         };
-        Ok(Picture { kind, values: vec![Vec::new(); sweep.measures.len()], units: sweep.shown(), failed: 0 })
+        Ok(SweepPicture { kind, values: vec![Vec::new(); sweep.measures.len()], units: sweep.shown(), failed: 0 })
     }
 
     /// Adds the next runs, in their order.
@@ -141,7 +141,7 @@ impl Picture {
     fn histogram(&self, sweep: &Sweep) -> Histogram {
         let first = sweep.design.factors().len();
         let samples = sweep.columns().into_iter().skip(first).zip(&self.values);
-        let samples = samples.map(|(name, values)| Sample { name, values: values.clone() }).collect();
+        let samples = samples.map(|(name, values)| HistogramSample { name, values: values.clone() }).collect();
         Histogram { title: self.title(sweep), counted: "runs".to_owned(), samples }
     }
 }

@@ -3,7 +3,7 @@
 use cotree_study::synthesis::{Answer, Solution};
 use cotree_synthesis::{Dyad, Point, Pose};
 
-use crate::svg::{Frame, Pixel, Svg};
+use crate::svg::{PictureFrame, Pixel, Svg};
 
 /// Size of one picture, the space around its drawing, and that for its title \[px\].
 const CELL: [f64; 2] = [300.0, 280.0];
@@ -26,22 +26,22 @@ pub fn picture(answer: &Answer) -> String {
     let columns = count.clamp(1, COLUMNS);
     for (index, own) in answer.solutions.iter().enumerate() {
         let [x, y] = [(index % columns) as f64 * CELL[0], (index / columns) as f64 * CELL[1]];
-        cell(&mut svg, Frame { x, y, width: CELL[0], height: CELL[1] }, index + 1, own);
+        cell(&mut svg, PictureFrame { x, y, width: CELL[0], height: CELL[1] }, index + 1, own);
     }
     let rows = count.div_ceil(columns).max(1);
-    let frame = Frame { x: 0.0, y: 0.0, width: columns as f64 * CELL[0], height: rows as f64 * CELL[1] };
+    let frame = PictureFrame { x: 0.0, y: 0.0, width: columns as f64 * CELL[0], height: rows as f64 * CELL[1] };
     svg.finish(frame, &format!("linkages for {}", answer.task.name))
 }
 
 /// Where the points of a drawing are in its frame.
 struct Scale {
-    frame: Frame,
+    frame: PictureFrame,
     middle: Point,
     factor: f64,
 }
 
 impl Scale {
-    fn of(points: &[Point], frame: Frame) -> Scale {
+    fn of(points: &[Point], frame: PictureFrame) -> Scale {
         let edge = |pick: fn(f64, f64) -> f64, of: fn(&Point) -> f64| points.iter().map(of).reduce(pick).unwrap_or(0.0);
         let [left, right] = [edge(f64::min, |own| own.re), edge(f64::max, |own| own.re)];
         let [low, high] = [edge(f64::min, |own| own.im), edge(f64::max, |own| own.im)];
@@ -76,7 +76,7 @@ fn pins(dyad: &Dyad, pose: &Pose) -> (Option<Point>, Point) {
     }
 }
 
-fn cell(svg: &mut Svg, frame: Frame, number: usize, own: &Solution) {
+fn cell(svg: &mut Svg, frame: PictureFrame, number: usize, own: &Solution) {
     let Some(first) = own.poses.first() else { return };
     let dyads = [own.linkage.first, own.linkage.second];
     let curve = own.curve();

@@ -67,13 +67,13 @@ pub struct Page {
 #[derive(Clone, Debug)]
 pub struct Live {
     /// What the scripts need.
-    pub model: Model,
+    pub model: PageModel,
     pub motion: MotionSource,
 }
 
 /// The mechanism and its variables, as data for the scripts.
 #[derive(Clone, Debug, Serialize)]
-pub struct Model {
+pub struct PageModel {
     /// The drawing in the bodies' axes.
     pub geometry: Geometry,
     /// Names of the points of each body.
@@ -83,7 +83,7 @@ pub struct Model {
     /// True for a mechanism on a line.
     pub line: bool,
     /// Every variable, in the order of the program.
-    pub variables: Vec<Variable>,
+    pub variables: Vec<PageVariable>,
     /// The units of the scene's `[display]`, by the SI units in whose place they stand.
     pub units: BTreeMap<String, Display>,
     /// What the scene asks for.
@@ -115,13 +115,13 @@ pub struct Touch {
     /// Its coordinates.
     pub coordinates: Vec<String>,
     /// Plain numbers of the scene: they can be changed.
-    pub numbers: Vec<Number>,
+    pub numbers: Vec<PlainNumber>,
     /// Lengths that are written as expressions.
-    pub formulas: Vec<Formula>,
+    pub formulas: Vec<WrittenLength>,
     /// Laws of drivers: what pulls a body adds to them.
-    pub laws: Vec<Law>,
+    pub laws: Vec<DriverLaw>,
     /// How the values of parameters, inputs and initial values are written.
-    pub written: Vec<Written>,
+    pub written: Vec<WrittenPlace>,
     /// The name of the scene's file and its text.
     pub file: String,
     pub text: String,
@@ -129,17 +129,17 @@ pub struct Touch {
 
 /// A plain number of the scene.
 #[derive(Clone, Debug, Serialize)]
-pub struct Number {
+pub struct PlainNumber {
     /// What it is of the scene.
     pub name: String,
     /// As a parameter.
-    pub variable: Variable,
-    pub written: Written,
+    pub variable: PageVariable,
+    pub written: WrittenPlace,
 }
 
 /// A length that is written as an expression.
 #[derive(Clone, Debug, Serialize)]
-pub struct Formula {
+pub struct WrittenLength {
     /// What it is of the scene.
     pub name: String,
     pub text: String,
@@ -149,7 +149,7 @@ pub struct Formula {
 
 /// The law of a driver.
 #[derive(Clone, Debug, Serialize)]
-pub struct Law {
+pub struct DriverLaw {
     pub driver: String,
     /// What is added to it; or the input that is the motion itself.
     pub parameter: String,
@@ -163,7 +163,7 @@ pub struct Law {
 
 /// How a value is written.
 #[derive(Clone, Debug, Serialize)]
-pub struct Written {
+pub struct WrittenPlace {
     /// Its variable.
     pub name: String,
     /// Bytes of the text, with quotes.
@@ -184,7 +184,7 @@ pub struct GroundPoint {
 
 /// A variable as the page shows it. Values are SI.
 #[derive(Clone, Debug, Serialize)]
-pub struct Variable {
+pub struct PageVariable {
     /// The structured name.
     pub name: String,
     /// One line.
@@ -235,7 +235,7 @@ pub enum MotionSource {
     Stored {
         /// Its times \[s\].
         times: Vec<f64>,
-        /// A column of values for each name in [`Model::stored`]: to be looked at, so seven digits will do.
+        /// A column of values for each name in [`PageModel::stored`]: to be looked at, so seven digits will do.
         columns: Vec<Vec<f32>>,
     },
 }

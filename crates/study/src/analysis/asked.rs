@@ -9,10 +9,10 @@ use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 
-use super::one_sided::{Closure, Kind, closures, told};
+use super::one_sided::{Closure, OneSidedKind, closures, told};
 use super::supports::is_held_twice;
 use super::variation::Variation;
-use super::{Failure, Point};
+use super::{AnalysisFailure, OperatingPoint};
 
 /// Signs of what presses are tried: of no more than this.
 const MOST_SIGNS: usize = 12;
@@ -21,7 +21,7 @@ const SIGNED: f64 = 1e-9;
 
 /// What a part is to be where something rests or is linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wanted {
+pub enum WantedMode {
     /// Closed, caught, or sticking.
     Holds,
     /// Open or free.
@@ -34,33 +34,33 @@ pub enum Wanted {
 
 /// A part that is to be something: its place among the mechanism's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
+pub struct AskedPart {
     pub index: usize,
-    pub wanted: Wanted,
+    pub wanted: WantedMode,
 }
 
 /// How a part is held: 1 or -1 if it slides that way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Holding {
+struct HeldMode {
     closed: bool,
     direction: f64,
 }
 
-const IDLE: Holding = Holding { closed: false, direction: 0.0 };
-const STICKS: Holding = Holding { closed: true, direction: 0.0 };
+const IDLE: HeldMode = HeldMode { closed: false, direction: 0.0 };
+const STICKS: HeldMode = HeldMode { closed: true, direction: 0.0 };
 
 /// What a part can be asked to be: the words, and what they mean.
-fn words(own: &Unilateral) -> &'static [(&'static str, Wanted)] {
+fn words(own: &Unilateral) -> &'static [(&'static str, WantedMode)] {
     match (&own.slip, own.held.of_rate) {
         (Some(_), _) => &[
-            ("sticks", Wanted::Holds),
-            ("slides", Wanted::Slides(None)),
-            ("slides+", Wanted::Slides(Some(1.0))),
-            ("slides-", Wanted::Slides(Some(-1.0))),
-            ("idle", Wanted::Idle),
+            ("sticks", WantedMode::Holds),
+            ("slides", WantedMode::Slides(None)),
+            ("slides+", WantedMode::Slides(Some(1.0))),
+            ("slides-", WantedMode::Slides(Some(-1.0))),
+            ("idle", WantedMode::Idle),
         ],
-        (None, true) => &[("caught", Wanted::Holds), ("free", Wanted::LetsGo)],
-        (None, false) => &[("closed", Wanted::Holds), ("open", Wanted::LetsGo)],
+        (None, true) => &[("caught", WantedMode::Holds), ("free", WantedMode::LetsGo)],
+        (None, false) => &[("closed", WantedMode::Holds), ("open", WantedMode::LetsGo)],
     }
 }
 
@@ -68,11 +68,11 @@ fn words(own: &Unilateral) -> &'static [(&'static str, Wanted)] {
 ///
 /// # Errors
 /// There is no such part, or it cannot be that.
-pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<Asked>, String> {
+pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<AskedPart>, String> {
     modes.iter().map(|(name, word)| find(mechanism, name, word)).collect()
 }
 
-fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<Asked, String> {
+fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, String> {
     let all = &mechanism.unilaterals;
     let is_named =
         |own: &Unilateral| own.name == name || own.name.rsplit_once('.').is_some_and(|(part, _)| part == name);
@@ -82,11 +82,11 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<Asked, String> 
         return Err(format!("nothing of the name `{name}` is held on one side only or rubs; {}", known()));
     }
     let meant = |index: &usize| words(&all[*index]).iter().find(|(own, _)| *own == word).map(|(_, wanted)| *wanted);
-    let fitting: Vec<(usize, Wanted)> =
+    let fitting: Vec<(usize, WantedMode)> =
         named.iter().filter_map(|index| meant(index).map(|wanted| (*index, wanted))).collect();
     let exact = fitting.iter().find(|(index, _)| all[*index].name == name);
     match (exact, &fitting[..]) {
-        (Some(&(index, wanted)), _) | (None, &[(index, wanted)]) => Ok(Asked { index, wanted }),
+        (Some(&(index, wanted)), _) | (None, &[(index, wanted)]) => Ok(AskedPart { index, wanted }),
         (None, []) => {
             let words: Vec<String> =
                 named.iter().flat_map(|&index| words(&all[index])).map(|(own, _)| format!("{name}={own}")).collect();
@@ -104,12 +104,12 @@ pub(super) fn put(
     (formulated, variation): (&Formulated, &Variation),
     model: &Model,
     state: &mut State,
-    asked: &[Asked],
-) -> Result<Point, Failure> {
-    let point = Point::moving(model, state)?;
+    asked: &[AskedPart],
+) -> Result<OperatingPoint, AnalysisFailure> {
+    let point = OperatingPoint::moving(model, state)?;
     let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
     if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
-        return Err(Failure::Instants(format!(
+        return Err(AnalysisFailure::Instants(format!(
             "at t = {} s several that stick hold something twice; say by `--mode NAME=idle` which of them carry nothing",
             point.time()
         )));
@@ -120,7 +120,7 @@ pub(super) fn put(
     let here = closures(formulated, &point);
     let mechanism = &*formulated.equations.system.mechanism;
     let target = target(mechanism, &here, asked)
-        .map_err(|why| Failure::Instants(format!("at t = {} s {why}; choose another time", point.time())))?;
+        .map_err(|why| AnalysisFailure::Instants(format!("at t = {} s {why}; choose another time", point.time())))?;
     for (own, holding) in here.iter().zip(target) {
         hold(mechanism, state, own, holding);
     }
@@ -128,18 +128,20 @@ pub(super) fn put(
 }
 
 /// What everything is once some of it is what is asked for, or why it cannot be.
-fn target(mechanism: &Mechanism, here: &[Closure], asked: &[Asked]) -> Result<Vec<Holding>, String> {
+fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Result<Vec<HeldMode>, String> {
     let fastest = here.iter().fold(0.0, |most: f64, own| most.max(own.rate.abs()));
     let wanted = |own: &Closure| asked.iter().rev().find(|asked| asked.index == own.index).map(|asked| asked.wanted);
-    let mut target: Vec<Holding> =
-        here.iter().map(|own| Holding { closed: own.closed, direction: own.direction().unwrap_or_default() }).collect();
-    let is_friction = |own: &Closure| matches!(own.kind, Kind::Friction { .. });
+    let mut target: Vec<HeldMode> = here
+        .iter()
+        .map(|own| HeldMode { closed: own.closed, direction: own.direction().unwrap_or_default() })
+        .collect();
+    let is_friction = |own: &Closure| matches!(own.kind, OneSidedKind::Friction { .. });
     for (place, own) in here.iter().enumerate().filter(|(_, own)| !is_friction(own)) {
         let Some(wanted) = wanted(own) else { continue };
-        let holds = wanted == Wanted::Holds;
+        let holds = wanted == WantedMode::Holds;
         target[place].closed = holds;
         if let Some(why) = why_open(mechanism, own, fastest).filter(|_| holds) {
-            let word = if own.kind == Kind::Freewheel { "caught" } else { "closed" };
+            let word = if own.kind == OneSidedKind::Freewheel { "caught" } else { "closed" };
             return Err(format!("`{}` cannot be {word}: it {why}", own.name));
         }
     }
@@ -147,7 +149,7 @@ fn target(mechanism: &Mechanism, here: &[Closure], asked: &[Asked]) -> Result<Ve
         let on = mechanism.unilaterals[own.index].slip.as_ref().and_then(|slip| slip.on);
         let on = on.and_then(|on| here.iter().position(|own| own.index == on));
         if let Some(on) = on.filter(|&on| !target[on].closed) {
-            if wanted(own).is_some_and(|wanted| wanted != Wanted::Idle) {
+            if wanted(own).is_some_and(|wanted| wanted != WantedMode::Idle) {
                 return Err(format!("`{}` cannot rub: nothing presses there, `{}` is open", own.name, here[on].name));
             }
             target[place] = IDLE;
@@ -162,7 +164,7 @@ fn target(mechanism: &Mechanism, here: &[Closure], asked: &[Asked]) -> Result<Ve
 /// Why a stop or a freewheel cannot be closed.
 fn why_open(mechanism: &Mechanism, own: &Closure, fastest: f64) -> Option<String> {
     let rate = || told(mechanism, own.rate, own.unit_of_rate());
-    if own.kind == Kind::Freewheel {
+    if own.kind == OneSidedKind::Freewheel {
         return (!own.closed && own.moves(fastest)).then(|| format!("turns by {}", rate()));
     }
     if !own.touches() {
@@ -174,33 +176,35 @@ fn why_open(mechanism: &Mechanism, own: &Closure, fastest: f64) -> Option<String
 /// How something rubs that can: as asked, or as it does; what `begins` to be pressed sticks if it stands.
 fn rubs(
     mechanism: &Mechanism,
-    (own, natural): (&Closure, Holding),
-    (wanted, begins): (Option<Wanted>, bool),
+    (own, natural): (&Closure, HeldMode),
+    (wanted, begins): (Option<WantedMode>, bool),
     fastest: f64,
-) -> Result<Holding, String> {
+) -> Result<HeldMode, String> {
     let (name, moves) = (&own.name, own.moves(fastest));
     let rate = || told(mechanism, own.rate, own.unit_of_rate());
-    let slides = |direction: f64| Holding { closed: false, direction };
+    let slides = |direction: f64| HeldMode { closed: false, direction };
     match wanted {
         None if begins => Ok(if moves { slides(own.rate.signum()) } else { STICKS }),
         None => Ok(natural),
-        Some(Wanted::Holds | Wanted::LetsGo) if moves => Err(format!("`{name}` cannot stick: it slides by {}", rate())),
-        Some(Wanted::Holds | Wanted::LetsGo) => Ok(STICKS),
-        Some(Wanted::Idle) if moves => Err(format!("`{name}` cannot be idle: it slides by {}", rate())),
-        Some(Wanted::Idle) => Ok(IDLE),
-        Some(Wanted::Slides(None)) if moves => Ok(slides(own.rate.signum())),
-        Some(Wanted::Slides(None)) => {
+        Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
+            Err(format!("`{name}` cannot stick: it slides by {}", rate()))
+        }
+        Some(WantedMode::Holds | WantedMode::LetsGo) => Ok(STICKS),
+        Some(WantedMode::Idle) if moves => Err(format!("`{name}` cannot be idle: it slides by {}", rate())),
+        Some(WantedMode::Idle) => Ok(IDLE),
+        Some(WantedMode::Slides(None)) if moves => Ok(slides(own.rate.signum())),
+        Some(WantedMode::Slides(None)) => {
             Err(format!("`{name}` stands still: write slides+ or slides- for the way in which it begins to slide"))
         }
-        Some(Wanted::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
+        Some(WantedMode::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
             Err(format!("`{name}` slides the other way, by {}", rate()))
         }
-        Some(Wanted::Slides(Some(direction))) => Ok(slides(direction)),
+        Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
     }
 }
 
 /// Holds one part so in a state: what begins to be held is held where it stands.
-fn hold(mechanism: &Mechanism, state: &mut State, own: &Closure, holding: Holding) {
+fn hold(mechanism: &Mechanism, state: &mut State, own: &Closure, holding: HeldMode) {
     let unilateral = &mechanism.unilaterals[own.index];
     let parameters = state.parameters_mut();
     parameters[unilateral.closed.0] = f64::from(u8::from(holding.closed));
@@ -217,9 +221,10 @@ fn with_signs(
     (formulated, variation): (&Formulated, &Variation),
     model: &Model,
     state: &mut State,
-) -> Result<Point, Failure> {
-    let refused = |time: f64, why: &str| Failure::Instants(format!("at t = {time} s the mode that is asked for {why}"));
-    if is_held_twice(formulated, variation, &Point::resting(model, state))? {
+) -> Result<OperatingPoint, AnalysisFailure> {
+    let refused =
+        |time: f64, why: &str| AnalysisFailure::Instants(format!("at t = {time} s the mode that is asked for {why}"));
+    if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
         return Err(refused(state.time(), "holds something twice; let one of what holds it be open, free or idle"));
     }
     let unilaterals = &formulated.equations.system.mechanism.unilaterals;
@@ -234,7 +239,7 @@ fn with_signs(
         for (place, (&sign, natural)) in signs.iter().zip(&natural).enumerate() {
             state.parameters_mut()[sign] = if trial >> place & 1 == 1 { -natural } else { *natural };
         }
-        let point = match Point::moving(model, state) {
+        let point = match OperatingPoint::moving(model, state) {
             Ok(point) => point,
             Err(failure) => {
                 first = first.or(Some(failure));
@@ -257,7 +262,7 @@ fn with_signs(
 }
 
 /// True if what presses has the signs that its levels assume.
-fn have_signs(formulated: &Formulated, variation: &Variation, point: &Point) -> bool {
+fn have_signs(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> bool {
     let signed: Vec<Expr> = (variation.rubbing().iter())
         .flat_map(|own| match &own.level.pressing {
             Pressing::Sum(signed) => signed.iter().flat_map(|&(sign, sum)| [sign, sum]).collect(),
@@ -270,7 +275,7 @@ fn have_signs(formulated: &Formulated, variation: &Variation, point: &Point) -> 
 }
 
 /// True where friction permits no accelerations that follow from it steadily.
-fn is_locked(model: &Model, state: &State) -> Result<bool, Failure> {
+fn is_locked(model: &Model, state: &State) -> Result<bool, AnalysisFailure> {
     let Some(contacts) = &model.program().instants.contacts else { return Ok(false) };
     let mut machine = Machine::new(model);
     machine.load(model, state);

@@ -3,7 +3,7 @@
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, SVD, Schur, SymmetricEigen};
 
-use super::Failure;
+use super::AnalysisFailure;
 
 /// Iterations for each row and column.
 const ITERATIONS: usize = 300;
@@ -18,24 +18,24 @@ pub(crate) fn svd<T: ComplexField<RealField = f64>>(
     matrix: DMatrix<T>,
     left: bool,
     right: bool,
-) -> Result<SVD<T, Dyn, Dyn>, Failure> {
+) -> Result<SVD<T, Dyn, Dyn>, AnalysisFailure> {
     let most = iterations(&matrix)?;
     let found = SVD::try_new_unordered(matrix, left, right, 5.0 * f64::EPSILON, most);
     let mut found = found.filter(|svd| !svd.singular_values.iter().any(|value| value.is_nan()));
     found.iter_mut().for_each(SVD::sort_by_singular_values);
-    found.ok_or(Failure::Range)
+    found.ok_or(AnalysisFailure::Range)
 }
 
 /// x of the damped least-squares problem |A x - b|^2 + damping |x|^2; without damping the smallest of the best.
 ///
 /// # Errors
 /// The numbers are too large.
-pub(crate) fn least_squares(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> Result<DVector<f64>, Failure> {
+pub(crate) fn least_squares(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) -> Result<DVector<f64>, AnalysisFailure> {
     if a.is_empty() {
         return Ok(DVector::zeros(a.ncols()));
     }
     let svd = svd(a.clone(), true, true)?;
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Err(Failure::Range) };
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Err(AnalysisFailure::Range) };
     let least = NOTHING * svd.singular_values.max();
     let mut parts = u.tr_mul(b);
     for (part, &s) in parts.iter_mut().zip(&svd.singular_values) {
@@ -49,9 +49,12 @@ pub(crate) fn least_squares(a: &DMatrix<f64>, b: &DVector<f64>, damping: f64) ->
 ///
 /// # Errors
 /// Those of [`svd`].
-pub(super) fn null_vector(matrix: DMatrix<Complex<f64>>, before: usize) -> Result<DVector<Complex<f64>>, Failure> {
+pub(super) fn null_vector(
+    matrix: DMatrix<Complex<f64>>,
+    before: usize,
+) -> Result<DVector<Complex<f64>>, AnalysisFailure> {
     let last = matrix.ncols() - 1;
-    let vectors = svd(matrix, false, true)?.v_t.ok_or(Failure::Range)?;
+    let vectors = svd(matrix, false, true)?.v_t.ok_or(AnalysisFailure::Range)?;
     Ok(vectors.row(last - before.min(last)).adjoint())
 }
 
@@ -59,32 +62,32 @@ pub(super) fn null_vector(matrix: DMatrix<Complex<f64>>, before: usize) -> Resul
 ///
 /// # Errors
 /// The numbers are too large.
-pub(super) fn symmetric_eigen(matrix: DMatrix<f64>) -> Result<SymmetricEigen<f64, Dyn>, Failure> {
+pub(super) fn symmetric_eigen(matrix: DMatrix<f64>) -> Result<SymmetricEigen<f64, Dyn>, AnalysisFailure> {
     let most = iterations(&matrix)?;
-    SymmetricEigen::try_new(matrix, f64::EPSILON, most).ok_or(Failure::Range)
+    SymmetricEigen::try_new(matrix, f64::EPSILON, most).ok_or(AnalysisFailure::Range)
 }
 
 /// Eigenvalues of a square matrix.
 ///
 /// # Errors
 /// The numbers are too large, or the iteration does not converge.
-pub(super) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, Failure> {
+pub(super) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>, AnalysisFailure> {
     let most = iterations(&matrix)?;
     // Balancing squares the entries: in units of a power of two near the largest, which rounds nothing, the squares are numbers.
     let largest = matrix.amax();
     let unit = if largest > 0.0 { 2.0_f64.powi(libm::ilogb(largest).clamp(-1022, 1022)) } else { 1.0 };
     matrix /= unit;
     balance_parlett_reinsch(&mut matrix);
-    let schur = Schur::try_new(matrix, f64::EPSILON, most).ok_or(Failure::Eigenvalues)?;
+    let schur = Schur::try_new(matrix, f64::EPSILON, most).ok_or(AnalysisFailure::Eigenvalues)?;
     let found: Vec<_> = schur.complex_eigenvalues().iter().map(|value| value * unit).collect();
     let finite = found.iter().all(|value| value.re.is_finite() && value.im.is_finite());
-    if finite { Ok(found) } else { Err(Failure::Range) }
+    if finite { Ok(found) } else { Err(AnalysisFailure::Range) }
 }
 
 /// How many iterations a matrix is worth.
-fn iterations<T: ComplexField>(matrix: &DMatrix<T>) -> Result<usize, Failure> {
+fn iterations<T: ComplexField>(matrix: &DMatrix<T>) -> Result<usize, AnalysisFailure> {
     let finite = matrix.iter().all(ComplexField::is_finite);
-    if finite { Ok(ITERATIONS * (matrix.nrows() + matrix.ncols()).max(1)) } else { Err(Failure::Range) }
+    if finite { Ok(ITERATIONS * (matrix.nrows() + matrix.ncols()).max(1)) } else { Err(AnalysisFailure::Range) }
 }
 
 #[cfg(test)]

@@ -2,22 +2,22 @@
 
 use cotree::diagnostic::suggest;
 use cotree::model::{Mechanism, Unit};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::{knots, set_inputs};
 use cotree_fmu::instance::{Instance, InstanceError};
 
 /// Inputs over time: linear between the rows of a table, constant before and after it. Without columns all inputs stay as they are.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Driven {
-    table: Option<Table>,
+pub(super) struct DrivenInputs {
+    table: Option<CsvTable>,
     /// The input of each column.
     inputs: Vec<usize>,
 }
 
-impl Driven {
+impl DrivenInputs {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
-    pub fn new(mechanism: &Mechanism, table: Table) -> Result<Self, String> {
+    pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, String> {
         let names = || mechanism.open_inputs().iter().map(|own| own.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
             let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names()));

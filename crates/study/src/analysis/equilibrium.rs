@@ -5,13 +5,13 @@ use cotree_fmu::constraints::projection::check_redundant;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
-use super::asked::Asked;
+use super::asked::AskedPart;
 use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
 use super::search::{null_space, scales};
 use super::supports::{Rest, rest};
-use super::variation::{Column, RowBlock, Variation};
-use super::{Failure, Point, StateSpace};
+use super::variation::{ColumnBlock, RowBlock, Variation};
+use super::{AnalysisFailure, OperatingPoint, StateSpace};
 
 /// Stiffness counts as none below this share of the largest.
 const NEUTRAL: f64 = 1e-11;
@@ -26,7 +26,7 @@ const SYMMETRIC: f64 = 1e-9;
 /// A pose without accelerations, with its reactions.
 #[derive(Clone, Debug)]
 pub struct Equilibrium {
-    pub point: Point,
+    pub point: OperatingPoint,
     pub stability: Stability,
     /// What holds something together with others: how they share it is not determined, and the point has one way.
     pub shared: Vec<String>,
@@ -56,18 +56,18 @@ impl Equilibrium {
     ///
     /// # Errors
     /// There is no equilibrium, or none was found.
-    pub fn find(formulated: &Formulated, variation: &Variation, asked: &[Asked]) -> Result<Self, Failure> {
+    pub fn find(formulated: &Formulated, variation: &Variation, asked: &[AskedPart]) -> Result<Self, AnalysisFailure> {
         let model = Model::new(formulated.lowered.program.clone())?;
-        let guess = Point::resting(&model, &formulated.state);
-        let lasts = |point: &Point| {
-            let statics = Statics::new(formulated, variation, point)?;
+        let guess = OperatingPoint::resting(&model, &formulated.state);
+        let lasts = |point: &OperatingPoint| {
+            let statics = TangentStiffness::new(formulated, variation, point)?;
             Ok(!matches!(statics.stability(formulated), Stability::Unstable(_)))
         };
         let Rest { point, shared } = rest(formulated, variation, &guess, asked, lasts)?;
         let mut state = formulated.state.clone();
         state.positions_mut().copy_from_slice(point.positions());
         check_redundant(&model, &state)?;
-        let statics = Statics::new(formulated, variation, &point)?;
+        let statics = TangentStiffness::new(formulated, variation, &point)?;
         let motion = StateSpace::new(formulated, variation, &point, None).and_then(|system| modes(formulated, &system));
         let held = statics.stiffness.is_empty() && formulated.equations.states.is_empty();
         let (stability, by_motion) = match motion {
@@ -81,7 +81,7 @@ impl Equilibrium {
 
 /// Stability by the linearised motion (Lyapunov's first method): unstable if a mode grows. Where modes neither grow nor decay, a potential decides, if there
 /// is one: its minimum is stable (Dirichlet).
-fn judged(formulated: &Formulated, statics: &Statics, modes: &[Mode]) -> Stability {
+fn judged(formulated: &Formulated, statics: &TangentStiffness, modes: &[Mode]) -> Stability {
     let scales = scales(formulated);
     let most = |mode: &Mode| {
         let sizes = mode.shape.iter().zip(&scales).map(|(part, scale)| part.norm() / scale).enumerate();
@@ -108,7 +108,7 @@ fn coordinate(formulated: &Formulated, index: usize) -> String {
     formulated.lowered.program.coordinates[index].name.clone()
 }
 
-struct Statics {
+struct TangentStiffness {
     /// Eigenvalues of the tangent stiffness on the motions that the loops permit, ascending. Of loads without a potential the symmetric
     /// part counts.
     stiffness: Vec<f64>,
@@ -117,19 +117,19 @@ struct Statics {
     has_potential: bool,
 }
 
-impl Statics {
-    fn new(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Self, Failure> {
+impl TangentStiffness {
+    fn new(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> Result<Self, AnalysisFailure> {
         let numbers = variation.motion_at(&formulated.equations, point)?;
         // The states are held: how they answer is in the linearised motion.
         let mechanical = formulated.equations.coordinates.len();
         let scales = &scales(formulated)[..mechanical];
-        let tangent = numbers.block(RowBlock::Motion, Column::Positions);
-        let loops = numbers.block(RowBlock::Loops, Column::Positions);
+        let tangent = numbers.block(RowBlock::Motion, ColumnBlock::Positions);
+        let loops = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         let tangent = DMatrix::from_fn(scales.len(), scales.len(), |i, j| tangent[(i, j)] * scales[i] * scales[j]);
         let loops = DMatrix::from_fn(loops.nrows(), scales.len(), |i, j| loops[(i, j)] * scales[j]);
         let free = null_space(&loops, DETERMINED)?;
         if free.is_empty() {
-            return Ok(Statics { stiffness: Vec::new(), softest: 0, has_potential: true });
+            return Ok(TangentStiffness { stiffness: Vec::new(), softest: 0, has_potential: true });
         }
         let projected = free.transpose() * tangent * &free;
         let has_potential = (&projected - projected.transpose()).amax() <= SYMMETRIC * projected.amax();
@@ -138,7 +138,7 @@ impl Statics {
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let softest = (free * eigen.eigenvectors.column(order[0])).icamax();
         let stiffness = order.into_iter().map(|index| eigen.eigenvalues[index]).collect();
-        Ok(Statics { stiffness, softest, has_potential })
+        Ok(TangentStiffness { stiffness, softest, has_potential })
     }
 
     fn stability(&self, formulated: &Formulated) -> Stability {

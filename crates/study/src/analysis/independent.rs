@@ -18,24 +18,24 @@ pub(super) struct Partition {
 
 /// A coordinate that the loops do not determine in a singular pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Undetermined(pub usize);
+pub(super) struct SingularCoordinate(pub usize);
 
 impl Partition {
     /// The best choice for a Jacobian with rows and columns of natural size: QR factorisation with column pivoting; the pivots
     /// are the dependent coordinates.
-    pub fn new(jacobian: &DMatrix<f64>) -> Result<Self, Undetermined> {
+    pub fn new(jacobian: &DMatrix<f64>) -> Result<Self, SingularCoordinate> {
         let mut rest = jacobian.clone();
         let mut left: Vec<usize> = (0..rest.ncols()).collect();
         let mut dependent = Vec::with_capacity(rest.nrows());
         for _ in 0..rest.nrows() {
             // Of equal columns the last is taken, so that the first coordinates tend to stay independent.
             let pivot = left.iter().copied().max_by(|&a, &b| rest.column(a).norm().total_cmp(&rest.column(b).norm()));
-            let Some(pivot) = pivot else { return Err(Undetermined(0)) };
+            let Some(pivot) = pivot else { return Err(SingularCoordinate(0)) };
             let norm = rest.column(pivot).norm();
             // Written so that NaN is singular too.
             let regular = norm > NEW;
             if !regular {
-                return Err(Undetermined(pivot));
+                return Err(SingularCoordinate(pivot));
             }
             let direction = rest.column(pivot) / norm;
             left.retain(|&column| column != pivot);

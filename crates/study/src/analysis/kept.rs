@@ -9,7 +9,7 @@ const MOST_KEPT: usize = 8;
 
 /// For what derivatives of a motion were asked.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Key {
+pub(super) struct DerivativesKey {
     /// With respect to what it is differentiated.
     pub to: Vec<String>,
     /// The inputs that are given over time.
@@ -19,7 +19,7 @@ pub(super) struct Key {
 
 /// For what analyses at a point were asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pose {
+pub(super) struct PoseKey {
     /// True for the mechanism at rest, else a pose of its motion.
     pub rests: bool,
     pub experiment: Experiment,

@@ -6,7 +6,7 @@ use cotree_fmu::model::Model;
 
 use super::sensitivity::counts_as_imposed;
 use super::variation::Variation;
-use super::{Failure, Point};
+use super::{AnalysisFailure, OperatingPoint};
 
 #[derive(Clone, Debug)]
 pub(super) struct Local {
@@ -27,9 +27,9 @@ impl Local {
         own.counts_as_imposed().unwrap_or(false).then_some(own)
     }
 
-    fn counts_as_imposed(&self) -> Result<bool, Failure> {
+    fn counts_as_imposed(&self) -> Result<bool, AnalysisFailure> {
         let model = Model::new(self.formulated.lowered.program.clone())?;
-        let point = Point::resting(&model, &self.formulated.state);
+        let point = OperatingPoint::resting(&model, &self.formulated.state);
         counts_as_imposed(&self.variation.loops_at(&self.formulated.equations, &point)?)
     }
 }

@@ -29,19 +29,19 @@ use cotree_fmu::program::check::Fault;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-pub use asked::{Asked, Wanted};
+pub use asked::{AskedPart, WantedMode};
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use one_sided::{Closure, at_start};
-pub use point::Point;
+pub use point::OperatingPoint;
 pub use rest::at_rest;
 pub use sensitivity::{
-    Along, At as AlongAt, Changes, Feature, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying,
+    Along, At as AlongAt, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying,
 };
 pub(crate) use sensitivity::{Differentiated, is_finite};
-pub use state_space::{Signal, StateSpace};
-pub use study::{At, Study, StudyError, state_at};
+pub use state_space::{StateSpace, StateSpaceSignal};
+pub use study::{LinearisedAt, Study, StudyError, state_at};
 pub use variation::Variation;
 
 /// Independent and dependent coordinates for a Jacobian of loop equations; none in a singular pose.
@@ -51,7 +51,7 @@ pub fn independent_columns(jacobian: &DMatrix<f64>) -> Option<(Vec<usize>, Vec<u
 }
 
 #[derive(Debug, Error)]
-pub enum Failure {
+pub enum AnalysisFailure {
     #[error(
         "no equilibrium was found from the guess; still accelerating there: {accelerating}; give another guess in \
          `[initial]` or hold what accelerates"
@@ -69,7 +69,7 @@ pub enum Failure {
     #[error(
         "{cause} (this is so in the mode of the start; there is no rest in any of the {tried} modes of what is open or closed, free or caught)"
     )]
-    NoModeRests { tried: usize, cause: Box<Failure> },
+    NoModeRests { tried: usize, cause: Box<AnalysisFailure> },
     /// The loop equations depend on each other in this pose only.
     #[error(
         "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \
@@ -105,7 +105,7 @@ pub enum Failure {
     Experiment {
         /// From 1.
         number: usize,
-        cause: Box<Failure>,
+        cause: Box<AnalysisFailure>,
     },
     /// One turn or stroke of an input, and its figures.
     #[error("{0}")]

@@ -3,7 +3,7 @@
 use cotree::formulate::Formulated;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::Failure;
+use super::AnalysisFailure;
 use super::decompose::{self, null_vector};
 use super::search::{null_space, scales};
 use super::state_space::StateSpace;
@@ -52,7 +52,7 @@ impl Mode {
 ///
 /// # Errors
 /// The eigenvalues do not converge, or the numbers are too large.
-pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, Failure> {
+pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, AnalysisFailure> {
     if !formulated.equations.states.is_empty() {
         return with_states(formulated, system);
     }
@@ -79,7 +79,7 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
 }
 
 /// The same with states of the scene: the eigenvalues of the whole system x' = A x, one of each conjugate pair.
-fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, Failure> {
+fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, AnalysisFailure> {
     let (scales, mechanical) = (scales(formulated), formulated.equations.coordinates.len());
     let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
     let states = formulated.equations.states.len();
@@ -111,7 +111,7 @@ fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>
 }
 
 /// One of each conjugate pair, the slowest first; exactly zero for free motions.
-fn eigenvalues_with_states(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Failure> {
+fn eigenvalues_with_states(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, AnalysisFailure> {
     let free = null_space(matrix, FREE)?.ncols();
     let mut found = decompose::eigenvalues(matrix.clone())?;
     found.retain(|value| value.im >= 0.0);
@@ -132,7 +132,7 @@ fn eigenvalues(
     stiffness: &DMatrix<f64>,
     damping: &DMatrix<f64>,
     free: &DMatrix<f64>,
-) -> Result<Vec<Complex<f64>>, Failure> {
+) -> Result<Vec<Complex<f64>>, AnalysisFailure> {
     let (f, p) = (stiffness.nrows(), free.ncols());
     if f == 0 {
         return Ok(Vec::new());
@@ -165,7 +165,7 @@ fn vibration(
     damping: &DMatrix<f64>,
     eigenvalue: Complex<f64>,
     repeated: usize,
-) -> Result<DVector<Complex<f64>>, Failure> {
+) -> Result<DVector<Complex<f64>>, AnalysisFailure> {
     let f = stiffness.nrows();
     let square = eigenvalue * eigenvalue;
     let matrix = DMatrix::from_fn(f, f, |i, j| {

@@ -10,7 +10,7 @@ use cotree::report::data::shown;
 use cotree::scene::constant;
 use cotree_fmu::model::Model;
 
-use super::Point;
+use super::OperatingPoint;
 
 /// What is open by no more than this share of its scale touches, and what pulls by no more than this share of the largest force does not: an equilibrium is found to about as much.
 pub(super) const TOUCHING: f64 = 1e-9;
@@ -24,7 +24,7 @@ pub struct Closure {
     pub closed: bool,
     /// Its place among the mechanism's.
     pub(super) index: usize,
-    pub(super) kind: Kind,
+    pub(super) kind: OneSidedKind,
     /// By how much it is open, SI.
     pub gap: f64,
     /// With what it presses or drives; of what rubs its friction, on the second part along the motion; SI.
@@ -39,7 +39,7 @@ pub struct Closure {
 
 /// What kind of thing it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind {
+pub(super) enum OneSidedKind {
     /// A limit, a contact, a rope.
     Stop,
     Freewheel,
@@ -54,12 +54,12 @@ pub(super) enum Kind {
 }
 
 /// What is held on one side only, as it is at a point.
-pub(super) fn closures(formulated: &Formulated, point: &Point) -> Vec<Closure> {
+pub(super) fn closures(formulated: &Formulated, point: &OperatingPoint) -> Vec<Closure> {
     let all = formulated.equations.system.mechanism.unilaterals.iter().enumerate();
     all.filter_map(|(index, own)| closure(formulated, point, (index, own))).collect()
 }
 
-fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilateral)) -> Option<Closure> {
+fn closure(formulated: &Formulated, point: &OperatingPoint, (index, own): (usize, &Unilateral)) -> Option<Closure> {
     let equations = &formulated.equations;
     let row = equations.row_of_unilateral(index)?;
     let constraint = &equations.constraints[row];
@@ -73,7 +73,7 @@ fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilat
     let held = -point.value(Symbol::Reaction(row));
     let mut closed = point.value(Symbol::Parameter(own.closed.0)) != 0.0;
     let (kind, force) = match &own.slip {
-        Some(_) if equations.is_led(index) => (Kind::Led, held),
+        Some(_) if equations.is_led(index) => (OneSidedKind::Led, held),
         Some(slip) => {
             let parameters = equations.system.mechanism.parameters.len();
             let parameters: Vec<f64> = (0..parameters).map(|place| point.value(Symbol::Parameter(place))).collect();
@@ -84,10 +84,10 @@ fn closure(formulated: &Formulated, point: &Point, (index, own): (usize, &Unilat
             let force = held - direction * level + 0.0;
             // At rest it sticks with all that it can.
             closed |= point.rests() && direction != 0.0;
-            (Kind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
+            (OneSidedKind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
         }
-        None if own.held.of_rate => (Kind::Freewheel, held),
-        None => (Kind::Stop, held),
+        None if own.held.of_rate => (OneSidedKind::Freewheel, held),
+        None => (OneSidedKind::Stop, held),
     };
     Some(Closure {
         name: own.name.clone(),
@@ -110,7 +110,7 @@ pub fn at_start(formulated: &Formulated) -> Vec<Closure> {
     let start = formulated.lowered.program.experiment.start;
     let found = super::state_at(formulated, start).and_then(|state| {
         let model = Model::new(formulated.lowered.program.clone())?;
-        Point::moving(&model, &state)
+        OperatingPoint::moving(&model, &state)
     });
     found.map_or_else(|_| Vec::new(), |point| closures(formulated, &point))
 }
@@ -122,33 +122,33 @@ impl Closure {
         let [gap, rate, force] = [(self.gap, length), (self.rate, self.unit_of_rate()), (self.force, force)]
             .map(|(value, si)| told(mechanism, value, si));
         match (self.kind, self.closed) {
-            (Kind::Stop, true) => {
+            (OneSidedKind::Stop, true) => {
                 format!("`{name}` is closed at the start and presses with {force}: it opens where that falls to zero")
             }
-            (Kind::Stop, false) => {
+            (OneSidedKind::Stop, false) => {
                 format!("`{name}` is open by {gap} at the start: it strikes where that falls to zero")
             }
-            (Kind::Freewheel, true) => {
+            (OneSidedKind::Freewheel, true) => {
                 format!("`{name}` is caught at the start and drives with {force}: it lets go where that falls to zero")
             }
-            (Kind::Freewheel, false) => {
+            (OneSidedKind::Freewheel, false) => {
                 format!("`{name}` turns freely at the start, by {rate}: it is caught where that falls to zero")
             }
-            (Kind::Friction { most, .. }, true) => {
+            (OneSidedKind::Friction { most, .. }, true) => {
                 let most = told(mechanism, most, self.units()[1]);
                 format!("`{name}` sticks at the start and holds with {force}: it slides where that exceeds {most}")
             }
-            (Kind::Friction { direction, .. }, false) if direction != 0.0 && !self.moves(0.0) => {
+            (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 && !self.moves(0.0) => {
                 format!("`{name}` begins to slide at the start")
             }
-            (Kind::Friction { direction, .. }, false) if direction != 0.0 => {
+            (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 => {
                 format!("`{name}` slides at the start, by {rate}: it may stick where that falls to zero")
             }
-            (Kind::Led, _) if !self.moves(0.0) => {
+            (OneSidedKind::Led, _) if !self.moves(0.0) => {
                 format!("`{name}` is at rest at the start: where drivers keep it still, its force is not determined")
             }
-            (Kind::Led, _) => format!("`{name}` slides at the start, by {rate}, as drivers say"),
-            (Kind::Friction { .. }, false) => {
+            (OneSidedKind::Led, _) => format!("`{name}` slides at the start, by {rate}, as drivers say"),
+            (OneSidedKind::Friction { .. }, false) => {
                 format!("`{name}` does not rub at the start: nothing presses there, or something else holds it")
             }
         }
@@ -157,9 +157,11 @@ impl Closure {
     /// What it is, in the word by which a mode is asked for.
     pub fn word(&self) -> &'static str {
         match self.kind {
-            Kind::Friction { direction, .. } if direction > 0.0 => "slides+",
-            Kind::Friction { direction, .. } if direction < 0.0 => "slides-",
-            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } | Kind::Led => self.group(),
+            OneSidedKind::Friction { direction, .. } if direction > 0.0 => "slides+",
+            OneSidedKind::Friction { direction, .. } if direction < 0.0 => "slides-",
+            OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => {
+                self.group()
+            }
         }
     }
 
@@ -172,22 +174,22 @@ impl Closure {
     /// What it is, in a word that is the same whichever way it slides.
     pub(crate) fn group(&self) -> &'static str {
         match (self.kind, self.closed) {
-            (Kind::Stop, true) => "closed",
-            (Kind::Stop, false) => "open",
-            (Kind::Freewheel, true) => "caught",
-            (Kind::Freewheel, false) => "free",
-            (Kind::Friction { .. }, true) => "sticks",
-            (Kind::Friction { direction, .. }, false) if direction != 0.0 => "slides",
-            (Kind::Led, _) => "slides",
-            (Kind::Friction { .. }, false) => "idle",
+            (OneSidedKind::Stop, true) => "closed",
+            (OneSidedKind::Stop, false) => "open",
+            (OneSidedKind::Freewheel, true) => "caught",
+            (OneSidedKind::Freewheel, false) => "free",
+            (OneSidedKind::Friction { .. }, true) => "sticks",
+            (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 => "slides",
+            (OneSidedKind::Led, _) => "slides",
+            (OneSidedKind::Friction { .. }, false) => "idle",
         }
     }
 
     /// If it sticks: the force that it holds at most, SI.
     pub fn most(&self) -> Option<f64> {
         match self.kind {
-            Kind::Friction { most, .. } if self.closed => Some(most),
-            Kind::Friction { .. } | Kind::Stop | Kind::Freewheel | Kind::Led => None,
+            OneSidedKind::Friction { most, .. } if self.closed => Some(most),
+            OneSidedKind::Friction { .. } | OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Led => None,
         }
     }
 
@@ -199,14 +201,14 @@ impl Closure {
     /// 1 or -1 for what slides that way.
     pub fn direction(&self) -> Option<f64> {
         match self.kind {
-            Kind::Friction { direction, .. } => Some(direction).filter(|direction| *direction != 0.0),
-            Kind::Stop | Kind::Freewheel | Kind::Led => None,
+            OneSidedKind::Friction { direction, .. } => Some(direction).filter(|direction| *direction != 0.0),
+            OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Led => None,
         }
     }
 
     /// True for what holds where it was put: what sticks or is caught.
     pub(crate) fn stands(&self) -> bool {
-        self.closed && self.kind != Kind::Stop
+        self.closed && self.kind != OneSidedKind::Stop
     }
 
     /// The units of its gap and of its force.
@@ -220,12 +222,12 @@ impl Closure {
 
     /// True for a stop that is closed, or could be where it is.
     pub(super) fn touches(&self) -> bool {
-        self.kind == Kind::Stop && self.gap.abs() <= TOUCHING * self.scale
+        self.kind == OneSidedKind::Stop && self.gap.abs() <= TOUCHING * self.scale
     }
 
     /// True if what is open has been passed.
     pub(super) fn is_passed(&self) -> bool {
-        self.kind == Kind::Stop && !self.closed && self.gap < -TOUCHING * self.scale
+        self.kind == OneSidedKind::Stop && !self.closed && self.gap < -TOUCHING * self.scale
     }
 
     /// True if it moves, beside the fastest of all.

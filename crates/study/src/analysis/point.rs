@@ -7,11 +7,11 @@ use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Layout;
 
-use super::Failure;
+use super::AnalysisFailure;
 
 /// Values of all symbols: time, parameters, inputs, followers, q, v, a and lambda.
 #[derive(Clone, Debug)]
-pub struct Point {
+pub struct OperatingPoint {
     layout: Layout,
     /// The first part of the register file, up to and with the reactions.
     registers: Vec<f64>,
@@ -19,17 +19,17 @@ pub struct Point {
     rests: bool,
 }
 
-impl Point {
+impl OperatingPoint {
     /// A moving point: accelerations and reactions follow from the state.
     ///
     /// # Errors
     /// The accelerations are not determined.
-    pub fn moving(model: &Model, state: &State) -> Result<Self, Failure> {
+    pub fn moving(model: &Model, state: &State) -> Result<Self, AnalysisFailure> {
         let mut machine = Machine::new(model);
         machine.load(model, state);
         Accelerations::new(model).evaluate(model, &mut machine)?;
         let layout = *model.layout();
-        Ok(Point { layout, registers: machine.registers()[..layout.constants()].to_vec(), rests: false })
+        Ok(OperatingPoint { layout, registers: machine.registers()[..layout.constants()].to_vec(), rests: false })
     }
 
     /// A point at rest in the pose of a state, with inputs that do not change and without reactions.
@@ -45,7 +45,7 @@ impl Point {
         for range in kept {
             registers[range.clone()].copy_from_slice(&state.registers()[range]);
         }
-        Point { layout, registers, rests: true }
+        OperatingPoint { layout, registers, rests: true }
     }
 
     /// Time \[s\].
@@ -88,7 +88,7 @@ impl Point {
     }
 }
 
-impl Values for Point {
+impl Values for OperatingPoint {
     fn value(&self, symbol: Symbol) -> f64 {
         match symbol {
             // Only kinematic scenes lack masses, and then nothing that was asked for needs them.

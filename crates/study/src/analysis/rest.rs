@@ -1,7 +1,7 @@
 //! The mechanism of statics: drivers constant, no initial velocities, and what nothing turns does not turn.
 
 use cotree::expr::Order;
-use cotree::model::{Formula, Mechanism, Motion, Value};
+use cotree::model::{Formula, KeyValue, Mechanism, Motion};
 use cotree::network::System;
 
 /// The same mechanism with its drivers constant at their start values, and without initial velocities. Bodies that nothing turns are particles: they would rest at any angle.
@@ -11,8 +11,8 @@ pub fn at_rest(mechanism: &Mechanism) -> Mechanism {
     for (_, value) in resting.drivers.iter_mut().flat_map(|driver| &mut driver.values) {
         match value {
             // An integrated input is at rest already: the rates of a resting point are zero.
-            Value::Motion(Motion::Given(formula)) => hold(formula, start),
-            Value::Vector(position) => position.iter_mut().for_each(|formula| hold(formula, start)),
+            KeyValue::Motion(Motion::Given(formula)) => hold(formula, start),
+            KeyValue::Vector(position) => position.iter_mut().for_each(|formula| hold(formula, start)),
             _ => {}
         }
     }

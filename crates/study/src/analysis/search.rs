@@ -9,8 +9,8 @@ use cotree::report::data::shown;
 use nalgebra::{DMatrix, DVector};
 
 use super::decompose::{least_squares, svd};
-use super::variation::{Column, Numbers, RowBlock, Variation};
-use super::{Failure, Point};
+use super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
+use super::{AnalysisFailure, OperatingPoint};
 
 const ITERATIONS: usize = 100;
 /// Longest change of a coordinate in one iteration, in units of its scale.
@@ -39,10 +39,10 @@ pub(super) struct Misfit {
 pub(super) fn search(
     formulated: &Formulated,
     variation: &Variation,
-    guess: Point,
-    unfit: impl Fn(&Point) -> Option<Misfit>,
-) -> Result<Point, Failure> {
-    let mut search = Search::new(formulated, variation, guess)?;
+    guess: OperatingPoint,
+    unfit: impl Fn(&OperatingPoint) -> Option<Misfit>,
+) -> Result<OperatingPoint, AnalysisFailure> {
+    let mut search = EquilibriumSearch::new(formulated, variation, guess)?;
     let mut released = search.point.clone();
     let (mut stuck, mut wrong) = (None, None);
     for _ in 0..RELEASES {
@@ -50,7 +50,7 @@ pub(super) fn search(
         if search.is_balanced()? {
             match unfit(&search.point) {
                 None => return Ok(search.point),
-                Some(misfit) if misfit.slides => return Err(Failure::Unfit { why: misfit.why }),
+                Some(misfit) if misfit.slides => return Err(AnalysisFailure::Unfit { why: misfit.why }),
                 Some(misfit) => wrong = Some(misfit.why),
             }
             // Nothing moves it away from there.
@@ -77,14 +77,14 @@ pub(super) fn search(
         }
     }
     if let Some(why) = wrong {
-        return Err(Failure::Unfit { why });
+        return Err(AnalysisFailure::Unfit { why });
     }
     let point = stuck.unwrap_or(search.point);
     Err(stuck_at(formulated, variation, &point)?)
 }
 
 /// Accelerations of a point when it is released from rest.
-fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failure> {
+fn accelerations(numbers: &Numbers, point: &OperatingPoint) -> Result<DVector<f64>, AnalysisFailure> {
     let coordinates = point.positions().len();
     let rows = [RowBlock::Motion, RowBlock::Accelerations, RowBlock::Levels].map(|row| numbers.values(row));
     let right = DVector::from_vec(rows.iter().flatten().map(|value| -value).collect());
@@ -94,7 +94,11 @@ fn accelerations(numbers: &Numbers, point: &Point) -> Result<DVector<f64>, Failu
 
 /// Why the search ends at a point that is no equilibrium: something accelerates there, or branches of the motion cross, where least-norm accelerations vanish though the loads
 /// are not balanced.
-fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<Failure, Failure> {
+fn stuck_at(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &OperatingPoint,
+) -> Result<AnalysisFailure, AnalysisFailure> {
     let equations = &formulated.equations;
     let numbers = variation.motion_at(equations, point)?;
     let accelerations = accelerations(&numbers, point)?;
@@ -119,11 +123,11 @@ fn stuck_at(formulated: &Formulated, variation: &Variation, point: &Point) -> Re
             .take(3)
             .map(|&index| told(index, point.positions()[index], ["rad", "m"]))
             .collect();
-        return Ok(Failure::Crossing { pose: pose.join(", ") });
+        return Ok(AnalysisFailure::Crossing { pose: pose.join(", ") });
     }
     let named = order.iter().take(3).filter(|index| size(index) > 1e-3 * most);
     let named: Vec<String> = named.map(|&index| told(index, accelerations[index], ["rad/s2", "m/s2"])).collect();
-    Ok(Failure::NoEquilibrium { accelerating: named.join(", ") })
+    Ok(AnalysisFailure::NoEquilibrium { accelerating: named.join(", ") })
 }
 
 pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
@@ -131,7 +135,7 @@ pub(super) fn scales(formulated: &Formulated) -> Vec<f64> {
 }
 
 /// Orthonormal basis of the null space of a matrix: its right singular vectors whose singular values are at most a share of the largest.
-pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> Result<DMatrix<f64>, Failure> {
+pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> Result<DMatrix<f64>, AnalysisFailure> {
     let n = rows.ncols();
     if rows.is_empty() {
         return Ok(DMatrix::identity(n, n));
@@ -144,10 +148,10 @@ pub(super) fn null_space(rows: &DMatrix<f64>, share: f64) -> Result<DMatrix<f64>
     Ok(svd.v_t.map_or_else(|| DMatrix::zeros(n, 0), |v_t| v_t.select_rows(&free).transpose()))
 }
 
-struct Search<'a> {
+struct EquilibriumSearch<'a> {
     formulated: &'a Formulated,
     variation: &'a Variation,
-    point: Point,
+    point: OperatingPoint,
     scales: Vec<f64>,
     /// The independent loop equations that hold: what is open stays so.
     rows: Vec<usize>,
@@ -161,15 +165,20 @@ struct Search<'a> {
     mechanical: usize,
 }
 
-impl<'a> Search<'a> {
-    fn new(formulated: &'a Formulated, variation: &'a Variation, point: Point) -> Result<Self, Failure> {
+impl<'a> EquilibriumSearch<'a> {
+    fn new(
+        formulated: &'a Formulated,
+        variation: &'a Variation,
+        point: OperatingPoint,
+    ) -> Result<Self, AnalysisFailure> {
         let constraints = &formulated.lowered.program.constraints;
         let rows = variation.rows_at(&formulated.equations, &point);
         let gaps = rows.iter().map(|&row| constraints[row].scale).collect();
         let levels = variation.levels_at(&formulated.equations, &point);
         let levels = levels.into_iter().map(|row| (row, constraints[row].scale)).collect();
         let (mechanical, scales) = (formulated.equations.coordinates.len(), scales(formulated));
-        let mut search = Search { formulated, variation, point, scales, rows, gaps, levels, energy: 1.0, mechanical };
+        let mut search =
+            EquilibriumSearch { formulated, variation, point, scales, rows, gaps, levels, energy: 1.0, mechanical };
         let numbers = variation.motion_at(&formulated.equations, &search.point)?;
         let (jacobian, residual) = (search.jacobian(&numbers), search.scaled(&numbers.values(RowBlock::Motion)));
         let n = search.mechanical;
@@ -191,8 +200,8 @@ impl<'a> Search<'a> {
     }
 
     /// The reactions that balance the loads best, by least squares.
-    fn carry(&mut self, numbers: &Numbers) -> Result<(), Failure> {
-        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+    fn carry(&mut self, numbers: &Numbers) -> Result<(), AnalysisFailure> {
+        let reactions = numbers.block(RowBlock::Motion, ColumnBlock::Reactions);
         let change = least_squares(&reactions, &-numbers.values(RowBlock::Motion), 0.0)?;
         self.change_reactions(change.as_slice());
         Ok(())
@@ -206,7 +215,7 @@ impl<'a> Search<'a> {
     }
 
     /// Unbalanced loads and gaps in natural units.
-    fn residual(&self, point: &Point) -> DVector<f64> {
+    fn residual(&self, point: &OperatingPoint) -> DVector<f64> {
         let equations = &self.formulated.equations;
         let motion = self.scaled(&self.variation.values(equations, point, RowBlock::Motion));
         let loops = self.variation.values(equations, point, RowBlock::Loops);
@@ -220,8 +229,8 @@ impl<'a> Search<'a> {
     fn jacobian(&self, numbers: &Numbers) -> DMatrix<f64> {
         let (n, m, l) = (self.scales.len(), self.gaps.len(), self.levels.len());
         let by_positions = |row: RowBlock| {
-            let mut slopes = numbers.block(row, Column::Positions);
-            let rates = numbers.block(row, Column::Rates);
+            let mut slopes = numbers.block(row, ColumnBlock::Positions);
+            let rates = numbers.block(row, ColumnBlock::Rates);
             (self.mechanical..n).for_each(|state| slopes.set_column(state, &rates.column(state)));
             slopes
         };
@@ -235,22 +244,22 @@ impl<'a> Search<'a> {
         put((0, 0), by_positions(RowBlock::Motion), &|value, i, j| value * self.weight(i) * scales[j]);
         // A row of the motion by an effort: forces and efforts share the energy.
         let by_effort = |i: usize| if i < self.mechanical { scales[i] } else { self.energy / scales[i] };
-        let reactions = numbers.block(RowBlock::Motion, Column::Reactions);
+        let reactions = numbers.block(RowBlock::Motion, ColumnBlock::Reactions);
         put((0, n), reactions, &|value, i, j| value * by_effort(i) / gaps[j]);
-        put((n, 0), numbers.block(RowBlock::Loops, Column::Positions), &|value, i, j| value * scales[j] / gaps[i]);
+        put((n, 0), numbers.block(RowBlock::Loops, ColumnBlock::Positions), &|value, i, j| value * scales[j] / gaps[i]);
         if l > 0 {
-            let of = |column: Column| numbers.block(RowBlock::Levels, column);
+            let of = |column: ColumnBlock| numbers.block(RowBlock::Levels, column);
             let level = |i: usize| self.levels[i].1;
-            let acting = numbers.block(RowBlock::Motion, Column::Levels);
+            let acting = numbers.block(RowBlock::Motion, ColumnBlock::Levels);
             put((0, n + m), acting, &|value, i, j| value * by_effort(i) / level(j));
             put((n + m, 0), by_positions(RowBlock::Levels), &|value, i, j| value * scales[j] * level(i) / self.energy);
-            put((n + m, n), of(Column::Reactions), &|value, i, j| value * level(i) / gaps[j]);
-            put((n + m, n + m), of(Column::Levels), &|value, i, j| value * level(i) / level(j));
+            put((n + m, n), of(ColumnBlock::Reactions), &|value, i, j| value * level(i) / gaps[j]);
+            put((n + m, n + m), of(ColumnBlock::Levels), &|value, i, j| value * level(i) / level(j));
         }
         whole
     }
 
-    fn is_balanced(&self) -> Result<bool, Failure> {
+    fn is_balanced(&self) -> Result<bool, AnalysisFailure> {
         let numbers = self.variation.motion_at(&self.formulated.equations, &self.point)?;
         let (residual, jacobian) = (self.residual(&self.point), self.jacobian(&numbers));
         let noise = ROUNDING * jacobian.amax().max(1.0);
@@ -259,7 +268,7 @@ impl<'a> Search<'a> {
     }
 
     /// Levenberg-Marquardt down to rounding, or until it stagnates.
-    fn descend(&mut self) -> Result<(), Failure> {
+    fn descend(&mut self) -> Result<(), AnalysisFailure> {
         let mut damping = DAMPING[0];
         let mut residual = self.residual(&self.point);
         for _ in 0..ITERATIONS {
@@ -284,7 +293,7 @@ impl<'a> Search<'a> {
     }
 
     /// The point after a step, which is shortened if a coordinate would move too far.
-    fn moved(&self, step: &DVector<f64>) -> Point {
+    fn moved(&self, step: &DVector<f64>) -> OperatingPoint {
         let n = self.scales.len();
         let longest = step.rows(0, n).amax();
         let share = if longest > REACH { REACH / longest } else { 1.0 };
@@ -302,7 +311,7 @@ impl<'a> Search<'a> {
     }
 
     /// A short move in the direction of the accelerations, with the loops closed again.
-    fn release(&mut self) -> Result<(), Failure> {
+    fn release(&mut self) -> Result<(), AnalysisFailure> {
         let equations = &self.formulated.equations;
         let accelerations = accelerations(&self.variation.motion_at(equations, &self.point)?, &self.point)?;
         let sizes = accelerations.iter().zip(&self.scales).map(|(acceleration, scale)| (acceleration / scale).abs());
@@ -316,7 +325,7 @@ impl<'a> Search<'a> {
         for _ in 0..MOVES {
             let numbers = self.variation.motion_at(equations, &self.point)?;
             let step = least_squares(
-                &numbers.block(RowBlock::Loops, Column::Positions),
+                &numbers.block(RowBlock::Loops, ColumnBlock::Positions),
                 &-numbers.values(RowBlock::Loops),
                 0.0,
             )?;

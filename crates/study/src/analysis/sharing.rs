@@ -9,11 +9,11 @@ use cotree::model::Mechanism;
 use cotree::scene::constant;
 use nalgebra::DMatrix;
 
-use super::one_sided::{Kind, closures};
+use super::one_sided::{OneSidedKind, closures};
 use super::search::null_space;
 use super::supports::{ELSEWHERE, Outcome, Rest, attempt, mask, not_determined, ranked, rows};
 use super::variation::Variation;
-use super::{Failure, Point};
+use super::{AnalysisFailure, OperatingPoint};
 
 /// Singular values of the loop equations count as zero below this share of the largest.
 const DETERMINED: f64 = 1e-10;
@@ -22,7 +22,7 @@ const DETERMINED: f64 = 1e-10;
 const PARALLEL: f64 = 1e-9;
 
 /// What holds one freedom together.
-struct Group {
+struct SharedFreedom {
     /// What rubs: its place among what the mechanism holds, and 1 if it slides forwards as the first does, else -1.
     rubbing: Vec<(usize, f64)>,
     /// How many of them carry all that they can.
@@ -33,7 +33,7 @@ struct Group {
 
 /// What holds something that fewer would hold.
 pub(super) struct Sharing {
-    groups: Vec<Group>,
+    groups: Vec<SharedFreedom>,
     /// What rubs where stops or freewheels hold it already.
     stopped: Vec<usize>,
     /// The names of everything in the groups, and of what is stopped.
@@ -42,9 +42,9 @@ pub(super) struct Sharing {
 
 impl Sharing {
     /// Which of them slides first depends on how they share.
-    pub fn has_no_verge(&self) -> Failure {
+    pub fn has_no_verge(&self) -> AnalysisFailure {
         let names: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
-        Failure::Instants(format!(
+        AnalysisFailure::Instants(format!(
             "{} hold the same together: which of them is about to slide is not determined; let the others carry nothing by `--mode NAME=idle`",
             names.join(", ")
         ))
@@ -58,8 +58,8 @@ impl Sharing {
 pub(super) fn sharing(
     formulated: &Formulated,
     variation: &Variation,
-    point: &Point,
-) -> Result<Option<Sharing>, Failure> {
+    point: &OperatingPoint,
+) -> Result<Option<Sharing>, AnalysisFailure> {
     let [count, all] = ranked(formulated, variation, point)?;
     if count == all {
         return Ok(None);
@@ -76,7 +76,7 @@ pub(super) fn sharing(
             concerned.push(own);
         }
     }
-    let rubbing = concerned.iter().filter(|own| matches!(own.kind, Kind::Friction { .. }));
+    let rubbing = concerned.iter().filter(|own| matches!(own.kind, OneSidedKind::Friction { .. }));
     let rubbing: Vec<usize> = rubbing.map(|own| own.index).collect();
     let others = without(&rubbing);
     let freedoms = all - ranked(formulated, variation, &others)?[1];
@@ -94,9 +94,9 @@ pub(super) fn sharing(
 fn along(
     formulated: &Formulated,
     variation: &Variation,
-    (point, others): (&Point, &Point),
+    (point, others): (&OperatingPoint, &OperatingPoint),
     rubbing: &[usize],
-) -> Result<DMatrix<f64>, Failure> {
+) -> Result<DMatrix<f64>, AnalysisFailure> {
     let ((all, places), (without, _)) = (rows(formulated, variation, point)?, rows(formulated, variation, others)?);
     let own = rubbing.iter().filter_map(|&index| formulated.equations.row_of_unilateral(index));
     let own: Vec<usize> = own.filter_map(|row| places.iter().position(|place| *place == row)).collect();
@@ -104,8 +104,8 @@ fn along(
 }
 
 /// Those that slide together, and those that cannot.
-fn groups(along: &DMatrix<f64>, rubbing: &[usize]) -> (Vec<Group>, Vec<usize>) {
-    let (mut groups, mut stopped): (Vec<(usize, Group)>, Vec<usize>) = (Vec::new(), Vec::new());
+fn groups(along: &DMatrix<f64>, rubbing: &[usize]) -> (Vec<SharedFreedom>, Vec<usize>) {
+    let (mut groups, mut stopped): (Vec<(usize, SharedFreedom)>, Vec<usize>) = (Vec::new(), Vec::new());
     let fastest = along.row_iter().map(|row| row.norm()).fold(1.0, f64::max);
     for (place, &index) in rubbing.iter().enumerate() {
         let row = along.row(place);
@@ -117,7 +117,7 @@ fn groups(along: &DMatrix<f64>, rubbing: &[usize]) -> (Vec<Group>, Vec<usize>) {
         let known = groups.iter_mut().find(|(first, _)| cosine(*first).abs() > 1.0 - PARALLEL);
         match known {
             Some((first, group)) => group.rubbing.push((index, cosine(*first).signum())),
-            None => groups.push((place, Group { rubbing: vec![(index, 1.0)], full: 0, way: 0.0 })),
+            None => groups.push((place, SharedFreedom { rubbing: vec![(index, 1.0)], full: 0, way: 0.0 })),
         }
     }
     (groups.into_iter().map(|(_, group)| group).collect(), stopped)
@@ -127,9 +127,9 @@ fn groups(along: &DMatrix<f64>, rubbing: &[usize]) -> (Vec<Group>, Vec<usize>) {
 pub(super) fn share(
     formulated: &Formulated,
     variation: &Variation,
-    mut point: Point,
+    mut point: OperatingPoint,
     mut sharing: Sharing,
-) -> Result<Outcome, Failure> {
+) -> Result<Outcome, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let rubbing = sharing.groups.iter().flat_map(|group| &group.rubbing).map(|(index, _)| index);
     rubbing.chain(&sharing.stopped).for_each(|&index| point.set_parameter(mask(mechanism, index, false)));
@@ -144,7 +144,7 @@ pub(super) fn share(
             Outcome::Fails(failure) => return Ok(Outcome::Fails(failure)),
         };
         let here = closures(formulated, &found);
-        let overloaded = |group: &Group| {
+        let overloaded = |group: &SharedFreedom| {
             let own = here.iter().find(|own| own.index == group.rubbing[group.full].0);
             own.filter(|own| own.carries_too_much()).map(|own| own.force * group.rubbing[group.full].1)
         };
@@ -173,7 +173,7 @@ pub(super) fn share(
 }
 
 /// Lets something that rubs carry all that it can, against sliding this way.
-pub(super) fn carry_all(formulated: &Formulated, point: &mut Point, index: usize, way: f64) {
+pub(super) fn carry_all(formulated: &Formulated, point: &mut OperatingPoint, index: usize, way: f64) {
     let mechanism = &*formulated.equations.system.mechanism;
     let parameters: Vec<f64> =
         (0..mechanism.parameters.len()).map(|place| point.value(Symbol::Parameter(place))).collect();
@@ -184,7 +184,7 @@ pub(super) fn carry_all(formulated: &Formulated, point: &mut Point, index: usize
 }
 
 /// Lets something no longer hold.
-fn let_go(formulated: &Formulated, point: &mut Point, index: usize) {
+fn let_go(formulated: &Formulated, point: &mut OperatingPoint, index: usize) {
     point.set_parameter(mask(&formulated.equations.system.mechanism, index, false));
     if let Some(row) = formulated.equations.row_of_unilateral(index) {
         point.reactions_mut()[row] = 0.0;
@@ -192,11 +192,11 @@ fn let_go(formulated: &Formulated, point: &mut Point, index: usize) {
 }
 
 /// All that they can is not enough.
-fn too_little(mechanism: &Mechanism, group: &Group) -> Failure {
+fn too_little(mechanism: &Mechanism, group: &SharedFreedom) -> AnalysisFailure {
     let name = |(index, _): &(usize, f64)| format!("`{}`", mechanism.unilaterals[*index].name);
     let why = match &group.rubbing.iter().map(name).collect::<Vec<_>>()[..] {
         [one] => format!("{one} would have to hold more than it can"),
         all => format!("{} would have to hold more than they can together", all.join(", ")),
     };
-    Failure::Unfit { why: format!("{why}: it slides from where it was put; {ELSEWHERE}") }
+    AnalysisFailure::Unfit { why: format!("{why}: it slides from where it was put; {ELSEWHERE}") }
 }

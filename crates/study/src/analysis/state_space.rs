@@ -11,15 +11,15 @@ use cotree::model::{HeldWhat, Unit};
 use cotree_fmu::program::FollowerOrder;
 use nalgebra::DMatrix;
 
-use super::independent::{Partition, Undetermined};
+use super::independent::{Partition, SingularCoordinate};
 use super::one_sided::{Closure, closures};
 use super::search::scales;
-use super::variation::{Column, Numbers, RowBlock, Variation, unknown};
-use super::{Failure, Point};
+use super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
+use super::{AnalysisFailure, OperatingPoint};
 
 /// A state, input or output, and its value at the point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Signal {
+pub struct StateSpaceSignal {
     pub name: String,
     pub unit: Unit,
     pub value: f64,
@@ -32,12 +32,12 @@ pub struct StateSpace {
     /// When \[s\].
     pub time: f64,
     /// Independent coordinates, their rates, the states of the scene, then positions and rates of drivers that integrate an input.
-    pub states: Vec<Signal>,
+    pub states: Vec<StateSpaceSignal>,
     /// dx/dt at the point itself, beside which A x + B u are changes: zero at rest.
     pub rates: Vec<f64>,
     /// The inputs, then those of their time derivatives that a driver passes on.
-    pub inputs: Vec<Signal>,
-    pub outputs: Vec<Signal>,
+    pub inputs: Vec<StateSpaceSignal>,
+    pub outputs: Vec<StateSpaceSignal>,
     /// d(dx/dt)/dx
     pub a: DMatrix<f64>,
     /// d(dx/dt)/du
@@ -61,21 +61,21 @@ impl StateSpace {
     pub fn new(
         formulated: &Formulated,
         variation: &Variation,
-        point: &Point,
+        point: &OperatingPoint,
         like: Option<&StateSpace>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, AnalysisFailure> {
         if let Some(failure) = variation.together(&formulated.equations, point, formulated.lowered.program.length) {
             return Err(failure);
         }
         let numbers = variation.motion_at(&formulated.equations, point)?;
         let partition = partition(formulated, &numbers, like.map(|other| &other.partition));
-        let singular = |Undetermined(index): Undetermined| Failure::Singular {
+        let singular = |SingularCoordinate(index): SingularCoordinate| AnalysisFailure::Singular {
             time: point.time(),
             coordinate: formulated.lowered.program.coordinates[index].name.clone(),
         };
         let partition = partition.map_err(singular)?;
         let basis = Basis::new(formulated, variation, &partition);
-        let motion = basis.motion(&numbers, &partition).ok_or_else(|| singular(Undetermined(0)))?;
+        let motion = basis.motion(&numbers, &partition).ok_or_else(|| singular(SingularCoordinate(0)))?;
         let (states, count) = (basis.states.len(), basis.states.len() + basis.inputs.len());
         let mut rates = DMatrix::zeros(states, count);
         for (row, &state) in basis.states.iter().enumerate() {
@@ -110,14 +110,14 @@ impl StateSpace {
     ///
     /// # Errors
     /// The states over that step leave the range of numbers.
-    pub fn held(mut self, step: f64) -> Result<Self, Failure> {
+    pub fn held(mut self, step: f64) -> Result<Self, AnalysisFailure> {
         let (states, inputs) = (self.states.len(), self.inputs.len());
         let mut whole = DMatrix::zeros(states + inputs, states + inputs);
         whole.view_mut((0, 0), (states, states)).copy_from(&(&self.a * step));
         whole.view_mut((0, states), (states, inputs)).copy_from(&(&self.b * step));
         let whole = whole.exp();
         if whole.iter().any(|entry| !entry.is_finite()) {
-            return Err(Failure::Range);
+            return Err(AnalysisFailure::Range);
         }
         self.a = whole.view((0, 0), (states, states)).into_owned();
         self.b = whole.view((0, states), (states, inputs)).into_owned();
@@ -135,10 +135,14 @@ impl StateSpace {
 }
 
 /// Independent coordinates of a pose: those of another point if they serve here.
-fn partition(formulated: &Formulated, numbers: &Numbers, like: Option<&Partition>) -> Result<Partition, Undetermined> {
+fn partition(
+    formulated: &Formulated,
+    numbers: &Numbers,
+    like: Option<&Partition>,
+) -> Result<Partition, SingularCoordinate> {
     let constraints = &formulated.lowered.program.constraints;
     let scales = scales(formulated);
-    let mut jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+    let mut jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
     for (mut row, constraint) in jacobian.row_iter_mut().zip(numbers.rows()) {
         row /= constraints[constraint].scale;
     }
@@ -211,7 +215,7 @@ impl Basis {
     /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
     fn motion(&self, numbers: &Numbers, partition: &Partition) -> Option<MotionChanges> {
         let Partition { independent, dependent } = partition;
-        let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+        let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
         let held = jacobian.select_columns(dependent);
         let moving: Vec<usize> = independent.iter().copied().filter(|&index| index < self.mechanical).collect();
@@ -228,9 +232,9 @@ impl Basis {
             }
             Some(all)
         };
-        let positions = complete(0, &moving, numbers.block(RowBlock::Loops, Column::Signals) * &self.signals)?;
-        let turning = numbers.block(RowBlock::Rates, Column::Positions) * &positions
-            + numbers.block(RowBlock::Rates, Column::Signals) * &self.signals;
+        let positions = complete(0, &moving, numbers.block(RowBlock::Loops, ColumnBlock::Signals) * &self.signals)?;
+        let turning = numbers.block(RowBlock::Rates, ColumnBlock::Positions) * &positions
+            + numbers.block(RowBlock::Rates, ColumnBlock::Signals) * &self.signals;
         let rates = complete(moving.len(), independent, turning)?;
         let system = numbers.system();
         let m = jacobian.nrows();
@@ -239,9 +243,9 @@ impl Basis {
         for (first, size, row) in
             [(0, n, RowBlock::Motion), (n, m, RowBlock::Accelerations), (n + m, levels, RowBlock::Levels)]
         {
-            let change = numbers.block(row, Column::Positions) * &positions
-                + numbers.block(row, Column::Rates) * &rates
-                + numbers.block(row, Column::Signals) * &self.signals;
+            let change = numbers.block(row, ColumnBlock::Positions) * &positions
+                + numbers.block(row, ColumnBlock::Rates) * &rates
+                + numbers.block(row, ColumnBlock::Signals) * &self.signals;
             right.rows_mut(first, size).copy_from(&-change);
         }
         let solution = solve(system, &right)?;
@@ -251,13 +255,13 @@ impl Basis {
     }
 
     fn outputs(&self, numbers: &Numbers, motion: &MotionChanges) -> DMatrix<f64> {
-        let of = |column: Column| numbers.block(RowBlock::Outputs, column);
-        of(Column::Positions) * &motion.positions
-            + of(Column::Rates) * &motion.rates
-            + of(Column::Accelerations) * &motion.accelerations
-            + of(Column::Reactions) * &motion.reactions
-            + of(Column::Levels) * &motion.levels
-            + of(Column::Signals) * &self.signals
+        let of = |column: ColumnBlock| numbers.block(RowBlock::Outputs, column);
+        of(ColumnBlock::Positions) * &motion.positions
+            + of(ColumnBlock::Rates) * &motion.rates
+            + of(ColumnBlock::Accelerations) * &motion.accelerations
+            + of(ColumnBlock::Reactions) * &motion.reactions
+            + of(ColumnBlock::Levels) * &motion.levels
+            + of(ColumnBlock::Signals) * &self.signals
     }
 
     fn rate(&self, formulated: &Formulated, state: Symbol, motion: &MotionChanges) -> nalgebra::RowDVector<f64> {
@@ -317,7 +321,7 @@ fn source(formulated: &Formulated, symbol: Symbol) -> Symbol {
     }
 }
 
-fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
+fn signal(formulated: &Formulated, point: &OperatingPoint, symbol: Symbol) -> StateSpaceSignal {
     let equations = &formulated.equations;
     let mechanism = &equations.system.mechanism;
     let kind = |angular: bool| if angular { Unit::angle() } else { Unit::length() };
@@ -357,7 +361,7 @@ fn signal(formulated: &Formulated, point: &Point, symbol: Symbol) -> Signal {
         Order::Acceleration => unit.per_second().per_second(),
     };
     let size = if let Symbol::State(index, _) = symbol { mechanism.states[index].nominal } else { 1.0 };
-    Signal { name, unit, value: point.value(symbol), size }
+    StateSpaceSignal { name, unit, value: point.value(symbol), size }
 }
 
 /// Not a number where something has no finite value.
@@ -365,14 +369,14 @@ fn defined(value: f64) -> f64 {
     if value.is_finite() { value } else { f64::NAN }
 }
 
-fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<Signal> {
+fn output_signals(formulated: &Formulated, numbers: &Numbers) -> Vec<StateSpaceSignal> {
     let outputs = formulated.outputs.iter();
     let values = numbers.values(RowBlock::Outputs);
     outputs
         .zip(values.iter())
         .map(|(output, &value)| {
             let (name, unit) = (output.name.clone(), output.unit.clone());
-            Signal { name, unit, value: defined(value), size: 1.0 }
+            StateSpaceSignal { name, unit, value: defined(value), size: 1.0 }
         })
         .collect()
 }

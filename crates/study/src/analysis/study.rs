@@ -5,20 +5,20 @@ use std::sync::Arc;
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
 use cotree::model::{Experiment, Formula, Mechanism, Output, Unit, Units};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::Gaps;
 use cotree::scene::{self, Fault, Faults, Resolved, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
-use super::asked::{self, Asked};
-use super::driven::Driven;
-use super::kept::{Kept, Key, Pose};
+use super::asked::{self, AskedPart};
+use super::driven::DrivenInputs;
+use super::kept::{DerivativesKey, Kept, PoseKey};
 use super::local::Local;
-use super::report::{Linearization, Statics, Vibration};
+use super::report::{Linearization, Statics, VibrationModes};
 use super::sensitivity::Differentiated;
-use super::{Equilibrium, Failure, Point, StateSpace, Variation, at_rest, modes};
+use super::{AnalysisFailure, Equilibrium, OperatingPoint, StateSpace, Variation, at_rest, modes};
 
 /// A scene to be analysed: its mechanism, with the parameters and inputs that were set.
 #[derive(Clone, Debug)]
@@ -28,12 +28,12 @@ pub struct Study {
     pub(super) written: Option<Arc<Mechanism>>,
     /// What was set, SI.
     set: Vec<(String, f64)>,
-    pub(super) kept: Kept<Key, Differentiated>,
-    local: Kept<Pose, Local>,
+    pub(super) kept: Kept<DerivativesKey, Differentiated>,
+    local: Kept<PoseKey, Local>,
     pub(super) outputs: Vec<Output>,
-    driven: Driven,
+    driven: DrivenInputs,
     /// What is to be open or closed, caught or free, to stick or slide where it rests or is linearised.
-    asked: Vec<Asked>,
+    asked: Vec<AskedPart>,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
 }
@@ -44,12 +44,12 @@ pub enum StudyError {
     #[error(transparent)]
     Scene(#[from] Faults),
     #[error(transparent)]
-    Analysis(#[from] Failure),
+    Analysis(#[from] AnalysisFailure),
 }
 
 /// Where a mechanism is linearised.
 #[derive(Clone, Debug, PartialEq)]
-pub enum At {
+pub enum LinearisedAt {
     /// At the equilibrium next to the start.
     Equilibrium,
     /// At these times of the motion, ascending \[s\].
@@ -78,7 +78,7 @@ impl Study {
             kept: Kept::default(),
             local: Kept::default(),
             outputs,
-            driven: Driven::default(),
+            driven: DrivenInputs::default(),
             asked: Vec::new(),
             source: scene.source.clone(),
             warnings,
@@ -131,12 +131,12 @@ impl Study {
     ///
     /// # Errors
     /// A column that is no input, or in another kind of unit.
-    pub fn set_inputs(&mut self, table: Table) -> Result<(), String> {
-        self.driven = Driven::new(&self.mechanism, table)?;
+    pub fn set_inputs(&mut self, table: CsvTable) -> Result<(), String> {
+        self.driven = DrivenInputs::new(&self.mechanism, table)?;
         Ok(())
     }
 
-    pub(super) fn driven(&self) -> &Driven {
+    pub(super) fn driven(&self) -> &DrivenInputs {
         &self.driven
     }
 
@@ -217,13 +217,13 @@ impl Study {
     ///
     /// # Errors
     /// The equations cannot be formulated, the motion cannot be continued, or a pose is singular.
-    pub fn linearize(&mut self, at: &At) -> Result<Linearization, StudyError> {
+    pub fn linearize(&mut self, at: &LinearisedAt) -> Result<Linearization, StudyError> {
         let name = self.mechanism.name.clone();
         let points = match at {
-            At::Equilibrium => self.rest(|formulated, variation, equilibrium| {
+            LinearisedAt::Equilibrium => self.rest(|formulated, variation, equilibrium| {
                 Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
             })?,
-            At::Times(times) => {
+            LinearisedAt::Times(times) => {
                 let (driven, asked) = (self.driven.clone(), self.asked.clone());
                 self.formulated(false, |formulated, variation| along(formulated, variation, (driven, &asked), times))?
             }
@@ -248,7 +248,7 @@ impl Study {
     ///
     /// # Errors
     /// The equations cannot be formulated, there is no equilibrium, or the motion cannot be continued.
-    pub fn modes(&mut self, at: Option<f64>) -> Result<Vibration, StudyError> {
+    pub fn modes(&mut self, at: Option<f64>) -> Result<VibrationModes, StudyError> {
         let Some(time) = at else {
             return self
                 .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
@@ -265,7 +265,7 @@ impl Study {
     fn formulated<T>(
         &mut self,
         rests: bool,
-        then: impl FnOnce(&mut Formulated, &Variation) -> Result<T, Failure>,
+        then: impl FnOnce(&mut Formulated, &Variation) -> Result<T, AnalysisFailure>,
     ) -> Result<T, StudyError> {
         let mut local = self.local(rests)?;
         Ok(then(&mut local.formulated, &local.variation)?)
@@ -276,7 +276,7 @@ impl Study {
         let (own, experiment) = (of(&self.mechanism), self.experiment());
         if let Some(written) = self.written.clone() {
             let known = self.warnings.clone();
-            let key = Pose { rests, experiment };
+            let key = PoseKey { rests, experiment };
             let kept = match self.local.find(&key) {
                 Some(found) => Ok(found),
                 None => self.made_local(&of(&Mechanism { experiment, ..Mechanism::clone(&written) })).map(|made| {
@@ -300,7 +300,7 @@ impl Study {
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         if let Some(slips) = formulated.equations.first_led().and_then(|index| mechanism.what_holds(index)) {
-            return Err(Failure::Instants(format!(
+            return Err(AnalysisFailure::Instants(format!(
                 "{slips} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
             ))
             .into());
@@ -312,7 +312,7 @@ impl Study {
     /// Hands over the equations of the mechanism at rest with its equilibrium.
     pub(super) fn rest<T>(
         &mut self,
-        then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, Failure>,
+        then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, AnalysisFailure>,
     ) -> Result<T, StudyError> {
         can_rest(&self.mechanism)?;
         let asked = self.asked.clone();
@@ -324,9 +324,9 @@ impl Study {
 }
 
 /// What is sampled goes on changing where everything else rests.
-fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
+fn can_rest(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
-    Err(Failure::Instants(format!(
+    Err(AnalysisFailure::Instants(format!(
         "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",
         sampler.name
     )))
@@ -336,9 +336,9 @@ fn can_rest(mechanism: &Mechanism) -> Result<(), Failure> {
 fn along(
     formulated: &Formulated,
     variation: &Variation,
-    (driven, asked): (Driven, &[Asked]),
+    (driven, asked): (DrivenInputs, &[AskedPart]),
     times: &[f64],
-) -> Result<Vec<StateSpace>, Failure> {
+) -> Result<Vec<StateSpace>, AnalysisFailure> {
     let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     let end = times.last().copied().unwrap_or_default();
@@ -352,9 +352,9 @@ fn along(
 fn vibration(
     formulated: &Formulated,
     variation: &Variation,
-    point: &Point,
+    point: &OperatingPoint,
     resting: bool,
-) -> Result<Vibration, Failure> {
+) -> Result<VibrationModes, AnalysisFailure> {
     let system = StateSpace::new(formulated, variation, point, None)?;
     let sticking: Vec<&str> = system.closures.iter().filter(|own| own.most().is_some()).map(|own| &*own.name).collect();
     if let Some(first) = sticking.first().filter(|_| system.states.is_empty()) {
@@ -362,9 +362,9 @@ fn vibration(
             [one] => format!("`{one}` sticks"),
             all => format!("`{}` stick", all.join("`, `")),
         };
-        return Err(Failure::Stuck { sticking, first: (*first).to_owned() });
+        return Err(AnalysisFailure::Stuck { sticking, first: (*first).to_owned() });
     }
-    Ok(Vibration {
+    Ok(VibrationModes {
         name: formulated.equations.system.mechanism.name.clone(),
         time: point.time(),
         resting,
@@ -379,20 +379,20 @@ fn vibration(
 ///
 /// # Errors
 /// The motion cannot be continued until then.
-pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, Failure> {
-    Followed::new(formulated, Driven::default())?.state(time, time)
+pub fn state_at(formulated: &Formulated, time: f64) -> Result<State, AnalysisFailure> {
+    Followed::new(formulated, DrivenInputs::default())?.state(time, time)
 }
 
 /// A motion from its start on.
 struct Followed {
     model: Arc<Model>,
     instance: Instance,
-    driven: Driven,
+    driven: DrivenInputs,
 }
 
 impl Followed {
     /// Assembles the mechanism at the start of its experiment.
-    fn new(formulated: &Formulated, driven: Driven) -> Result<Self, Failure> {
+    fn new(formulated: &Formulated, driven: DrivenInputs) -> Result<Self, AnalysisFailure> {
         let program = formulated.lowered.program.clone();
         let experiment = program.experiment;
         let model = Arc::new(Model::new(program)?);
@@ -404,7 +404,7 @@ impl Followed {
     }
 
     /// Moves on to a time, not before the last one, of a motion that ends then or later.
-    fn state(&mut self, time: f64, end: f64) -> Result<State, Failure> {
+    fn state(&mut self, time: f64, end: f64) -> Result<State, AnalysisFailure> {
         for knot in self.driven.knots([self.instance.time(), time]) {
             self.instance.step_to(knot)?;
             self.driven.set(&mut self.instance, knot, knot == end)?;
@@ -420,8 +420,8 @@ impl Followed {
         &mut self,
         equations: (&Formulated, &Variation),
         (time, end): (f64, f64),
-        asked: &[Asked],
-    ) -> Result<Point, Failure> {
+        asked: &[AskedPart],
+    ) -> Result<OperatingPoint, AnalysisFailure> {
         let mut state = self.state(time, end)?;
         asked::put(equations, &self.model, &mut state, asked)
     }

@@ -9,13 +9,13 @@ use cotree::formulate::Formulated;
 use cotree::model::{Mechanism, ParameterId};
 use nalgebra::DMatrix;
 
-use super::asked::{Asked, Wanted};
+use super::asked::{AskedPart, WantedMode};
 use super::decompose::svd;
-use super::one_sided::{Closure, Kind, TOUCHING, closures, told};
+use super::one_sided::{Closure, OneSidedKind, TOUCHING, closures, told};
 use super::search::{Misfit, scales, search};
 use super::sharing::{carry_all, share, sharing};
-use super::variation::{Column, RowBlock, Rubbing, Variation};
-use super::{Failure, Point};
+use super::variation::{ColumnBlock, RowBlock, Rubbing, Variation};
+use super::{AnalysisFailure, OperatingPoint};
 
 /// All modes are tried: of more parts than these there are too many.
 const MOST: usize = 8;
@@ -29,7 +29,7 @@ pub(super) const ELSEWHERE: &str = "put it elsewhere by `[initial]`, or let `sim
 
 /// Where something rests.
 pub(super) struct Rest {
-    pub point: Point,
+    pub point: OperatingPoint,
     /// What holds something together with others, so that how they share it is not determined: the point has one way.
     pub shared: Vec<String>,
 }
@@ -38,8 +38,8 @@ pub(super) struct Rest {
 pub(super) enum Outcome {
     Rests(Rest),
     /// The loads balance and everything else fits, but what sticks holds more than it can at this point.
-    Slides(Failure, Box<Point>),
-    Fails(Failure),
+    Slides(AnalysisFailure, Box<OperatingPoint>),
+    Fails(AnalysisFailure),
 }
 
 /// Searches for a rest in one mode after another, from that in which everything that touches at the guess is closed to those that differ from it most. What rubs sticks where the guess puts it. In other
@@ -50,10 +50,10 @@ pub(super) enum Outcome {
 pub(super) fn rest(
     formulated: &Formulated,
     variation: &Variation,
-    guess: &Point,
-    asked: &[Asked],
-    lasts: impl Fn(&Point) -> Result<bool, Failure>,
-) -> Result<Rest, Failure> {
+    guess: &OperatingPoint,
+    asked: &[AskedPart],
+    lasts: impl Fn(&OperatingPoint) -> Result<bool, AnalysisFailure>,
+) -> Result<Rest, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     if mechanism.unilaterals.is_empty() {
         let point = search(formulated, variation, guess.clone(), |_| None)?;
@@ -92,29 +92,34 @@ pub(super) fn rest(
         return Ok(rest);
     }
     Err(match slid.or(first) {
-        Some(cause) if modes.len() > 1 => Failure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
+        Some(cause) if modes.len() > 1 => AnalysisFailure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
         Some(cause) => cause,
-        None => Failure::Instants("no mode is asked for in which anything could rest".to_owned()),
+        None => AnalysisFailure::Instants("no mode is asked for in which anything could rest".to_owned()),
     })
 }
 
 /// What could hold more is idle because that was asked for.
-fn without_idle(mechanism: &Mechanism, asked: &[Asked], failure: Failure) -> Failure {
-    let idle = asked.iter().filter(|own| own.wanted == Wanted::Idle);
+fn without_idle(mechanism: &Mechanism, asked: &[AskedPart], failure: AnalysisFailure) -> AnalysisFailure {
+    let idle = asked.iter().filter(|own| own.wanted == WantedMode::Idle);
     let idle: Vec<String> = idle.map(|own| format!("`{}`", mechanism.unilaterals[own.index].name)).collect();
     match failure {
-        Failure::Unfit { why } if !idle.is_empty() => {
-            Failure::Unfit { why: format!("without {}, which `--mode` makes idle, {why}", idle.join(", ")) }
+        AnalysisFailure::Unfit { why } if !idle.is_empty() => {
+            AnalysisFailure::Unfit { why: format!("without {}, which `--mode` makes idle, {why}", idle.join(", ")) }
         }
         failure => failure,
     }
 }
 
 /// Searches in the mode of a point; where several that rub hold the same, they share it. Where something is to be about to slide, from where it balances if it sticks.
-fn in_mode(formulated: &Formulated, variation: &Variation, point: Point, asked: &[Asked]) -> Result<Outcome, Failure> {
+fn in_mode(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: OperatingPoint,
+    asked: &[AskedPart],
+) -> Result<Outcome, AnalysisFailure> {
     let verges = asked.iter().filter_map(|own| match own.wanted {
-        Wanted::Slides(way) => Some((own.index, way.unwrap_or_default())),
-        Wanted::Holds | Wanted::LetsGo | Wanted::Idle => None,
+        WantedMode::Slides(way) => Some((own.index, way.unwrap_or_default())),
+        WantedMode::Holds | WantedMode::LetsGo | WantedMode::Idle => None,
     });
     let verges: Vec<(usize, f64)> = verges.collect();
     let found = match sharing(formulated, variation, &point)? {
@@ -131,7 +136,12 @@ fn in_mode(formulated: &Formulated, variation: &Variation, point: Point, asked: 
 }
 
 /// Searches for where these hold all that they can, against sliding this way; and holds them there.
-fn verge(formulated: &Formulated, variation: &Variation, mut point: Point, verges: &[(usize, f64)]) -> Outcome {
+fn verge(
+    formulated: &Formulated,
+    variation: &Variation,
+    mut point: OperatingPoint,
+    verges: &[(usize, f64)],
+) -> Outcome {
     verges.iter().for_each(|&(index, way)| carry_all(formulated, &mut point, index, way));
     let mut outcome = attempt(formulated, variation, point);
     if let Outcome::Rests(Rest { point, .. }) = &mut outcome {
@@ -143,7 +153,7 @@ fn verge(formulated: &Formulated, variation: &Variation, mut point: Point, verge
 }
 
 /// Lets what carries all that it can stick where it is, with the same force.
-fn stick(formulated: &Formulated, point: &mut Point, own: &Closure) {
+fn stick(formulated: &Formulated, point: &mut OperatingPoint, own: &Closure) {
     let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
     point.set_parameter((unilateral.closed.0, 1.0));
     if let (Some(place), Some(slip)) = (unilateral.place(), &unilateral.slip) {
@@ -156,7 +166,7 @@ fn stick(formulated: &Formulated, point: &mut Point, own: &Closure) {
 }
 
 /// Searches from a point, in its mode.
-pub(super) fn attempt(formulated: &Formulated, variation: &Variation, point: Point) -> Outcome {
+pub(super) fn attempt(formulated: &Formulated, variation: &Variation, point: OperatingPoint) -> Outcome {
     let slides = RefCell::new(None);
     let found = search(formulated, variation, point, |point| {
         let levelled = levelled(formulated, variation, point);
@@ -177,7 +187,7 @@ pub(super) fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize,
 }
 
 /// A point at which what is held wherever it stands is held where it stands, and nothing slides.
-fn standing(formulated: &Formulated, guess: &Point) -> Point {
+fn standing(formulated: &Formulated, guess: &OperatingPoint) -> OperatingPoint {
     let mut point = guess.clone();
     for own in closures(formulated, guess) {
         let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
@@ -192,7 +202,7 @@ fn standing(formulated: &Formulated, guess: &Point) -> Point {
 }
 
 /// The same point with the levels of what rubs, and the signs of what presses there.
-fn levelled(formulated: &Formulated, variation: &Variation, point: &Point) -> Point {
+fn levelled(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> OperatingPoint {
     let mut found = point.clone();
     for own in variation.rubbing() {
         let (level, sums) = level(formulated, own, point);
@@ -206,7 +216,7 @@ fn levelled(formulated: &Formulated, variation: &Variation, point: &Point) -> Po
 }
 
 /// The level of something that rubs, with the sums whose sizes press.
-fn level(formulated: &Formulated, own: &Rubbing, point: &Point) -> (f64, Vec<f64>) {
+fn level(formulated: &Formulated, own: &Rubbing, point: &OperatingPoint) -> (f64, Vec<f64>) {
     let wanted = [[own.level.free, own.level.share].as_slice(), &own.level.pressing.sums()].concat();
     let values = formulated.equations.system.arena.evaluate(&wanted, point);
     let sums = values[2..].to_vec();
@@ -214,16 +224,22 @@ fn level(formulated: &Formulated, own: &Rubbing, point: &Point) -> (f64, Vec<f64
 }
 
 /// Which parts are closed, in every mode that there can be: next to that of the guess first. What rubs sticks wherever something presses.
-fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<Vec<bool>>, Failure> {
+fn modes(
+    formulated: &Formulated,
+    guess: &OperatingPoint,
+    asked: &[AskedPart],
+) -> Result<Vec<Vec<bool>>, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let count = mechanism.unilaterals.len();
     let mut start = vec![false; count];
     // A freewheel stands still at rest, and so touches.
-    closures(formulated, guess).iter().for_each(|own| start[own.index] = own.touches() || own.kind == Kind::Freewheel);
+    closures(formulated, guess)
+        .iter()
+        .for_each(|own| start[own.index] = own.touches() || own.kind == OneSidedKind::Freewheel);
     for own in asked {
-        start[own.index] = own.wanted == Wanted::Holds;
-        if own.wanted == Wanted::Slides(None) {
-            return Err(Failure::Instants(format!(
+        start[own.index] = own.wanted == WantedMode::Holds;
+        if own.wanted == WantedMode::Slides(None) {
+            return Err(AnalysisFailure::Instants(format!(
                 "`{}` slides nowhere at rest: write slides+ or slides- for the place in which it is about to, or ask for it at a time of the motion (`--at`)",
                 mechanism.unilaterals[own.index].name
             )));
@@ -233,14 +249,14 @@ fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<
     let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|own| own.index != *index);
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
-        return Err(Failure::Instants(format!(
+        return Err(AnalysisFailure::Instants(format!(
             "{} parts are held on one side only, and all their modes would be tried: of no more than {MOST} that is done; say by --mode which of them are open or closed",
             free.len()
         )));
     }
     let mut changes: Vec<usize> = (0..1 << free.len()).collect();
     changes.sort_by_key(|change| change.count_ones());
-    let is_idle = |index: usize| asked.iter().any(|own| own.index == index && own.wanted == Wanted::Idle);
+    let is_idle = |index: usize| asked.iter().any(|own| own.index == index && own.wanted == WantedMode::Idle);
     let mode = |change: usize| {
         let mut mode = start.clone();
         free.iter().enumerate().for_each(|(place, &index)| mode[index] ^= change >> place & 1 == 1);
@@ -255,15 +271,18 @@ fn modes(formulated: &Formulated, guess: &Point, asked: &[Asked]) -> Result<Vec<
     let is_possible = |mode: &Vec<bool>| {
         let closed = || (0..count).filter(|&index| mode[index] && !rubs(index));
         closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
-            && asked.iter().all(|own| !matches!(own.wanted, Wanted::Holds | Wanted::Slides(_)) || mode[own.index])
+            && asked
+                .iter()
+                .all(|own| !matches!(own.wanted, WantedMode::Holds | WantedMode::Slides(_)) || mode[own.index])
     };
     Ok(changes.into_iter().map(mode).filter(is_possible).collect())
 }
 
 /// Rounding errors of forces along angles and along lengths: of a balance of what is as large as the stiffness makes it.
-fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64; 2] {
+fn noise(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> [f64; 2] {
     let numbers = variation.motion_at(&formulated.equations, point);
-    let tangent = numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, Column::Positions));
+    let tangent =
+        numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, ColumnBlock::Positions));
     let scales = &scales(formulated)[..formulated.equations.coordinates.len().min(tangent.nrows())];
     let places = (0..scales.len()).flat_map(|i| (0..scales.len()).map(move |j| (i, j)));
     let energy = places.fold(0.0, |most: f64, (i, j)| most.max((tangent[(i, j)] * scales[i] * scales[j]).abs()));
@@ -271,7 +290,12 @@ fn noise(formulated: &Formulated, variation: &Variation, point: &Point) -> [f64;
 }
 
 /// Why a pose in which the loads balance is no rest; `searched` has the signs of what presses that the search has assumed.
-fn unfit(formulated: &Formulated, variation: &Variation, searched: &Point, point: &Point) -> Option<Misfit> {
+fn unfit(
+    formulated: &Formulated,
+    variation: &Variation,
+    searched: &OperatingPoint,
+    point: &OperatingPoint,
+) -> Option<Misfit> {
     let mechanism = &formulated.equations.system.mechanism;
     let here = closures(formulated, point);
     let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
@@ -280,16 +304,16 @@ fn unfit(formulated: &Formulated, variation: &Variation, searched: &Point, point
     let stops = here.iter().find_map(|own| {
         let ([length, force], name) = (own.units(), &own.name);
         match own.kind {
-            Kind::Stop if own.closed && own.force < -least => {
+            OneSidedKind::Stop if own.closed && own.force < -least => {
                 Some(format!("`{name}` would pull with {}", told(mechanism, -own.force, force)))
             }
-            Kind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
+            OneSidedKind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
                 Some(format!("`{name}` would hold back with {}", told(mechanism, -own.force, force)))
             }
-            Kind::Stop if own.is_passed() => {
+            OneSidedKind::Stop if own.is_passed() => {
                 Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length)))
             }
-            Kind::Stop | Kind::Freewheel | Kind::Friction { .. } | Kind::Led => None,
+            OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => None,
         }
     });
     let slides = here.iter().find_map(|own| {
@@ -320,10 +344,10 @@ fn unfit(formulated: &Formulated, variation: &Variation, searched: &Point, point
 pub(super) fn rows(
     formulated: &Formulated,
     variation: &Variation,
-    point: &Point,
-) -> Result<(DMatrix<f64>, Vec<usize>), Failure> {
+    point: &OperatingPoint,
+) -> Result<(DMatrix<f64>, Vec<usize>), AnalysisFailure> {
     let numbers = variation.loops_at(&formulated.equations, point)?;
-    let (scales, jacobian) = (scales(formulated), numbers.block(RowBlock::Loops, Column::Positions));
+    let (scales, jacobian) = (scales(formulated), numbers.block(RowBlock::Loops, ColumnBlock::Positions));
     let rows: Vec<usize> = numbers.rows().collect();
     let lengths: Vec<f64> = rows.iter().map(|&row| formulated.lowered.program.constraints[row].scale).collect();
     let scaled = |i: usize, j: usize| jacobian[(i, j)] * scales[j] / lengths[i];
@@ -331,12 +355,16 @@ pub(super) fn rows(
 }
 
 /// How many loop equations hold at a point, and how many of them are independent.
-pub(super) fn ranked(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<[usize; 2], Failure> {
+pub(super) fn ranked(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &OperatingPoint,
+) -> Result<[usize; 2], AnalysisFailure> {
     let (rows, _) = rows(formulated, variation, point)?;
     Ok([rows.nrows(), rank(&rows)?])
 }
 
-fn rank(rows: &DMatrix<f64>) -> Result<usize, Failure> {
+fn rank(rows: &DMatrix<f64>) -> Result<usize, AnalysisFailure> {
     if rows.is_empty() {
         return Ok(0);
     }
@@ -345,16 +373,24 @@ fn rank(rows: &DMatrix<f64>) -> Result<usize, Failure> {
 }
 
 /// True if the loop equations that hold at a point depend on each other.
-pub(super) fn is_held_twice(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<bool, Failure> {
+pub(super) fn is_held_twice(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &OperatingPoint,
+) -> Result<bool, AnalysisFailure> {
     let [rows, rank] = ranked(formulated, variation, point)?;
     Ok(rank < rows)
 }
 
 /// Refuses a rest whose forces are not determined: more touches than is needed to hold it, or what sticks holds what does not rub.
-fn check_determined(formulated: &Formulated, variation: &Variation, point: &Point) -> Result<(), Failure> {
+fn check_determined(
+    formulated: &Formulated,
+    variation: &Variation,
+    point: &OperatingPoint,
+) -> Result<(), AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let here = closures(formulated, point);
-    let rubs = |own: &Closure| matches!(own.kind, Kind::Friction { .. });
+    let rubs = |own: &Closure| matches!(own.kind, OneSidedKind::Friction { .. });
     let sticks =
         |own: &Closure| rubs(own) && point.value(Symbol::Parameter(mechanism.unilaterals[own.index].closed.0)) != 0.0;
     let stops = |own: &Closure| !rubs(own) && (own.closed || own.touches());
@@ -383,9 +419,9 @@ fn check_determined(formulated: &Formulated, variation: &Variation, point: &Poin
 }
 
 /// What is said where several hold something twice.
-pub(super) fn not_determined(names: &[String]) -> Failure {
+pub(super) fn not_determined(names: &[String]) -> AnalysisFailure {
     let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    Failure::Instants(format!(
+    AnalysisFailure::Instants(format!(
         "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
         names.join(", ")
     ))

@@ -12,7 +12,7 @@ use cotree::network::{ElementId, Force};
 use cotree::program::{Conditions, conditions};
 use nalgebra::{DMatrix, DVector};
 
-use super::{Failure, Point, saddle};
+use super::{AnalysisFailure, OperatingPoint, saddle};
 
 /// Ends no further apart than this share of the mechanism's length are together: an equilibrium is found to about as much.
 const TOGETHER: f64 = 1e-9;
@@ -41,7 +41,7 @@ pub(super) enum RowBlock {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Column {
+pub(super) enum ColumnBlock {
     Positions,
     Rates,
     Accelerations,
@@ -88,7 +88,7 @@ pub(super) struct Rubbing {
 
 /// What counts at a point.
 #[derive(Clone, Debug)]
-struct Holding {
+struct ActiveRows {
     /// Places among the independent loop equations of those that hold.
     loops: Vec<usize>,
     /// Places among the levels of those that slide, and of the loads after them.
@@ -178,12 +178,12 @@ impl Variation {
     }
 
     /// What counts at a point: what is open does not, nor does the level of what sticks.
-    fn holding(&self, equations: &Equations, point: &Point) -> Holding {
+    fn holding(&self, equations: &Equations, point: &OperatingPoint) -> ActiveRows {
         let counts = |mask: Expr| equations.system.arena.evaluate(&[mask], point)[0] != 0.0;
         let loops = (0..self.active.len()).filter(|&place| self.masks[place].is_none_or(counts)).collect();
         let slides = (0..self.levels.len()).filter(|&place| counts(self.levels[place].direction));
         let levels = slides.chain(self.levels.len()..self.levels.len() + self.loads.len()).collect();
-        Holding { loops, levels }
+        ActiveRows { loops, levels }
     }
 
     /// What rubs.
@@ -192,12 +192,12 @@ impl Variation {
     }
 
     /// The independent loop equations that hold at a point.
-    pub(super) fn rows_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
+    pub(super) fn rows_at(&self, equations: &Equations, point: &OperatingPoint) -> Vec<usize> {
         self.holding(equations, point).loops.into_iter().map(|place| self.active[place]).collect()
     }
 
     /// The rows of the levels that act at a point.
-    pub(super) fn levels_at(&self, equations: &Equations, point: &Point) -> Vec<usize> {
+    pub(super) fn levels_at(&self, equations: &Equations, point: &OperatingPoint) -> Vec<usize> {
         let row = |place: usize| match self.levels.get(place) {
             Some(own) => own.level.row,
             None => self.loads[place - self.levels.len()].row,
@@ -207,31 +207,44 @@ impl Variation {
 
     /// Inputs and followers with their derivatives, as far as anything depends on them.
     pub(super) fn signals(&self) -> &[Symbol] {
-        &self.columns[self.column(Column::Signals)]
+        &self.columns[self.column(ColumnBlock::Signals)]
     }
 
     /// The load whose ends are together, so that it has no direction and the forces of small motions no limit.
-    pub(super) fn together(&self, equations: &Equations, point: &Point, length: f64) -> Option<Failure> {
+    pub(super) fn together(
+        &self,
+        equations: &Equations,
+        point: &OperatingPoint,
+        length: f64,
+    ) -> Option<AnalysisFailure> {
         let squares: Vec<Expr> = self.lines.iter().map(|(_, square)| *square).collect();
         let values = equations.system.arena.evaluate(&squares, point);
         let near = (TOGETHER * length).powi(2);
         let ((name, _), _) = self.lines.iter().zip(values).find(|(_, square)| *square < near)?;
         let what = format!("the ends of `{name}` are together, so that it has no direction");
-        Some(Failure::NoDerivative { time: point.time(), what })
+        Some(AnalysisFailure::NoDerivative { time: point.time(), what })
     }
 
     /// All numbers at a point.
-    pub(super) fn at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+    pub(super) fn at(&self, equations: &Equations, point: &OperatingPoint) -> Result<Numbers<'_>, AnalysisFailure> {
         self.numbers(equations, point, |_| true)
     }
 
     /// The same, where outputs may lack a value or a derivative.
-    pub(super) fn motion_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+    pub(super) fn motion_at(
+        &self,
+        equations: &Equations,
+        point: &OperatingPoint,
+    ) -> Result<Numbers<'_>, AnalysisFailure> {
         self.numbers(equations, point, |row| !self.row(RowBlock::Outputs).contains(&row))
     }
 
     /// The loop equations at a point, and those that repeat others; the rest may lack a value.
-    pub(super) fn loops_at(&self, equations: &Equations, point: &Point) -> Result<Numbers<'_>, Failure> {
+    pub(super) fn loops_at(
+        &self,
+        equations: &Equations,
+        point: &OperatingPoint,
+    ) -> Result<Numbers<'_>, AnalysisFailure> {
         let loops = [RowBlock::Loops, RowBlock::Repeated].map(|row| self.row(row));
         self.numbers(equations, point, |row| loops.iter().any(|range| range.contains(&row)))
     }
@@ -239,9 +252,9 @@ impl Variation {
     fn numbers(
         &self,
         equations: &Equations,
-        point: &Point,
+        point: &OperatingPoint,
         asked: impl Fn(usize) -> bool,
-    ) -> Result<Numbers<'_>, Failure> {
+    ) -> Result<Numbers<'_>, AnalysisFailure> {
         let wanted: Vec<Expr> = self.roots.iter().chain(&self.derivatives).copied().collect();
         let numbers = equations.system.arena.evaluate(&wanted, point);
         let (values, derivatives) = numbers.split_at(self.roots.len());
@@ -255,7 +268,7 @@ impl Variation {
         let idle = |row: usize| levels.contains(&row) && !holding.levels.contains(&(row - levels.start));
         let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
         if let Some(row) = (0..values.len()).find(|row| asked(*row) && !idle(*row) && !finite(row)) {
-            let unknown = || Failure::NotFinite { time: point.time(), what: self.name(equations, row) };
+            let unknown = || AnalysisFailure::NotFinite { time: point.time(), what: self.name(equations, row) };
             return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
         }
         Ok(Numbers { variation: self, holding, values: DVector::from_column_slice(values), matrix })
@@ -265,10 +278,10 @@ impl Variation {
     pub(super) fn second(
         &self,
         equations: &mut Equations,
-        point: &Point,
+        point: &OperatingPoint,
         symbols: &[Symbol],
         rows: &[RowBlock],
-    ) -> Result<Vec<DMatrix<f64>>, Failure> {
+    ) -> Result<Vec<DMatrix<f64>>, AnalysisFailure> {
         let is_wanted = |row: usize| rows.iter().any(|wanted| self.row(*wanted).contains(&row));
         let wanted: Vec<usize> = (0..self.places.len()).filter(|&index| is_wanted(self.places[index].0)).collect();
         let derivatives: Vec<Expr> = wanted.iter().map(|&index| self.derivatives[index]).collect();
@@ -280,7 +293,7 @@ impl Variation {
             for (&index, value) in wanted.iter().zip(values) {
                 if !value.is_finite() {
                     let what = self.name(equations, self.places[index].0);
-                    return Err(Failure::NotFinite { time: point.time(), what });
+                    return Err(AnalysisFailure::NotFinite { time: point.time(), what });
                 }
                 matrix[self.places[index]] = value;
             }
@@ -290,13 +303,13 @@ impl Variation {
     }
 
     /// The numbers of these rows at a point.
-    pub(super) fn values(&self, equations: &Equations, point: &Point, row: RowBlock) -> DVector<f64> {
+    pub(super) fn values(&self, equations: &Equations, point: &OperatingPoint, row: RowBlock) -> DVector<f64> {
         let roots = self.held_rows(row, &self.holding(equations, point)).into_iter().map(|root| self.roots[root]);
         DVector::from_vec(equations.system.arena.evaluate(&roots.collect::<Vec<Expr>>(), point))
     }
 
     /// The roots of this kind, of loop equations those that hold, of levels those of what slides.
-    fn held_rows(&self, row: RowBlock, holding: &Holding) -> Vec<usize> {
+    fn held_rows(&self, row: RowBlock, holding: &ActiveRows) -> Vec<usize> {
         let range = self.row(row);
         match row {
             RowBlock::Loops | RowBlock::Rates | RowBlock::Accelerations if !range.is_empty() => {
@@ -317,12 +330,14 @@ impl Variation {
     }
 
     /// The columns of this kind, of reactions those of loop equations that hold, of levels those of what slides.
-    fn held_columns(&self, column: Column, holding: &Holding) -> Vec<usize> {
+    fn held_columns(&self, column: ColumnBlock, holding: &ActiveRows) -> Vec<usize> {
         let range = self.column(column);
         match column {
-            Column::Reactions => holding.loops.iter().map(|place| range.start + place).collect(),
-            Column::Levels => holding.levels.iter().map(|place| range.start + place).collect(),
-            Column::Positions | Column::Rates | Column::Accelerations | Column::Signals => range.collect(),
+            ColumnBlock::Reactions => holding.loops.iter().map(|place| range.start + place).collect(),
+            ColumnBlock::Levels => holding.levels.iter().map(|place| range.start + place).collect(),
+            ColumnBlock::Positions | ColumnBlock::Rates | ColumnBlock::Accelerations | ColumnBlock::Signals => {
+                range.collect()
+            }
         }
     }
 
@@ -330,15 +345,15 @@ impl Variation {
         self.rows.iter().find(|(known, _)| *known == row).map_or(0..0, |(_, range)| range.clone())
     }
 
-    fn column(&self, column: Column) -> Range<usize> {
+    fn column(&self, column: ColumnBlock) -> Range<usize> {
         let (n, m, l) = (self.coordinates, self.active.len(), self.levels.len() + self.loads.len());
         match column {
-            Column::Positions => 0..n,
-            Column::Rates => n..2 * n,
-            Column::Accelerations => 2 * n..3 * n,
-            Column::Reactions => 3 * n..3 * n + m,
-            Column::Levels => 3 * n + m..3 * n + m + l,
-            Column::Signals => 3 * n + m + l..self.columns.len(),
+            ColumnBlock::Positions => 0..n,
+            ColumnBlock::Rates => n..2 * n,
+            ColumnBlock::Accelerations => 2 * n..3 * n,
+            ColumnBlock::Reactions => 3 * n..3 * n + m,
+            ColumnBlock::Levels => 3 * n + m..3 * n + m + l,
+            ColumnBlock::Signals => 3 * n + m + l..self.columns.len(),
         }
     }
 
@@ -531,7 +546,7 @@ fn level(equations: &mut Equations, law: &Level) -> Expr {
 #[derive(Clone, Debug)]
 pub(super) struct Numbers<'v> {
     variation: &'v Variation,
-    holding: Holding,
+    holding: ActiveRows,
     values: DVector<f64>,
     matrix: DMatrix<f64>,
 }
@@ -542,19 +557,19 @@ impl Numbers<'_> {
         DVector::from_iterator(rows.len(), rows.into_iter().map(|row| self.values[row]))
     }
 
-    pub fn block(&self, row: RowBlock, column: Column) -> DMatrix<f64> {
+    pub fn block(&self, row: RowBlock, column: ColumnBlock) -> DMatrix<f64> {
         self.block_of(&self.matrix, row, column)
     }
 
     /// A block of a matrix of [`Variation::second`] at the same point.
-    pub fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: Column) -> DMatrix<f64> {
+    pub fn block_of(&self, matrix: &DMatrix<f64>, row: RowBlock, column: ColumnBlock) -> DMatrix<f64> {
         let rows = self.variation.held_rows(row, &self.holding);
         let columns = self.variation.held_columns(column, &self.holding);
         DMatrix::from_fn(rows.len(), columns.len(), |i, j| matrix[(rows[i], columns[j])])
     }
 
     /// What stands for each column of this kind.
-    pub fn symbols(&self, column: Column) -> Vec<Symbol> {
+    pub fn symbols(&self, column: ColumnBlock) -> Vec<Symbol> {
         let columns = self.variation.held_columns(column, &self.holding);
         columns.into_iter().map(|place| self.variation.columns[place]).collect()
     }
@@ -567,17 +582,17 @@ impl Numbers<'_> {
     /// \[M Phi_q^T; Phi_q 0\]; where something slides its level is one more unknown, with its law as one more row.
     pub fn system(&self) -> DMatrix<f64> {
         let [mass, reactions] =
-            [Column::Accelerations, Column::Reactions].map(|column| self.block(RowBlock::Motion, column));
-        let without = saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, Column::Accelerations));
+            [ColumnBlock::Accelerations, ColumnBlock::Reactions].map(|column| self.block(RowBlock::Motion, column));
+        let without = saddle(&mass, &reactions, &self.block(RowBlock::Accelerations, ColumnBlock::Accelerations));
         let (size, levels) = (without.nrows(), self.holding.levels.len());
         if levels == 0 {
             return without;
         }
         let mut whole = without.resize(size + levels, size + levels, 0.0);
         let (n, m) = (mass.ncols(), reactions.ncols());
-        whole.view_mut((0, size), (n, levels)).copy_from(&self.block(RowBlock::Motion, Column::Levels));
+        whole.view_mut((0, size), (n, levels)).copy_from(&self.block(RowBlock::Motion, ColumnBlock::Levels));
         for (first, count, column) in
-            [(0, n, Column::Accelerations), (n, m, Column::Reactions), (size, levels, Column::Levels)]
+            [(0, n, ColumnBlock::Accelerations), (n, m, ColumnBlock::Reactions), (size, levels, ColumnBlock::Levels)]
         {
             whole.view_mut((size, first), (levels, count)).copy_from(&self.block(RowBlock::Levels, column));
         }

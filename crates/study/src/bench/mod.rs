@@ -14,8 +14,8 @@ use cotree_fmu::program::Engine;
 use serde::{Serialize, Serializer};
 
 use clock::Elapsed;
-pub use reference::{Comparison, Reference};
-use runs::{Budget, Found, Subject, TOO_LONG};
+pub use reference::{Reference, ReferenceComparison};
+use runs::{BenchSubject, Budget, TOO_LONG, TimedMotion};
 
 const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
 /// An error that is not above so many times that of the reference may be the reference's own.
@@ -40,16 +40,16 @@ pub struct Bench {
     /// Relative accuracy that rounding errors permit, the coarsest of all runs; 0 if nothing limits it.
     pub attainable: f64,
     /// One for each method and tolerance, methods together.
-    pub runs: Vec<Run>,
+    pub runs: Vec<BenchRun>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
+pub struct BenchRun {
     /// `auto`, `taylor`, `explicit`, `implicit`, or `loops` if the drivers determine the motion.
     pub method: &'static str,
     pub tolerance: f64,
     #[serde(flatten, serialize_with = "flat")]
-    pub result: Result<Measured, String>,
+    pub result: Result<MeasuredRun, String>,
 }
 
 /// What a run without result is written as: every number is null.
@@ -62,7 +62,7 @@ struct Unmeasured<'a> {
     problem: &'a str,
 }
 
-fn flat<S: Serializer>(result: &Result<Measured, String>, serializer: S) -> Result<S::Ok, S::Error> {
+fn flat<S: Serializer>(result: &Result<MeasuredRun, String>, serializer: S) -> Result<S::Ok, S::Error> {
     match result {
         Ok(measured) => measured.serialize(serializer),
         Err(problem) => {
@@ -72,7 +72,7 @@ fn flat<S: Serializer>(result: &Result<Measured, String>, serializer: S) -> Resu
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Measured {
+pub struct MeasuredRun {
     /// Time of the fastest of several repetitions, initialisation and outputs left out \[s\]; null if one of them failed.
     pub cpu_seconds: Option<f64>,
     /// Largest error of any reported variable at any of the compared times, relative to the variable's largest value.
@@ -122,7 +122,7 @@ pub fn measure_watched(
     experiment: Experiment,
     watch: &mut dyn FnMut(Next) -> bool,
 ) -> Result<Bench, String> {
-    let subject = Subject { model, variables, experiment };
+    let subject = BenchSubject { model, variables, experiment };
     let methods = methods(model);
     let (times, mut exact, reference) = reference::find(&subject, &methods)?;
     let energy_kept = exact.energy_drift().is_some_and(|drift| drift < KEPT);
@@ -146,10 +146,10 @@ pub fn measure_watched(
             attainable = f64::max(attainable, found.instance.attainable_accuracy());
             let error = found.trajectory.distance(&exact.trajectory);
             let resolved = error > RESOLVED * reference.error;
-            Measured { cpu_seconds, resolved, ..Measured::of(&found, error, energy_kept) }
+            MeasuredRun { cpu_seconds, resolved, ..MeasuredRun::of(&found, error, energy_kept) }
         });
         slow = matches!(&result, Err(problem) if problem == TOO_LONG).then_some(method).or(slow);
-        runs.push(Run { method, tolerance, result });
+        runs.push(BenchRun { method, tolerance, result });
     }
     Ok(Bench {
         name: model.program().name.clone(),
@@ -164,8 +164,8 @@ pub fn measure_watched(
     })
 }
 
-impl Measured {
-    fn of(found: &Found, error: f64, energy_kept: bool) -> Self {
+impl MeasuredRun {
+    fn of(found: &TimedMotion, error: f64, energy_kept: bool) -> Self {
         let statistics = found.instance.statistics();
         Self {
             cpu_seconds: None,
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_run_without_result_has_the_same_keys_and_says_why() {
-        let run = Run { method: "explicit", tolerance: 1e-6, result: Err(TOO_LONG.to_owned()) };
+        let run = BenchRun { method: "explicit", tolerance: 1e-6, result: Err(TOO_LONG.to_owned()) };
         let written = serde_json::to_value(&run).expect("JSON");
         for key in ["cpu_seconds", "error", "steps", "evaluations"] {
             assert_eq!(written.get(key), Some(&serde_json::Value::Null), "{key}");
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(written["problem"], TOO_LONG);
         let reference = Reference { method: "auto", tolerance: 1e-13, error: 0.0, other: None, confirmed: false };
         let name = "four_bar".to_owned();
-        let refused = Run { result: Err("it left its branch".to_owned()), ..run.clone() };
+        let refused = BenchRun { result: Err("it left its branch".to_owned()), ..run.clone() };
         let (points, clock, share, runs) = (1024, "processor time", 0.5, vec![run, refused]);
         let (span, energy_kept, attainable) = ([0.0, 1.0], false, 4e-8);
         let bench = Bench { name, span, reference, points, clock, share, energy_kept, attainable, runs };

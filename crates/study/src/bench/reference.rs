@@ -4,7 +4,7 @@ use cotree_fmu::program::Engine;
 use serde::Serialize;
 
 use super::Method;
-use super::runs::{Budget, Found, Subject, TOO_LONG};
+use super::runs::{BenchSubject, Budget, TOO_LONG, TimedMotion};
 
 /// Tolerances that are tried, from the finest on.
 const TOLERANCES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
@@ -18,13 +18,13 @@ pub struct Reference {
     /// How far it is from a run at ten times the tolerance, or from the run of the other method if that is more.
     pub error: f64,
     /// The run of another method that agrees with it best.
-    pub other: Option<Comparison>,
+    pub other: Option<ReferenceComparison>,
     /// Is there such a run, and is the error small?
     pub confirmed: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct ReferenceComparison {
     pub method: &'static str,
     pub tolerance: f64,
     pub distance: f64,
@@ -34,7 +34,7 @@ struct Converged {
     method: &'static str,
     engine: Option<Engine>,
     tolerance: f64,
-    found: Found,
+    found: TimedMotion,
     /// Distance of a run at ten times the tolerance.
     error: f64,
 }
@@ -43,7 +43,7 @@ struct Converged {
 ///
 /// Of all methods the two that agree best are taken; the one that the model does not choose by itself is the reference, so that its choice is judged by
 /// another method.
-pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, Found, Reference), String> {
+pub(super) fn find(subject: &BenchSubject, methods: &[Method]) -> Result<(Vec<f64>, TimedMotion, Reference), String> {
     let times = times(subject)?;
     let chosen = subject.model.program().engine;
     let named = methods.iter().filter(|(_, engine)| engine.is_some());
@@ -58,18 +58,18 @@ pub(super) fn find(subject: &Subject, methods: &[Method]) -> Result<(Vec<f64>, F
         std::mem::swap(&mut first, &mut second);
     }
     let Converged { method, tolerance, .. } = converged[second];
-    let other = Comparison { method, tolerance, distance };
+    let other = ReferenceComparison { method, tolerance, distance };
     let Converged { method, tolerance, error, found, .. } = converged.swap_remove(first);
     let error = error.max(distance);
     let confirmed = error <= CONFIRMED;
     Ok((times, found, Reference { method, tolerance, error, other: Some(other), confirmed }))
 }
 
-fn times(subject: &Subject) -> Result<Vec<f64>, String> {
+fn times(subject: &BenchSubject) -> Result<Vec<f64>, String> {
     first(&[1e-9, 1e-6, 1e-4], |tolerance| subject.times(None, tolerance))
 }
 
-fn finest(subject: &Subject, &(method, engine): &Method, times: &[f64]) -> Result<Converged, String> {
+fn finest(subject: &BenchSubject, &(method, engine): &Method, times: &[f64]) -> Result<Converged, String> {
     first(&TOLERANCES, |tolerance| {
         let run = |tolerance| subject.run(engine, tolerance, Budget::Reference, times);
         let (coarser, found) = (run(10.0 * tolerance)?, run(tolerance)?);

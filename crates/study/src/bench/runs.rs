@@ -31,13 +31,13 @@ pub enum Budget {
     Reference,
 }
 
-pub struct Subject<'a> {
+pub struct BenchSubject<'a> {
     pub model: &'a Arc<Model>,
     pub variables: &'a [usize],
     pub experiment: Experiment,
 }
 
-pub struct Found {
+pub struct TimedMotion {
     pub trajectory: Trajectory,
     energy: Vec<f64>,
     pub residual: f64,
@@ -45,12 +45,18 @@ pub struct Found {
     pub instance: Instance,
 }
 
-impl Subject<'_> {
+impl BenchSubject<'_> {
     /// The variables at these times.
     ///
     /// # Errors
     /// The motion cannot be continued, or it takes too long.
-    pub fn run(&self, engine: Option<Engine>, tolerance: f64, budget: Budget, times: &[f64]) -> Result<Found, String> {
+    pub fn run(
+        &self,
+        engine: Option<Engine>,
+        tolerance: f64,
+        budget: Budget,
+        times: &[f64],
+    ) -> Result<TimedMotion, String> {
         let most = self.most(budget);
         let mut instance = self.start(engine, tolerance)?;
         let mut machine = Machine::new(self.model);
@@ -72,7 +78,7 @@ impl Subject<'_> {
             }
             worst = f64::max(worst, residual(self.model, &mut machine, &instance));
         }
-        Ok(Found { trajectory, energy: energies, residual: worst, instance })
+        Ok(TimedMotion { trajectory, energy: energies, residual: worst, instance })
     }
 
     /// How long the fastest of several repetitions takes, and all of them.
@@ -172,7 +178,7 @@ fn residual(model: &Model, machine: &mut Machine, instance: &Instance) -> f64 {
     constraints.fold(0.0, |worst: f64, (row, constraint)| worst.max(machine.result(tape, row).abs() / constraint.scale))
 }
 
-impl Found {
+impl TimedMotion {
     /// The largest change of the energy, relative to its largest value, if the energy is computed.
     pub fn energy_drift(&self) -> Option<f64> {
         let start = *self.energy.first()?;

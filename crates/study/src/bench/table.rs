@@ -5,7 +5,7 @@ use cotree::row;
 use cotree_fmu::instance::Inaccuracy;
 
 use super::runs::TOO_LONG;
-use super::{BUSY, Bench, Reference, Run, TOLERANCES};
+use super::{BUSY, Bench, BenchRun, Reference, TOLERANCES};
 
 impl Bench {
     pub fn report(&self) -> Report {
@@ -62,7 +62,7 @@ fn about(error: f64) -> String {
 }
 
 /// Why methods have no result: the first reason of each.
-fn problems(runs: &[Run]) -> Vec<Cell> {
+fn problems(runs: &[BenchRun]) -> Vec<Cell> {
     let mut told = Vec::new();
     let first = runs.iter().filter_map(|run| {
         let problem =
@@ -73,7 +73,7 @@ fn problems(runs: &[Run]) -> Vec<Cell> {
     first.collect()
 }
 
-fn row(run: &Run) -> Vec<Cell> {
+fn row(run: &BenchRun) -> Vec<Cell> {
     let mut row = row![run.method, format!("{:.0e}", run.tolerance)];
     match &run.result {
         Err(problem) => row.extend(row![if problem == TOO_LONG { "too slow" } else { "no result" }]),

@@ -3,7 +3,7 @@
 use cotree::diagnostic::suggest;
 use nalgebra::{DMatrix, DVector};
 
-use super::Quantity;
+use super::FittedQuantity;
 use super::levenberg::Residuals;
 use super::request::Weighed;
 use super::student::{NORMAL, limits_95};
@@ -58,12 +58,12 @@ impl Estimates {
         Ok(Estimates { free, covariance, limits: if all_given { NORMAL } else { limits_95(degrees) } })
     }
 
-    pub fn quantities(&self, start: &[f64], values: &[f64], varying: &Varying) -> Vec<Quantity> {
+    pub fn quantities(&self, start: &[f64], values: &[f64], varying: &Varying) -> Vec<FittedQuantity> {
         let quantity = |(index, own): (usize, &crate::analysis::Varied)| {
             let place = self.free.iter().position(|&free| free == index);
             let error = place.map(|place| self.covariance[(place, place)].sqrt());
             let value = values[index];
-            Quantity {
+            FittedQuantity {
                 name: own.name.clone(),
                 unit: own.unit.si.clone(),
                 start: start[index],

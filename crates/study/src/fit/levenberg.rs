@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::analysis::Failure;
+use crate::analysis::AnalysisFailure;
 use crate::analysis::decompose::least_squares;
 
 /// A step that changes the values by less than this share is the last.
@@ -29,7 +29,7 @@ pub struct Residuals {
 pub struct Minimum<T> {
     pub values: Vec<f64>,
     pub beside: T,
-    pub ended: Ended,
+    pub ended: FitEnded,
     /// Why there is no motion on the other side, where the search could not go on: no minimum.
     pub blocked: Option<String>,
     /// How often the residuals were evaluated.
@@ -38,7 +38,7 @@ pub struct Minimum<T> {
 
 /// Why the search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum FitEnded {
     /// At a minimum: no step makes the sum of squares smaller.
     Settled,
     /// After as many evaluations as were permitted.
@@ -49,7 +49,7 @@ pub enum Ended {
 
 /// Values that were tried.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial<'a> {
+pub struct FitTrial<'a> {
     /// SI.
     pub values: &'a [f64],
     /// The root of the sum of the squares of the residuals; none where there are none.
@@ -67,44 +67,44 @@ pub fn minimise<T>(
     start: &[f64],
     bounds: &[[f64; 2]],
     most: usize,
-    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Residuals, T), Failure>,
-    mut goes_on: impl FnMut(Trial) -> bool,
-) -> Result<Minimum<T>, Failure> {
+    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Residuals, T), AnalysisFailure>,
+    mut goes_on: impl FnMut(FitTrial) -> bool,
+) -> Result<Minimum<T>, AnalysisFailure> {
     let mut values = DVector::from_column_slice(start);
     let (mut here, mut beside) = evaluate(start, None)?;
-    let mut stopped = !goes_on(Trial { values: start, length: Some(here.values.norm()), is_accepted: true });
+    let mut stopped = !goes_on(FitTrial { values: start, length: Some(here.values.norm()), is_accepted: true });
     let mut scales = DVector::zeros(start.len());
     let (mut damping, mut evaluations, mut blocked) = (FIRST, 1, None);
     let ended = 'search: loop {
         for (scale, column) in scales.iter_mut().zip(here.derivatives.column_iter()) {
             *scale = column.norm().max(*scale);
         }
-        let Some(step) = DampedSteps::new(&here, &values, bounds, &scales) else { break Ended::Settled };
+        let Some(step) = DampedSteps::new(&here, &values, bounds, &scales) else { break FitEnded::Settled };
         let moved = loop {
             let next = step.at(damping);
             let change = &next - &values;
             let size = |values: &DVector<f64>| values.component_mul(&scales).norm();
             if size(&change) <= SETTLED * size(&values) {
-                break 'search Ended::Settled;
+                break 'search FitEnded::Settled;
             }
             if stopped {
-                break 'search Ended::Stopped;
+                break 'search FitEnded::Stopped;
             }
             if evaluations == most {
-                break 'search Ended::Exhausted;
+                break 'search FitEnded::Exhausted;
             }
             evaluations += 1;
             let sum = here.values.norm_squared();
             let predicted = sum - (&here.values + &here.derivatives * &change).norm_squared();
             // Where there is no motion it is worse than anything.
             let there = evaluate(next.as_slice(), Some(&beside));
-            blocked = there.as_ref().err().map(Failure::to_string);
+            blocked = there.as_ref().err().map(AnalysisFailure::to_string);
             let length = there.as_ref().ok().map(|(there, _)| there.values.norm());
             let there = there.ok().filter(|(there, _)| there.values.norm_squared() < sum);
-            stopped = !goes_on(Trial { values: next.as_slice(), length, is_accepted: there.is_some() });
+            stopped = !goes_on(FitTrial { values: next.as_slice(), length, is_accepted: there.is_some() });
             let Some(there) = there else {
                 if predicted <= FLAT * sum {
-                    break 'search Ended::Settled;
+                    break 'search FitEnded::Settled;
                 }
                 damping = (4.0 * damping).max(WORSE);
                 continue;
@@ -202,12 +202,12 @@ mod tests {
         start: &[f64],
         bounds: &[[f64; 2]],
         most: usize,
-        mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, Failure>,
+        mut evaluate: impl FnMut(&[f64]) -> Result<Residuals, AnalysisFailure>,
     ) -> Minimum<()> {
         minimise(start, bounds, most, |x, _| Ok((evaluate(x)?, ())), |_| true).unwrap()
     }
 
-    fn rosenbrock(x: &[f64]) -> Result<Residuals, Failure> {
+    fn rosenbrock(x: &[f64]) -> Result<Residuals, AnalysisFailure> {
         let values = DVector::from_vec(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
         Ok(Residuals { values, derivatives: DMatrix::from_row_slice(2, 2, &[-20.0 * x[0], 10.0, -1.0, 0.0]) })
     }
@@ -215,9 +215,9 @@ mod tests {
     #[test]
     fn the_valley_of_rosenbrock_leads_to_its_minimum() {
         let found = least(&[-1.2, 1.0], &[OPEN; 2], 200, rosenbrock);
-        assert!(found.ended == Ended::Settled && found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
+        assert!(found.ended == FitEnded::Settled && found.values.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
         let short = least(&[-1.2, 1.0], &[OPEN; 2], 3, rosenbrock);
-        assert_eq!((short.ended, short.evaluations), (Ended::Exhausted, 3));
+        assert_eq!((short.ended, short.evaluations), (FitEnded::Exhausted, 3));
     }
 
     #[test]
@@ -235,7 +235,7 @@ mod tests {
         let times = [0.0, 1.0, 2.0, 3.0];
         let found = least(&[5.0], &[OPEN], 100, |x| {
             if x[0] < 0.0 {
-                return Err(Failure::Range);
+                return Err(AnalysisFailure::Range);
             }
             let values = times.iter().map(|t| (-x[0] * t).exp() - (-0.3 * t).exp());
             let derivatives = times.iter().map(|t| -t * (-x[0] * t).exp());
@@ -264,7 +264,7 @@ mod tests {
             assert_eq!(beside, accepted.borrow().as_ref());
             Ok((rosenbrock(x)?, x.to_vec()))
         };
-        let watch = |trial: Trial| {
+        let watch = |trial: FitTrial| {
             if trial.is_accepted {
                 accepted.replace(Some(trial.values.to_vec()));
             }
@@ -272,7 +272,7 @@ mod tests {
             told < 5
         };
         let found = minimise(&[-1.2, 1.0], &[OPEN; 2], 200, evaluate, watch).unwrap();
-        assert_eq!((found.ended, found.evaluations, told), (Ended::Stopped, 5, 5));
+        assert_eq!((found.ended, found.evaluations, told), (FitEnded::Stopped, 5, 5));
         assert_eq!((Some(&found.values), &found.beside), (accepted.borrow().as_ref(), &found.values));
     }
 }

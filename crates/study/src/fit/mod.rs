@@ -10,19 +10,21 @@ mod written;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::analysis::{Along, AlongAt as At, Differentiated, Failure, Guess, Study, StudyError, Varying, is_finite};
+use crate::analysis::{
+    Along, AlongAt as At, AnalysisFailure, Differentiated, Guess, Study, StudyError, Varying, is_finite,
+};
 use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
-pub use levenberg::{Ended, Trial};
+pub use levenberg::{FitEnded, FitTrial};
 use report::rows_left_out;
-use request::{Places, Weighed, too_few};
-pub use request::{Request, Vary};
+pub use request::{FitRequest, Vary};
+use request::{TablePlaces, Weighed, too_few};
 pub(crate) use request::{bounds, check_times, places};
 pub use written::with_values;
 
@@ -43,33 +45,33 @@ pub struct Fit {
     /// The name of the scene.
     pub name: String,
     /// What was fitted.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FittedQuantity>,
     /// Correlations of the errors of the quantities; none with one that is at its bound.
     pub correlation: DMatrix<f64>,
     /// What was measured, for each experiment.
-    pub measured: Vec<Measured>,
+    pub measured: Vec<MeasuredExperiment>,
     /// How many motions were computed, with their derivatives.
     pub evaluations: usize,
     /// Why the search ended.
-    pub ended: Ended,
+    pub ended: FitEnded,
     /// Guesses of the scene that are far from the start that fits best; of several experiments from that of the first.
     pub guesses: Vec<Guess>,
 }
 
 /// What was measured in one experiment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredExperiment {
     /// \[s\]
     pub times: Vec<f64>,
     /// Times at which something was measured that has no value or no derivative there in the first motion: they are left out \[s\].
     pub left_out: Vec<f64>,
     /// Each variable.
-    pub columns: Vec<Column>,
+    pub columns: Vec<MeasuredVariable>,
 }
 
 /// A fitted quantity, SI.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct FittedQuantity {
     /// The user's name.
     pub name: String,
     pub unit: String,
@@ -85,7 +87,7 @@ pub struct Quantity {
 
 /// A measured variable, SI.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct MeasuredVariable {
     pub name: String,
     pub unit: String,
     /// What was measured, one value for each time; not a number where nothing was.
@@ -98,7 +100,7 @@ pub struct Column {
     pub is_given: bool,
 }
 
-impl Column {
+impl MeasuredVariable {
     /// How many values count: those that were measured and can be computed.
     pub fn count(&self) -> usize {
         self.measured
@@ -135,7 +137,7 @@ pub enum FitError {
 ///
 /// # Errors
 /// Something is wrong with the scene or with what is asked for, there is no motion at the start, or the measured values do not determine the quantities.
-pub fn fit(studies: &mut [Study], request: &Request) -> Result<Fit, FitError> {
+pub fn fit(studies: &mut [Study], request: &FitRequest) -> Result<Fit, FitError> {
     fit_watched(studies, request, &mut |_| true)
 }
 
@@ -145,8 +147,8 @@ pub fn fit(studies: &mut [Study], request: &Request) -> Result<Fit, FitError> {
 /// Those of [`fit`].
 pub fn fit_watched(
     studies: &mut [Study],
-    request: &Request,
-    watch: &mut dyn FnMut(Trial) -> bool,
+    request: &FitRequest,
+    watch: &mut dyn FnMut(FitTrial) -> bool,
 ) -> Result<Fit, FitError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
     let own: Vec<Arc<Differentiated>> =
@@ -156,23 +158,23 @@ pub fn fit_watched(
     let weighed = request.weighed(&experiments).map_err(FitError::Request)?;
     let experiments = varying.iter().zip(&request.tables).zip(weighed.tables.iter().cloned());
     let experiments =
-        experiments.map(|((varying, table), places)| Experiment { varying, table, places, first: OnceCell::new() });
-    let problem = Problem { experiments: experiments.collect(), weighed };
+        experiments.map(|((varying, table), places)| FittedMotion { varying, table, places, first: OnceCell::new() });
+    let problem = FitProblem { experiments: experiments.collect(), weighed };
     let name = studies.first().map(|study| study.name().to_owned()).unwrap_or_default();
     problem.solve(name, watch).map_err(StudyError::from)?
 }
 
 /// What is fitted.
-struct Problem<'a, 'f> {
-    experiments: Vec<Experiment<'a, 'f>>,
+struct FitProblem<'a, 'f> {
+    experiments: Vec<FittedMotion<'a, 'f>>,
     weighed: Weighed,
 }
 
 /// One motion, and what was measured in it.
-struct Experiment<'a, 'f> {
+struct FittedMotion<'a, 'f> {
     varying: &'a Varying<'f>,
-    table: &'a Table,
-    places: Places,
+    table: &'a CsvTable,
+    places: TablePlaces,
     first: OnceCell<First>,
 }
 
@@ -190,8 +192,12 @@ fn no_minimum(cause: &str) -> String {
     )
 }
 
-impl Problem<'_, '_> {
-    fn solve(mut self, name: String, watch: &mut dyn FnMut(Trial) -> bool) -> Result<Result<Fit, FitError>, Failure> {
+impl FitProblem<'_, '_> {
+    fn solve(
+        mut self,
+        name: String,
+        watch: &mut dyn FnMut(FitTrial) -> bool,
+    ) -> Result<Result<Fit, FitError>, AnalysisFailure> {
         let start = self.start();
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
         let (mut values, mut evaluations, mut poses) = (start.clone(), 0, None);
@@ -214,7 +220,7 @@ impl Problem<'_, '_> {
             let change = self.weighed.estimate((&residuals, &kinds), start.len());
             // Of a single column the weight has no influence.
             let is_last = self.weighed.deviations.len() == 1 || change < KNOWN;
-            if !is_last && found.ended == Ended::Settled {
+            if !is_last && found.ended == FitEnded::Settled {
                 poses = Some(starts(motions));
                 continue;
             }
@@ -251,12 +257,12 @@ impl Problem<'_, '_> {
     }
 
     /// The motion of each experiment with these values.
-    fn motions(&self, values: &[f64], from: Option<&Vec<State>>) -> Result<Vec<Along>, Failure> {
-        let motion = |(index, own): (usize, &Experiment)| {
+    fn motions(&self, values: &[f64], from: Option<&Vec<State>>) -> Result<Vec<Along>, AnalysisFailure> {
+        let motion = |(index, own): (usize, &FittedMotion)| {
             let motion = own.motion(values, from.and_then(|poses| poses.get(index)));
             motion.map_err(|cause| match self.experiments.len() {
                 1 => cause,
-                _ => Failure::Experiment { number: index + 1, cause: Box::new(cause) },
+                _ => AnalysisFailure::Experiment { number: index + 1, cause: Box::new(cause) },
             })
         };
         self.experiments.iter().enumerate().map(motion).collect()
@@ -265,7 +271,7 @@ impl Problem<'_, '_> {
     /// Says that the values that count are too few, if they are.
     fn too_few_left(&self, quantities: usize) -> Option<String> {
         let message = too_few(self.experiments.iter().map(|own| own.kept().len()).sum(), quantities)?;
-        let left_out: Vec<f64> = self.experiments.iter().flat_map(Experiment::left_out).collect();
+        let left_out: Vec<f64> = self.experiments.iter().flat_map(FittedMotion::left_out).collect();
         Some(
             message
                 + "; "
@@ -276,7 +282,7 @@ impl Problem<'_, '_> {
     /// The kind of each value that counts, in the order of the residuals.
     fn kinds(&self) -> Vec<usize> {
         let kinds =
-            |own: &Experiment| own.kept().iter().map(|&(_, column)| own.places.kinds[column]).collect::<Vec<_>>();
+            |own: &FittedMotion| own.kept().iter().map(|&(_, column)| own.places.kinds[column]).collect::<Vec<_>>();
         self.experiments.iter().flat_map(kinds).collect()
     }
 
@@ -302,9 +308,9 @@ fn starts(motions: Vec<Along>) -> Vec<State> {
     motions.into_iter().map(|motion| motion.start).collect()
 }
 
-impl Experiment<'_, '_> {
+impl FittedMotion<'_, '_> {
     /// The motion with these values. It starts on the branch on which another one does: where lengths move far the guesses of the scene are near no branch, or another one.
-    fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
+    fn motion(&self, values: &[f64], from: Option<&State>) -> Result<Along, AnalysisFailure> {
         let most = self.first.get().map_or(u64::MAX, |first| DEAREST.saturating_mul(first.work));
         let found = self.varying.along(values, self.table.times(), from, most)?;
         self.judge(&found)?;
@@ -312,7 +318,7 @@ impl Experiment<'_, '_> {
     }
 
     /// Finds out by the first motion what counts; another one that has fewer values would fit the better for it.
-    fn judge(&self, found: &Along) -> Result<(), Failure> {
+    fn judge(&self, found: &Along) -> Result<(), AnalysisFailure> {
         let is_missing = |&&(row, column): &&(usize, usize)| {
             let (values, derivatives) = &found.rows[row];
             !is_finite(values, derivatives, self.places.outputs[column])
@@ -322,7 +328,7 @@ impl Experiment<'_, '_> {
         let First { kept, .. } = self.first.get_or_init(|| First { work: found.work, kept: kept() });
         let lost = kept.iter().find(is_missing).or(if kept.is_empty() { measured.first() } else { None });
         let Some(&(row, column)) = lost else { return Ok(()) };
-        Err(Failure::NotFinite { time: self.table.times()[row], what: self.table.names()[column].clone() })
+        Err(AnalysisFailure::NotFinite { time: self.table.times()[row], what: self.table.names()[column].clone() })
     }
 
     /// Row and column of each measured value that counts.
@@ -339,7 +345,7 @@ impl Experiment<'_, '_> {
     }
 
     /// Beside the motion that fits best.
-    fn measured(&self, rows: &[At], weighed: &Weighed) -> Measured {
+    fn measured(&self, rows: &[At], weighed: &Weighed) -> MeasuredExperiment {
         let units: Vec<String> = self.varying.outputs().map(|(_, unit)| unit.si.clone()).collect();
         let column = |(index, name): (usize, &String)| {
             let output = self.places.outputs[index];
@@ -350,9 +356,9 @@ impl Experiment<'_, '_> {
             };
             let fitted = rows.iter().enumerate().map(value).collect();
             let (deviation, is_given) = weighed.deviations[self.places.kinds[index]];
-            Column { name: name.clone(), unit: units[output].clone(), measured, fitted, deviation, is_given }
+            MeasuredVariable { name: name.clone(), unit: units[output].clone(), measured, fitted, deviation, is_given }
         };
-        Measured {
+        MeasuredExperiment {
             times: self.table.times().to_vec(),
             left_out: self.left_out(),
             columns: self.table.names().iter().enumerate().map(column).collect(),

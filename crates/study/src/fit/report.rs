@@ -1,12 +1,12 @@
 //! What was found, as a table for people and as JSON.
 
 use cotree::diagnostic::suggest::list;
-use cotree::report::data::Accuracy::Error;
+use cotree::report::data::ReliableDigits::Error;
 use cotree::report::data::{Cell, Report, Table, number, plain, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Column, Ended, Fit, Measured, Quantity};
+use super::{Fit, FitEnded, FittedQuantity, MeasuredExperiment, MeasuredVariable};
 
 /// Correlations are known to this at best: they have four decimals.
 const CORRELATION: f64 = 0.01;
@@ -22,11 +22,11 @@ pub(super) fn rows_left_out(left_out: &[f64], all: usize) -> Option<String> {
 impl Fit {
     pub fn report(&self) -> Report {
         let columns = self.measured.iter().flat_map(|own| &own.columns);
-        let (quantities, values) = (self.quantities.len(), columns.map(Column::count).sum::<usize>());
+        let (quantities, values) = (self.quantities.len(), columns.map(MeasuredVariable::count).sum::<usize>());
         let ended = match self.ended {
-            Ended::Settled => "at a minimum: no step makes the residuals smaller",
-            Ended::Exhausted => "without a minimum: as many motions as are permitted were computed",
-            Ended::Stopped => "without a minimum: it was stopped",
+            FitEnded::Settled => "at a minimum: no step makes the residuals smaller",
+            FitEnded::Exhausted => "without a minimum: as many motions as are permitted were computed",
+            FitEnded::Stopped => "without a minimum: it was stopped",
         };
         let mut search = format!("\nended {ended}; {} motions were computed with their derivatives", self.evaluations);
         if !self.guesses.is_empty() {
@@ -56,7 +56,7 @@ impl Fit {
 
     /// Values have the digits that their errors permit.
     fn estimates(&self) -> Table {
-        let row = |own: &Quantity| {
+        let row = |own: &FittedQuantity| {
             let told = |value: f64| number(value, &own.unit).within(Error(own.error.unwrap_or(0.0)));
             let [size, low, high] = match own.error.zip(own.limits) {
                 Some((error, [low, high])) => [error, low, high].map(told),
@@ -75,7 +75,7 @@ impl Fit {
     }
 
     fn residuals(&self) -> Table {
-        let row = |(experiment, own): (usize, &Column)| {
+        let row = |(experiment, own): (usize, &MeasuredVariable)| {
             let [rms, deviation] = [own.rms(), own.deviation].map(|value| number(value, &own.unit));
             let given = if own.is_given { " (given)" } else { "" };
             let name = if self.measured.len() > 1 { format!("{} ({experiment})", own.name) } else { own.name.clone() };
@@ -88,15 +88,15 @@ impl Fit {
     }
 
     fn data(&self) -> Value {
-        let quantity = |(index, own): (usize, &Quantity)| {
+        let quantity = |(index, own): (usize, &FittedQuantity)| {
             let correlation: Value = self.correlation.row(index).iter().copied().collect();
             json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "error": own.error,
                     "limits": own.limits, "correlation": correlation })
         };
         let ended = match self.ended {
-            Ended::Settled => "minimum",
-            Ended::Exhausted => "evaluations",
-            Ended::Stopped => "stopped",
+            FitEnded::Settled => "minimum",
+            FitEnded::Exhausted => "evaluations",
+            FitEnded::Stopped => "stopped",
         };
         let mut data = json!({
             "name": self.name, "ended": ended, "evaluations": self.evaluations,
@@ -109,15 +109,15 @@ impl Fit {
                     data.extend(own);
                 }
             }
-            all => data["experiments"] = all.iter().map(Measured::data).collect(),
+            all => data["experiments"] = all.iter().map(MeasuredExperiment::data).collect(),
         }
         data
     }
 }
 
-impl Measured {
+impl MeasuredExperiment {
     fn data(&self) -> Value {
-        let column = |own: &Column| {
+        let column = |own: &MeasuredVariable| {
             let residuals: Value = own.measured.iter().zip(&own.fitted).map(|(own, fitted)| own - fitted).collect();
             json!({ "name": own.name, "unit": own.unit, "rms": own.rms(), "deviation": own.deviation,
                     "given": own.is_given, "fitted": own.fitted, "residuals": residuals })

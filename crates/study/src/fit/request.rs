@@ -3,7 +3,7 @@
 use cotree::compile::{quantity, with_units};
 use cotree::diagnostic::suggest;
 use cotree::model::Experiment;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 
 use super::LEAST;
 use super::levenberg::Residuals;
@@ -11,9 +11,9 @@ use crate::analysis::{Varied, Varying};
 
 /// What is to be fitted to what.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct FitRequest {
     /// What was measured, a table for each experiment: columns named like outputs. Columns of one name have one standard deviation.
-    pub tables: Vec<Table>,
+    pub tables: Vec<CsvTable>,
     /// What is varied.
     pub vary: Vec<Vary>,
     /// Standard deviations of columns, as far as they are known: a number (SI) or a number with its unit.
@@ -50,7 +50,7 @@ impl Vary {
 pub(super) struct Weighed {
     /// Of each quantity, SI.
     pub bounds: Vec<[f64; 2]>,
-    pub tables: Vec<Places>,
+    pub tables: Vec<TablePlaces>,
     /// The standard deviation of each kind of column \[SI\], and whether it was given.
     pub deviations: Vec<(f64, bool)>,
     /// The extent of each kind, SI.
@@ -59,7 +59,7 @@ pub(super) struct Weighed {
 
 /// Where the values of a table belong.
 #[derive(Clone, Debug)]
-pub(super) struct Places {
+pub(super) struct TablePlaces {
     /// The output of each column.
     pub outputs: Vec<usize>,
     /// Its kind: columns of one name are of one kind, in all experiments.
@@ -68,7 +68,7 @@ pub(super) struct Places {
     pub measured: Vec<(usize, usize)>,
 }
 
-impl Request {
+impl FitRequest {
     /// Everything that is wrong is said.
     pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<String>> {
         let Some((first, _)) = experiments.first() else { return Err(vec!["nothing was measured".to_owned()]) };
@@ -88,7 +88,7 @@ impl Request {
             let empty = (0..table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
             own.extend(empty.map(|column| format!("the column `{}` has no value", table.names()[column])));
             let kind = |name: &String| kinds.iter().position(|own| *own == name).unwrap_or_default();
-            tables.push(Places { outputs, kinds: table.names().iter().map(kind).collect(), measured });
+            tables.push(TablePlaces { outputs, kinds: table.names().iter().map(kind).collect(), measured });
             let several =
                 |fault| if experiments.len() > 1 { format!("experiment {}: {fault}", index + 1) } else { fault };
             faults.extend(own.into_iter().map(several));
@@ -111,7 +111,7 @@ impl Request {
     /// The names of all columns, each once.
     fn kinds(&self) -> Vec<&String> {
         let mut kinds: Vec<&String> = Vec::new();
-        for name in self.tables.iter().flat_map(Table::names) {
+        for name in self.tables.iter().flat_map(CsvTable::names) {
             if !kinds.contains(&name) {
                 kinds.push(name);
             }
@@ -121,7 +121,7 @@ impl Request {
 
     /// How far apart the values of a name are.
     fn extent(&self, kind: &str) -> f64 {
-        let column = |table: &Table| {
+        let column = |table: &CsvTable| {
             let place = table.names().iter().position(|own| own == kind);
             place.map_or_else(Vec::new, |place| table.column(place).to_vec())
         };
@@ -194,7 +194,7 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<St
 }
 
 /// The output of each column of a table.
-pub(crate) fn places(table: &Table, varying: &Varying, faults: &mut Vec<String>) -> Vec<usize> {
+pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<String>) -> Vec<usize> {
     if table.names().is_empty() {
         faults.push("the table has no column beside `time`".to_owned());
     }
@@ -214,7 +214,7 @@ pub(crate) fn places(table: &Table, varying: &Varying, faults: &mut Vec<String>)
 }
 
 /// Are all times of a table within the experiment?
-pub(crate) fn check_times(table: &Table, Experiment { start, stop, .. }: Experiment, faults: &mut Vec<String>) {
+pub(crate) fn check_times(table: &CsvTable, Experiment { start, stop, .. }: Experiment, faults: &mut Vec<String>) {
     let outside = |time: &&f64| !(start..=stop).contains(*time);
     let times = table.times();
     if let Some(first) = times.iter().find(outside) {
@@ -250,7 +250,7 @@ impl Weighed {
 }
 
 /// Row and column of each value that was measured, row by row.
-fn measured(table: &Table) -> Vec<(usize, usize)> {
+fn measured(table: &CsvTable) -> Vec<(usize, usize)> {
     let places = (0..table.times().len()).flat_map(|row| (0..table.names().len()).map(move |column| (row, column)));
     places.filter(|&(row, column)| !table.column(column)[row].is_nan()).collect()
 }

@@ -4,7 +4,7 @@ use cotree::model::Mechanism;
 use cotree::model::Quantity::{Omega, Vx, Vy, X, Y};
 use serde::Serialize;
 
-use super::drive::Table;
+use super::drive::InputTable;
 use super::samples::Samples;
 
 /// The instant centres of a body against the ground, for each sample \[m\]; none while it does not turn.
@@ -22,13 +22,13 @@ pub struct RelativeCentres {
 }
 
 /// How a body moves.
-struct Moving<'m> {
+struct MovingBody<'m> {
     name: &'m str,
     /// x, y, vx, vy, omega
     columns: [Samples; 5],
 }
 
-impl Moving<'_> {
+impl MovingBody<'_> {
     /// Angular velocity, and the velocity of its point in the origin.
     fn at(&self, index: usize) -> [f64; 3] {
         let [x, y, vx, vy, omega] = self.columns.each_ref().map(|samples| samples.values()[index]);
@@ -37,10 +37,10 @@ impl Moving<'_> {
 }
 
 /// Both kinds; the size of the input's rate is the measure of standing still.
-pub fn centres(mechanism: &Mechanism, table: &Table, rate: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
-    let bodies: Vec<Moving> = mechanism.bodies.iter().filter_map(|body| moving(&body.name, table)).collect();
+pub fn centres(mechanism: &Mechanism, table: &InputTable, rate: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
+    let bodies: Vec<MovingBody> = mechanism.bodies.iter().filter_map(|body| moving(&body.name, table)).collect();
     let along = |of: &dyn Fn(usize) -> [f64; 3]| (0..table.count()).map(|index| centre(of(index), rate)).collect();
-    let own = |body: &Moving| Centres { body: body.name.to_string(), at: along(&|index| body.at(index)) };
+    let own = |body: &MovingBody| Centres { body: body.name.to_string(), at: along(&|index| body.at(index)) };
     let mut relative = Vec::new();
     for (index, first) in bodies.iter().enumerate() {
         for second in &bodies[index + 1..] {
@@ -55,9 +55,9 @@ pub fn centres(mechanism: &Mechanism, table: &Table, rate: f64) -> (Vec<Centres>
     (bodies.iter().map(own).collect(), relative)
 }
 
-fn moving<'m>(name: &'m str, table: &Table) -> Option<Moving<'m>> {
+fn moving<'m>(name: &'m str, table: &InputTable) -> Option<MovingBody<'m>> {
     let [x, y, vx, vy, omega] = [X, Y, Vx, Vy, Omega].map(|quantity| table.get(&quantity.of(name)));
-    Some(Moving { name, columns: [x?, y?, vx?, vy?, omega?] })
+    Some(MovingBody { name, columns: [x?, y?, vx?, vy?, omega?] })
 }
 
 /// Where a motion with this angular velocity, and this velocity in the origin, has none: v + omega k x r = 0.

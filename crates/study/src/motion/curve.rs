@@ -4,15 +4,15 @@ use cotree::model::Quantity;
 use cotree::model::Quantity::{Ax, Ay, Vx, Vy, X, Y};
 use serde::Serialize;
 
-use super::drive::Table;
-use super::samples::{At, Samples};
+use super::drive::InputTable;
+use super::samples::{Samples, ValueAt};
 
 /// Two ways that differ by less than this share of their length are the same.
 const SAME: f64 = 1e-8;
 
 /// The path of a point.
 #[derive(Clone, Debug, Serialize)]
-pub struct Path {
+pub struct PointPath {
     pub point: String,
     /// Its length \[m\].
     pub length: f64,
@@ -54,7 +54,7 @@ pub struct Crunode {
 }
 
 /// The path of a point of the table; none if there is no such point.
-pub fn path(table: &Table, point: &str) -> Option<Path> {
+pub fn path(table: &InputTable, point: &str) -> Option<PointPath> {
     let of = |quantity: Quantity| table.get(&quantity.of(point));
     let (x, y, vx, vy, ax, ay) = (of(X)?, of(Y)?, of(Vx)?, of(Vy)?, of(Ax)?, of(Ay)?);
     let speed = vx.with(&vy, f64::hypot);
@@ -77,7 +77,7 @@ pub fn path(table: &Table, point: &str) -> Option<Path> {
     let to_and_fro = slow.len() >= 2 && area.is_some_and(|area| area.abs() < SAME * length * length);
     let arc = Arc::through(x.values(), y.values());
     let bends = arc.is_none() || !to_and_fro;
-    Some(Path {
+    Some(PointPath {
         point: point.to_string(),
         length,
         area: area.filter(|_| !to_and_fro),
@@ -118,15 +118,15 @@ impl Arc {
 }
 
 /// Local minima between samples, by the square: a cusp is a kink of the speed.
-fn minima(speed: &Samples) -> Vec<At> {
+fn minima(speed: &Samples) -> Vec<ValueAt> {
     let square = speed.map(|speed| speed * speed);
     let slope = square.slope();
     let zeros = slope.zeros().into_iter();
-    zeros.map(|input| At { input, value: square.at_input(input).max(0.0).sqrt() }).collect()
+    zeros.map(|input| ValueAt { input, value: square.at_input(input).max(0.0).sqrt() }).collect()
 }
 
 /// Crossings of the polygon, made exact by Newton's method for both inputs.
-fn crunodes(table: &Table, x: &Samples, y: &Samples, [dx, dy]: [&Samples; 2]) -> Vec<Crunode> {
+fn crunodes(table: &InputTable, x: &Samples, y: &Samples, [dx, dy]: [&Samples; 2]) -> Vec<Crunode> {
     let count = table.count();
     let point = |index: usize| [x.values()[index % count], y.values()[index % count]];
     let segments = if table.periodic { count } else { count - 1 };

@@ -2,14 +2,14 @@
 
 use cotree::model::Quantity::{Omega, Vx, Vy, X, Y};
 
-use super::drive::Table;
+use super::drive::InputTable;
 use super::samples::Samples;
 
 /// A point that is slower than this share of its largest speed rests.
 const RESTS: f64 = 1e-6;
 
 /// Along the path of a point of a body, in any length: its velocity, or that of the same motion of the body next to a rest. None if it never moves.
-pub fn directions(table: &Table, [point, body]: [&str; 2]) -> Option<[Samples; 2]> {
+pub fn directions(table: &InputTable, [point, body]: [&str; 2]) -> Option<[Samples; 2]> {
     let [x, y, vx, vy] = [X, Y, Vx, Vy].map(|own| table.get(&own.of(point)));
     let [x, y, vx, vy, omega] = [x?, y?, vx?, vy?, table.get(&Omega.of(body))?];
     let speed = vx.with(&vy, f64::hypot);

@@ -17,7 +17,7 @@ use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 
 use super::samples::{ANGULAR, Derivatives, SLIDING, Samples};
-use super::{Drive, MotionError};
+use super::{DrivenJoint, MotionError};
 
 /// Samples of one turn, and of a range, that are shown.
 pub const COUNT: usize = 720;
@@ -35,7 +35,7 @@ const PLACE: &str = "cotree_place";
 
 /// Values of variables over the input.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct InputTable {
     /// First input and step.
     grid: [f64; 2],
     /// Is it one turn after which everything is as before?
@@ -43,15 +43,15 @@ pub struct Table {
     columns: HashMap<String, Vec<f64>>,
 }
 
-impl Table {
+impl InputTable {
     /// A variable; none if the scene lacks what it needs.
     pub fn get(&self, name: &str) -> Option<Samples> {
         Some(Samples::new(self.grid, self.columns.get(name)?.clone(), self.periodic))
     }
 
     /// The same with what belongs to each sample instead, or besides.
-    fn with(self, columns: HashMap<String, Vec<f64>>) -> Table {
-        Table { columns: self.columns.into_iter().chain(columns).collect(), ..self }
+    fn with(self, columns: HashMap<String, Vec<f64>>) -> InputTable {
+        InputTable { columns: self.columns.into_iter().chain(columns).collect(), ..self }
     }
 
     /// Values that are made of others, for each sample.
@@ -125,7 +125,7 @@ impl Moved {
 }
 
 /// The mechanism driven from a place on, forwards or backwards.
-pub fn driven(moved: &Moved, drive: &Drive, from: f64, direction: f64) -> Moved {
+pub fn driven(moved: &Moved, drive: &DrivenJoint, from: f64, direction: f64) -> Moved {
     let rate = Formula::Number(direction * drive.pace());
     let mut driven = driven_by(moved, drive, Formula::Number(from) + rate * Formula::Time);
     driven.mechanism.experiment = begun(driven.mechanism.experiment);
@@ -138,14 +138,14 @@ fn begun(experiment: Experiment) -> Experiment {
 }
 
 /// The driven mechanism until its input has gone this way.
-fn lasting(mut driven: Moved, drive: &Drive, way: f64) -> Moved {
+fn lasting(mut driven: Moved, drive: &DrivenJoint, way: f64) -> Moved {
     let stop = way / drive.pace();
     driven.mechanism.experiment = Experiment { stop, step: stop, ..driven.mechanism.experiment };
     driven
 }
 
 /// The mechanism whose input follows a law. Rates follow from the drive; positions pick the assembly.
-fn driven_by(moved: &Moved, drive: &Drive, law: Formula) -> Moved {
+fn driven_by(moved: &Moved, drive: &DrivenJoint, law: Formula) -> Moved {
     let mechanism = &moved.mechanism;
     let joint = &mechanism.joints[drive.joint.0];
     let moves_it = |driver: &Part| moves(driver, (drive.joint, drive.motion), joint);
@@ -158,7 +158,7 @@ fn driven_by(moved: &Moved, drive: &Drive, law: Formula) -> Moved {
 }
 
 /// What is asked of a driven mechanism: what is looked at, all motions and reactions, and what the drive exerts.
-fn asked(driven: &Moved, drive: &Drive) -> Vec<Output> {
+fn asked(driven: &Moved, drive: &DrivenJoint) -> Vec<Output> {
     let Moved { mechanism, watched, .. } = driven;
     let mut there: HashSet<String> = watched.iter().map(|output| output.name.clone()).collect();
     let driver = mechanism.drivers.last().map(|driver| Variable { owner: driver.owner, quantity: effort(drive) });
@@ -192,40 +192,40 @@ fn variables(mechanism: &Mechanism) -> Vec<Variable> {
 }
 
 /// A driven mechanism, compiled once for motions of any length.
-pub(super) struct Driven {
+pub(super) struct DrivenMechanism {
     compiled: Compiled,
     pub model: Arc<Model>,
     pace: f64,
 }
 
-impl Driven {
+impl DrivenMechanism {
     /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
-    fn new(driven: &Moved, drive: &Drive) -> Result<Driven, SimulateError> {
+    fn new(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         match drive.speed != 0.0 && driven.has_efforts {
-            true => Driven::of(driven.compiled(asked(driven, drive))?, drive),
-            false => Driven::of_motion(driven, drive),
+            true => DrivenMechanism::of(driven.compiled(asked(driven, drive))?, drive),
+            false => DrivenMechanism::of_motion(driven, drive),
         }
     }
 
     /// From where the scene starts in a direction, with these outputs only.
     pub fn watching(
         moved: &Moved,
-        drive: &Drive,
+        drive: &DrivenJoint,
         direction: f64,
         outputs: Vec<Output>,
-    ) -> Result<Driven, SimulateError> {
-        Driven::of(driven(moved, drive, drive.start, direction).compiled(outputs)?, drive)
+    ) -> Result<DrivenMechanism, SimulateError> {
+        DrivenMechanism::of(driven(moved, drive, drive.start, direction).compiled(outputs)?, drive)
     }
 
     /// Without efforts.
-    fn of_motion(driven: &Moved, drive: &Drive) -> Result<Driven, SimulateError> {
+    fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         let motions = asked(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
-        Driven::of(driven.compiled(motions)?, drive)
+        DrivenMechanism::of(driven.compiled(motions)?, drive)
     }
 
-    fn of(compiled: Compiled, drive: &Drive) -> Result<Driven, SimulateError> {
+    fn of(compiled: Compiled, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
-        Ok(Driven { compiled, model, pace: drive.pace() })
+        Ok(DrivenMechanism { compiled, model, pace: drive.pace() })
     }
 
     /// Runs over so many steps of the input.
@@ -248,7 +248,7 @@ impl Driven {
 }
 
 /// What the drive exerts.
-fn effort(drive: &Drive) -> Quantity {
+fn effort(drive: &DrivenJoint) -> Quantity {
     if drive.motion == SLIDING { Quantity::Force } else { Quantity::Torque }
 }
 
@@ -256,7 +256,7 @@ fn effort(drive: &Drive) -> Quantity {
 ///
 /// # Errors
 /// The driven mechanism is at fault.
-pub fn lacking(moved: &Moved, drive: &Drive) -> Result<Vec<String>, Faults> {
+pub fn lacking(moved: &Moved, drive: &DrivenJoint) -> Result<Vec<String>, Faults> {
     let driven = driven(moved, drive, drive.start, 1.0);
     let outputs = asked(&driven, drive);
     let lacking =
@@ -268,7 +268,7 @@ pub fn lacking(moved: &Moved, drive: &Drive) -> Result<Vec<String>, Faults> {
 }
 
 /// Does the drive determine the motion?
-pub fn is_determined(moved: &Moved, drive: &Drive) -> bool {
+pub fn is_determined(moved: &Moved, drive: &DrivenJoint) -> bool {
     let driven = driven(moved, drive, drive.start, 1.0);
     driven.compiled(asked(&driven, drive)).is_ok()
 }
@@ -283,7 +283,7 @@ fn is_effort(driven: &Mechanism, output: &Output) -> bool {
 }
 
 /// One turn or the range, with one more load if there is one.
-pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table, SimulateError> {
+pub fn sample(moved: &Moved, drive: &DrivenJoint, load: Option<Part>) -> Result<InputTable, SimulateError> {
     let loaded = load.map(|load| Moved { mechanism: moved.mechanism.loaded(load), ..moved.clone() });
     let moved = loaded.as_ref().unwrap_or(moved);
     let table = match drive.range {
@@ -298,7 +298,7 @@ pub fn sample(moved: &Moved, drive: &Drive, load: Option<Part>) -> Result<Table,
 }
 
 /// What acts in each pose of a table while nothing moves, and what else is looked at. Where time matters it is that of the start.
-fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
+fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
     let mechanism = &moved.mechanism;
     let (still, input) = mechanism.with_input(PLACE, Unit::default(), table.input(0));
     let mut still = driven_by(&Moved { mechanism: still, ..moved.clone() }, drive, Formula::Input(input));
@@ -331,7 +331,7 @@ fn at_rest(moved: &Moved, drive: &Drive, table: &Table) -> Result<HashMap<String
 }
 
 /// Puts the mechanism at rest into the pose of a sample.
-fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: usize) -> Result<(), InstanceError> {
+fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &InputTable, index: usize) -> Result<(), InstanceError> {
     instance.reset();
     instance.setup(0.0, None, Some(TOLERANCE))?;
     let bodies = mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name)));
@@ -346,28 +346,28 @@ fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &Table, index: us
 }
 
 /// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
-fn turn(moved: &Moved, drive: &Drive) -> Result<Table, SimulateError> {
+fn turn(moved: &Moved, drive: &DrivenJoint) -> Result<InputTable, SimulateError> {
     let count = COUNT * drive.fineness;
     let [shown, step] = [COUNT, count].map(|count| TAU / count as f64);
     let beside = if drive.between { 0.5 * step } else { 0.0 };
     let first = ((drive.start - beside) / shown - 1e-9).ceil();
     let begin = first * shown + beside;
     let driven = lasting(driven(moved, drive, begin, 1.0), drive, TAU);
-    let mut columns = Driven::new(&driven, drive)?.run(step, count as f64)?;
+    let mut columns = DrivenMechanism::new(&driven, drive)?.run(step, count as f64)?;
     let periodic = closes(&columns, &moved.mechanism, count);
     if !periodic {
-        return Ok(Table { grid: [begin, step], periodic, columns });
+        return Ok(InputTable { grid: [begin, step], periodic, columns });
     }
     let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
     for column in columns.values_mut() {
         column.truncate(count);
         column.rotate_right(shift);
     }
-    Ok(Table { grid: [beside, step], periodic, columns })
+    Ok(InputTable { grid: [beside, step], periodic, columns })
 }
 
 /// So many samples for each that is shown does the shortest piece of a cam's law need; an error if these are too many.
-pub fn fineness(mechanism: &Mechanism, table: &Table) -> Result<usize, MotionError> {
+pub fn fineness(mechanism: &Mechanism, table: &InputTable) -> Result<usize, MotionError> {
     let mut most = 1.0f64;
     for cam in mechanism.profiles(&mechanism.parameter_values()) {
         let Some(angle) = table.get(&Quantity::Angle.of(&cam.name)) else { continue };
@@ -399,7 +399,7 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usi
 }
 
 /// A range from one end to the other. Forces may depend on the direction: to where the samples begin the input only goes.
-fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, SimulateError> {
+fn stroke(moved: &Moved, drive: &DrivenJoint, [from, to]: [f64; 2]) -> Result<InputTable, SimulateError> {
     let mechanism = &moved.mechanism;
     let count = drive.shown * drive.fineness;
     let step = (to - from) / count as f64;
@@ -407,12 +407,12 @@ fn stroke(moved: &Moved, drive: &Drive, [from, to]: [f64; 2]) -> Result<Table, S
     let mut there = lasting(driven(moved, drive, from, drive.direction()), drive, (to - from).abs());
     if way.abs() > AT_ONCE * step.abs() {
         let approach = lasting(driven(moved, drive, drive.start, way.signum()), drive, way.abs());
-        let columns = Driven::of_motion(&approach, drive)?.run(way.abs(), 1.0)?;
+        let columns = DrivenMechanism::of_motion(&approach, drive)?.run(way.abs(), 1.0)?;
         let last = |variable| columns.get(&mechanism.variable_name(variable))?.last().copied();
         there.mechanism = there.mechanism.posed(last);
     }
-    let columns = Driven::new(&there, drive)?.run(step.abs(), count as f64)?;
-    Ok(Table { grid: [from, step], periodic: false, columns })
+    let columns = DrivenMechanism::new(&there, drive)?.run(step.abs(), count as f64)?;
+    Ok(InputTable { grid: [from, step], periodic: false, columns })
 }
 
 /// The variables that say where a body is.
@@ -430,7 +430,7 @@ pub fn size(mechanism: &Mechanism) -> f64 {
 ///
 /// # Errors
 /// The motion cannot be found or continued.
-pub fn change_points(moved: &Moved, drive: &Drive) -> Result<Vec<f64>, SimulateError> {
+pub fn change_points(moved: &Moved, drive: &DrivenJoint) -> Result<Vec<f64>, SimulateError> {
     let compiled = driven(moved, drive, drive.start, 1.0).compiled(Vec::new())?;
     let model = Arc::new(Model::new(compiled.program).map_err(RunError::from)?);
     let place = |time: f64| (drive.start + drive.pace() * time).rem_euclid(TAU);
@@ -449,12 +449,12 @@ pub fn change_points(moved: &Moved, drive: &Drive) -> Result<Vec<f64>, SimulateE
 ///
 /// # Errors
 /// The driven mechanism is at fault.
-pub fn reach(moved: &Moved, drive: &Drive, direction: f64, most: f64) -> Result<f64, SimulateError> {
+pub fn reach(moved: &Moved, drive: &DrivenJoint, direction: f64, most: f64) -> Result<f64, SimulateError> {
     if most <= 0.0 {
         return Ok(0.0);
     }
     let driven = lasting(driven(moved, drive, drive.start, direction), drive, most);
-    let driven = Driven::new(&driven, drive)?;
+    let driven = DrivenMechanism::new(&driven, drive)?;
     let try_it = |way: f64| driven.run(way, 1.0).ok();
     let (mut good, mut bad) = (0.0, most);
     for _ in 0..40 {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use super::samples::{At, Samples};
+use super::samples::{Samples, ValueAt};
 
 /// Limits of the same end of a stroke are equal but for this share of it.
 const EQUAL: f64 = 1e-9;
@@ -21,9 +21,15 @@ pub struct Dwell {
 
 impl Dwell {
     /// Looks next to the two ends of the output's stroke, where it is at rest; none if it never is. From the first to the last of the ends of the input, which may go backwards.
-    pub fn longest(output: &Samples, limits: &[At], tolerance: f64, ends: [f64; 2], periodic: bool) -> Option<Dwell> {
+    pub fn longest(
+        output: &Samples,
+        limits: &[ValueAt],
+        tolerance: f64,
+        ends: [f64; 2],
+        periodic: bool,
+    ) -> Option<Dwell> {
         let [first, last] = ends;
-        let next_to = |limit: &At| {
+        let next_to = |limit: &ValueAt| {
             let [low, high] = around(output, limit, tolerance, [first.min(last), first.max(last)], periodic);
             let [from, to] = if first <= last { [low, high] } else { [high, low] };
             Dwell { tolerance, position: limit.value, from, to }
@@ -40,7 +46,7 @@ impl Dwell {
 }
 
 /// From where to where the output stays next to a limit.
-fn around(output: &Samples, limit: &At, tolerance: f64, ends: [f64; 2], periodic: bool) -> [f64; 2] {
+fn around(output: &Samples, limit: &ValueAt, tolerance: f64, ends: [f64; 2], periodic: bool) -> [f64; 2] {
     let beyond = output.map(|value| (value - limit.value).powi(2) - tolerance * tolerance);
     let zeros = beyond.zeros();
     let turns: &[f64] = if periodic { &[-TAU, 0.0, TAU] } else { &[0.0] };
@@ -59,7 +65,7 @@ mod tests {
         let step = TAU / 720.0;
         let values = (0..720).map(|index| (step * f64::from(index)).cos()).collect();
         let wave = Samples::new([0.0, step], values, true);
-        let limits = [At { input: 0.0, value: 1.0 }, At { input: TAU / 2.0, value: -1.0 }];
+        let limits = [ValueAt { input: 0.0, value: 1.0 }, ValueAt { input: TAU / 2.0, value: -1.0 }];
         let dwell = Dwell::longest(&wave, &limits, 0.1, [0.0, TAU], true).unwrap();
         assert!((dwell.to - dwell.from - 2.0 * 0.9f64.acos()).abs() < 1e-9, "{dwell:?}");
         assert_eq!(Dwell::longest(&wave, &[], 0.1, [0.0, TAU], true), None);

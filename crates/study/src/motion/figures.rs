@@ -9,18 +9,18 @@ use serde::Serialize;
 
 use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
-use super::curve::{self, Path};
+use super::curve::{self, PointPath};
 use super::direction::directions;
-use super::drive::{self, Moved, Table};
+use super::drive::{self, InputTable, Moved};
 use super::dwell::Dwell;
 use super::flywheel::Fluctuation;
-use super::friction::{self, Friction};
+use super::friction::{self, DriveFriction};
 use super::growth::{Figured, Unbounded};
 use super::input::Watched;
 use super::report::radius_of;
-use super::samples::{ANGULAR, At, Derivatives, Samples, lagrange};
+use super::samples::{ANGULAR, Derivatives, Samples, ValueAt, lagrange};
 use super::stops::Stops;
-use super::{Drive, MotionError, Places, Request, grashof, unit_of};
+use super::{DrivenJoint, MotionError, MotionRequest, SpecialPlaces, grashof, unit_of};
 use crate::contact;
 
 /// Forces below this share of the largest are rounding errors of none.
@@ -31,12 +31,12 @@ const NOTHING: f64 = 1e-9;
 pub(super) struct Subject<'a> {
     pub moved: &'a Moved,
     pub mechanism: &'a Mechanism,
-    pub drive: &'a Drive,
+    pub drive: &'a DrivenJoint,
     pub output: Option<&'a Watched>,
-    pub request: &'a Request,
+    pub request: &'a MotionRequest,
     /// Bodies without a mass that forces need.
     pub lacking: &'a [String],
-    pub places: &'a Places,
+    pub places: &'a SpecialPlaces,
     pub stops: Option<&'a Stops>,
     /// True if extremes, centres and contacts are left out.
     pub only_table: bool,
@@ -61,9 +61,9 @@ pub struct Figures {
     /// The name of the scene.
     pub name: String,
     /// The driven joint.
-    pub input: Link,
+    pub input: MovedVariable,
     /// What is of interest.
-    pub output: Option<Link>,
+    pub output: Option<MovedVariable>,
     /// The speed of the input [rad/s] or [m/s]; 0: forces are those at rest.
     pub speed: f64,
     /// Where that is from.
@@ -89,7 +89,7 @@ pub struct Figures {
     /// What kind of four-bar it is.
     pub four_bar: Option<String>,
     /// Where the output stands still: the input and the output there.
-    pub limits: Vec<At>,
+    pub limits: Vec<ValueAt>,
     /// The way of the output between its extreme positions.
     pub stroke: Option<f64>,
     /// The longer part of the turn between two limits over the shorter one.
@@ -105,7 +105,7 @@ pub struct Figures {
     /// Its power \[W\].
     pub power: Option<Extent>,
     /// What dry friction takes of it.
-    pub friction: Option<Friction>,
+    pub friction: Option<DriveFriction>,
     /// Are there neither masses nor loads, and so no forces?
     pub no_forces: bool,
     /// The forces of the joints \[N\].
@@ -118,15 +118,15 @@ pub struct Figures {
     pub inertia: Option<Extent>,
     /// Fluctuation of the speed, and flywheel.
     pub fluctuation: Option<Fluctuation>,
-    pub path: Option<Path>,
+    pub path: Option<PointPath>,
     pub cams: Vec<Cam>,
     /// Contacts that would have to pull, and what friction rolling takes.
     pub contacts: Vec<String>,
     /// Values over the input.
-    pub table: Vec<Column>,
+    pub table: Vec<MotionColumn>,
     /// Those of them that people read.
     #[serde(skip)]
-    pub rows: Vec<Column>,
+    pub rows: Vec<MotionColumn>,
     /// Centres of the motion of each body against the ground, for each sample \[m\]; none while it does not turn.
     pub instant_centres: Vec<Centres>,
     /// Centres of the motion of each two bodies against each other.
@@ -135,7 +135,7 @@ pub struct Figures {
 
 /// What moves.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Link {
+pub struct MovedVariable {
     pub name: String,
     /// Is it an angle?
     pub angular: bool,
@@ -143,17 +143,17 @@ pub struct Link {
     pub unit: String,
 }
 
-impl Link {
-    fn new(name: &str, unit: &str) -> Link {
-        Link { name: name.to_owned(), angular: unit == "rad", unit: unit.to_owned() }
+impl MovedVariable {
+    fn new(name: &str, unit: &str) -> MovedVariable {
+        MovedVariable { name: name.to_owned(), angular: unit == "rad", unit: unit.to_owned() }
     }
 }
 
 /// The extremes of a quantity.
 #[derive(Clone, Debug, Serialize)]
 pub struct Extent {
-    pub min: At,
-    pub max: At,
+    pub min: ValueAt,
+    pub max: ValueAt,
     pub rms: f64,
     pub mean: f64,
     /// Where it grows without bound: the figures are those of the rest.
@@ -163,7 +163,7 @@ pub struct Extent {
 /// The largest size of a force.
 #[derive(Clone, Debug, Serialize)]
 pub struct Peak {
-    pub max: At,
+    pub max: ValueAt,
     pub rms: f64,
     /// Where it grows without bound: the figures are those of the rest.
     pub unbounded: Option<Unbounded>,
@@ -173,7 +173,7 @@ pub struct Peak {
 #[derive(Clone, Debug, Serialize)]
 pub struct Largest {
     #[serde(flatten)]
-    pub at: At,
+    pub at: ValueAt,
     /// Where it grows without bound: the figure is that of the rest.
     pub unbounded: Option<Unbounded>,
 }
@@ -190,41 +190,41 @@ pub struct JointForce {
 #[derive(Clone, Debug, Serialize)]
 pub struct Transmission {
     pub joint: String,
-    pub min: At,
-    pub max: At,
+    pub min: ValueAt,
+    pub max: ValueAt,
 }
 
 /// A quantity over the input.
 #[derive(Clone, Debug, Serialize)]
-pub struct Column {
+pub struct MotionColumn {
     pub name: String,
     pub unit: String,
     pub values: Vec<f64>,
 }
 
-impl Column {
+impl MotionColumn {
     /// So many of its values, every so many.
-    pub(super) fn every(&self, first: usize, every: usize, count: usize) -> Column {
+    pub(super) fn every(&self, first: usize, every: usize, count: usize) -> MotionColumn {
         let values = self.values.iter().skip(first).step_by(every.max(1)).take(count).copied().collect();
-        Column { values, ..self.clone() }
+        MotionColumn { values, ..self.clone() }
     }
 }
 
 /// Works everything out.
-pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionError> {
+pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, MotionError> {
     let Subject { moved, mechanism, drive, output, request, lacking, places, stops, only_table } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
-    figures.folds = if let Places::Folds(folds) = places { *folds } else { [None; 2] };
+    figures.folds = if let SpecialPlaces::Folds(folds) = places { *folds } else { [None; 2] };
     let [low, high] = figures.folds;
     figures.range = drive.range.map(|[from, to]| [low.unwrap_or(from), high.unwrap_or(to)]);
     figures.dead_points = figures.folds.iter().any(Option::is_some);
     figures.stops = stops.cloned().map(|stops| stops.with_changes(mechanism, table));
-    figures.change_points = matches!(places, Places::Crossings(_));
+    figures.change_points = matches!(places, SpecialPlaces::Crossings(_));
     figures.lacking = lacking.to_vec();
     figures.four_bar = grashof::class(mechanism, drive.joint, &request.units);
     let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
-    let Link { name, unit, .. } = figures.input.clone();
-    figures.table.push(Column { name, unit, values: inputs });
+    let MovedVariable { name, unit, .. } = figures.input.clone();
+    figures.table.push(MotionColumn { name, unit, values: inputs });
     if let Some(output) = output {
         figures.output(output, table, drive, request.dwell)?;
     }
@@ -241,7 +241,7 @@ pub(super) fn of(subject: &Subject, table: &Table) -> Result<Figures, MotionErro
     }
     figures.profiles(table);
     if let Some(smooth) = smooth.as_ref().filter(|_| !only_table) {
-        figures.friction = Friction::of(moved, drive, table, smooth)?;
+        figures.friction = DriveFriction::of(moved, drive, table, smooth)?;
     }
     figures.dynamics(subject, table);
     if !only_table {
@@ -262,14 +262,14 @@ fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
 }
 
 impl Extent {
-    fn of(samples: &Samples, places: &Places) -> Extent {
+    fn of(samples: &Samples, places: &SpecialPlaces) -> Extent {
         let own = Figured::of(samples, places);
         Extent { min: own.min(), max: own.max(), rms: own.rms(), mean: own.mean(), unbounded: own.unbounded }
     }
 }
 
 impl Peak {
-    fn of(samples: &Samples, places: &Places) -> Peak {
+    fn of(samples: &Samples, places: &SpecialPlaces) -> Peak {
         let own = Figured::of(samples, places);
         Peak { max: own.max(), rms: own.rms(), unbounded: own.unbounded }
     }
@@ -295,7 +295,7 @@ impl Masses {
     fn sum<const N: usize>(
         &self,
         mechanism: &Mechanism,
-        table: &Table,
+        table: &InputTable,
         quantities: [Quantity; N],
         of: impl Fn([f64; N], f64, f64) -> f64,
     ) -> Option<Samples> {
@@ -328,7 +328,7 @@ fn unit_load(mechanism: &Mechanism, output: &Part, motion: Derivatives) -> Optio
 }
 
 /// What a unit load makes a joint carry besides.
-fn differences(joint: &Part, table: &Table, loaded: &Table) -> Option<[Samples; 2]> {
+fn differences(joint: &Part, table: &InputTable, loaded: &InputTable) -> Option<[Samples; 2]> {
     if !joint.component().reactions.starts_with(&[Quantity::Fx, Quantity::Fy]) {
         return None;
     }
@@ -345,11 +345,11 @@ fn moving(joint: &Part) -> Option<BodyId> {
 }
 
 impl Figures {
-    fn empty(mechanism: &Mechanism, drive: &Drive, table: &Table) -> Figures {
+    fn empty(mechanism: &Mechanism, drive: &DrivenJoint, table: &InputTable) -> Figures {
         let input = &mechanism.joints[drive.joint.0];
         Figures {
             name: mechanism.name.clone(),
-            input: Link::new(&drive::called(input, drive.motion), &unit_of(drive.motion).si),
+            input: MovedVariable::new(&drive::called(input, drive.motion), &unit_of(drive.motion).si),
             speed: drive.speed,
             full_turn: table.periodic,
             cams: cams(mechanism),
@@ -370,18 +370,18 @@ impl Figures {
 
     fn push(&mut self, name: &str, unit: &str, samples: &Samples) {
         let (name, unit) = (name.to_string(), unit.to_string());
-        self.table.push(Column { name, unit, values: samples.values().to_vec() });
+        self.table.push(MotionColumn { name, unit, values: samples.values().to_vec() });
     }
 
     /// Position, influence coefficients, limits, stroke, time ratio and mechanical advantage of the output.
     fn output(
         &mut self,
         output: &Watched,
-        table: &Table,
-        drive: &Drive,
+        table: &InputTable,
+        drive: &DrivenJoint,
         dwell: Option<f64>,
     ) -> Result<(), MotionError> {
-        let (name, link) = (&output.name, Link::new(&output.name, &output.unit.si));
+        let (name, link) = (&output.name, MovedVariable::new(&output.name, &output.unit.si));
         let missing = || MotionError::Request(format!("`{name}` cannot be computed: the scene gives no masses for it"));
         let position = output.variables.first().and_then(|name| table.get(name)).ok_or_else(missing)?;
         // An angle may turn on and on; between neighbours it is smooth.
@@ -399,7 +399,7 @@ impl Figures {
             // 1/q': at a limit infinite.
             self.push("advantage", &ratio(&input, &link.unit, 1), &first.map(|value| 1.0 / value));
         }
-        self.limits = first.zeros().iter().map(|&input| At { input, value: unwound.at_input(input) }).collect();
+        self.limits = first.zeros().iter().map(|&input| ValueAt { input, value: unwound.at_input(input) }).collect();
         if self.limits.len() >= 2 || !table.periodic {
             let mut reached = self.at_dead_points(&unwound);
             reached.extend([unwound.min().value, unwound.max().value]);
@@ -423,7 +423,13 @@ impl Figures {
     }
 
     /// dq/dphi and d2q/dphi2: by the rates that the scene has of it, else by the slopes between samples. Next to a dead point, where slopes grow without bound, neighbours do not give them: none.
-    fn influence(&self, output: &Watched, position: &Samples, table: &Table, drive: &Drive) -> Option<[Samples; 2]> {
+    fn influence(
+        &self,
+        output: &Watched,
+        position: &Samples,
+        table: &InputTable,
+        drive: &DrivenJoint,
+    ) -> Option<[Samples; 2]> {
         let rate = |order: i32| {
             let own = table.get(output.variables.get(order as usize)?)?;
             Some(own.map(|value| value / drive.rate().powi(order)))
@@ -447,7 +453,7 @@ impl Figures {
     }
 
     /// Transmission angles and the joint-force index, by the difference that a unit load makes.
-    fn transmission(&mut self, subject: &Subject, output: &Part, table: &Table, loaded: &Table) {
+    fn transmission(&mut self, subject: &Subject, output: &Part, table: &InputTable, loaded: &InputTable) {
         let Subject { mechanism, places, only_table, .. } = *subject;
         let Some(body) = moving(output) else { return };
         let carried: Vec<(&Part, [Samples; 2])> =
@@ -497,19 +503,19 @@ impl Figures {
         let least = 1e-6 * along.with(&across, f64::hypot).max().value;
         let end = |zero: &Samples, other: &Samples, value: f64| {
             let input = zero.zeros().into_iter().find(|&input| other.at_input(input).abs() > least);
-            input.map(|input| At { input, value })
+            input.map(|input| ValueAt { input, value })
         };
         // Where the motion folds it goes on smoothly in its double.
         let double = directed[0].with(&directed[1], f64::atan2).map(|angle| 2.0 * angle);
         let parts = [double.map(f64::sin), double.map(f64::cos)].map(|part| self.at_dead_points(&part));
         let folds = self.folds.into_iter().flatten().zip(parts[0].iter().zip(&parts[1]));
-        let at_folds: Vec<At> = folds
+        let at_folds: Vec<ValueAt> = folds
             .map(|(input, (sin, cos))| {
                 let angle = 0.5 * sin.atan2(*cos);
-                At { input, value: acute(angle.sin(), angle.cos()) }
+                ValueAt { input, value: acute(angle.sin(), angle.cos()) }
             })
             .collect();
-        let extreme = |kink: Option<At>, inner: At, beats: fn(&f64, &f64) -> bool| {
+        let extreme = |kink: Option<ValueAt>, inner: ValueAt, beats: fn(&f64, &f64) -> bool| {
             let all = at_folds
                 .iter()
                 .copied()
@@ -524,7 +530,7 @@ impl Figures {
     }
 
     /// Pressure angle and radius of curvature where each cam touches its follower.
-    fn profiles(&mut self, table: &Table) {
+    fn profiles(&mut self, table: &InputTable) {
         let names: Vec<String> = self.cams.iter().map(|cam| cam.name.clone()).collect();
         for name in names {
             let pressure = Quantity::PressureAngle.of(&name);
@@ -539,9 +545,10 @@ impl Figures {
     }
 
     /// What would lift off or slip.
-    fn contacts(&mut self, mechanism: &Mechanism, table: &Table, units: &Units) {
+    fn contacts(&mut self, mechanism: &Mechanism, table: &InputTable, units: &Units) {
         let inputs: Vec<f64> = (0..table.count()).map(|index| table.input(index)).collect();
-        let place = contact::Input { named: format!("`{}` =", self.input.name), unit: shown(units, &self.input.unit) };
+        let place =
+            contact::ContactAxis { named: format!("`{}` =", self.input.name), unit: shown(units, &self.input.unit) };
         let values = |name: &str| Some(table.get(name)?.values().to_vec());
         let found = contact::over(mechanism, units, &inputs, &place, values);
         let faults = found.faults.iter().map(|fault| format!("{}; {}", fault.message, fault.help));
@@ -549,7 +556,7 @@ impl Figures {
     }
 
     /// What acts: drive, joint forces, and what the masses do to the ground.
-    fn dynamics(&mut self, subject: &Subject, table: &Table) {
+    fn dynamics(&mut self, subject: &Subject, table: &InputTable) {
         let Subject { mechanism, drive, lacking, places, only_table, .. } = *subject;
         let forces = joint_forces(mechanism, table);
         let effort = table.effort();
@@ -581,7 +588,7 @@ impl Figures {
     }
 
     /// Generalised inertia, fluctuation of the speed, and shaking, of which there is none at rest.
-    fn masses(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
+    fn masses(&mut self, subject: &Subject, table: &InputTable, masses: &Masses) {
         use Quantity::{Omega, Vx, Vy};
         let Subject { mechanism, drive, places, request, only_table, .. } = *subject;
         let square = drive.rate() * drive.rate();
@@ -601,7 +608,7 @@ impl Figures {
         }
     }
 
-    fn shaking(&mut self, subject: &Subject, table: &Table, masses: &Masses) {
+    fn shaking(&mut self, subject: &Subject, table: &InputTable, masses: &Masses) {
         use Quantity::{Alpha, Ax, Ay, X, Y};
         let Subject { mechanism, drive, places, only_table, .. } = *subject;
         let x = masses.sum(mechanism, table, [Ax], |[a], mass, _| -mass * a);
@@ -630,7 +637,7 @@ impl Figures {
 }
 
 /// The size of the force of each joint that has one.
-fn joint_forces(mechanism: &Mechanism, table: &Table) -> Vec<(String, Samples)> {
+fn joint_forces(mechanism: &Mechanism, table: &InputTable) -> Vec<(String, Samples)> {
     let force = |joint: &Part| match joint.component().reactions {
         [Quantity::Fx, Quantity::Fy, ..] => {
             table.made([Quantity::Fx, Quantity::Fy].map(|own| own.of(&joint.name)), |[x, y]| x.hypot(y))

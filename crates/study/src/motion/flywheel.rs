@@ -20,7 +20,7 @@ pub struct Fluctuation {
 }
 
 /// The mechanism at constant drive torque: J(phi) and W(phi), the work of the drive less that of the loads.
-struct Turn<'a> {
+struct FlywheelTurn<'a> {
     inertia: &'a Samples,
     work: Samples,
     speed: f64,
@@ -34,7 +34,7 @@ impl Fluctuation {
         let taken = load.fluctuation();
         let energy = taken.max().value - taken.min().value;
         let [least, most] = [inertia.min().value.sqrt(), inertia.max().value.sqrt()];
-        let turn = Turn { inertia, work: taken.map(|taken| -taken), speed };
+        let turn = FlywheelTurn { inertia, work: taken.map(|taken| -taken), speed };
         Fluctuation {
             free: 2.0 * (most - least) / (most + least),
             energy,
@@ -45,7 +45,7 @@ impl Fluctuation {
     }
 }
 
-impl Turn<'_> {
+impl FlywheelTurn<'_> {
     /// The inertia to add, by halving.
     fn added(&self, permitted: f64) -> f64 {
         let is_enough = |added: f64| self.fluctuation(added) <= permitted;

@@ -4,16 +4,16 @@
 
 use serde::Serialize;
 
-use super::drive::{self, Moved, Table};
+use super::drive::{self, InputTable, Moved};
 use super::samples::{ANGULAR, Samples};
-use super::{Drive, MotionError};
+use super::{DrivenJoint, MotionError};
 
 /// Less work than this share of what goes to and fro is none.
 const NOTHING: f64 = 1e-9;
 
 /// What the drive needs for dry friction that sticks at rest.
 #[derive(Clone, Debug, Serialize)]
-pub struct Friction {
+pub struct DriveFriction {
     /// What friction takes over the turn or range \[J\].
     pub loss: f64,
     /// What loads and masses take \[J\]; below zero where they drive.
@@ -31,7 +31,7 @@ pub struct Friction {
 ///
 /// # Errors
 /// As for the motion with friction.
-pub(super) fn without(moved: &Moved, drive: &Drive) -> Result<Option<(Moved, Table)>, MotionError> {
+pub(super) fn without(moved: &Moved, drive: &DrivenJoint) -> Result<Option<(Moved, InputTable)>, MotionError> {
     if moved.mechanism.first_slip().is_none() {
         return Ok(None);
     }
@@ -40,16 +40,16 @@ pub(super) fn without(moved: &Moved, drive: &Drive) -> Result<Option<(Moved, Tab
     Ok(Some((smooth, table)))
 }
 
-impl Friction {
+impl DriveFriction {
     /// From the efforts with friction and without; none if there are no efforts.
     ///
     /// # Errors
     /// Friction locks the mechanism, or something that rubs rests: there is no effort.
     pub(super) fn of(
         moved: &Moved,
-        drive: &Drive,
-        table: &Table,
-        (smooth, ideal): &(Moved, Table),
+        drive: &DrivenJoint,
+        table: &InputTable,
+        (smooth, ideal): &(Moved, InputTable),
     ) -> Result<Option<Self>, MotionError> {
         let (Some(effort), Some(without)) = (table.effort(), ideal.effort()) else { return Ok(None) };
         check_known(moved, drive, &effort)?;
@@ -62,12 +62,12 @@ impl Friction {
         let returning = |moved: &Moved| Ok::<_, MotionError>(drive::sample(moved, &back, None)?.effort());
         let locked =
             returning(moved)?.zip(returning(smooth)?).and_then(|(with, without)| share_locked(&with, &without, &back));
-        Ok(Some(Friction { loss, work, efficiency, locked, without: Some(without) }))
+        Ok(Some(DriveFriction { loss, work, efficiency, locked, without: Some(without) }))
     }
 }
 
 /// Where the drive has to push back, of the poses in which it would have to brake without friction.
-fn share_locked(with: &Samples, without: &Samples, back: &Drive) -> Option<f64> {
+fn share_locked(with: &Samples, without: &Samples, back: &DrivenJoint) -> Option<f64> {
     let direction = back.direction();
     let efforts = with.values().iter().zip(without.values());
     let driven = efforts.filter(|(_, without)| direction * *without < 0.0);
@@ -80,7 +80,7 @@ fn share_locked(with: &Samples, without: &Samples, back: &Drive) -> Option<f64> 
 }
 
 /// Says where there is no effort.
-fn check_known(moved: &Moved, drive: &Drive, effort: &Samples) -> Result<(), MotionError> {
+fn check_known(moved: &Moved, drive: &DrivenJoint, effort: &Samples) -> Result<(), MotionError> {
     let mut unknown = (0..effort.values().len()).filter(|&index| effort.values()[index].is_nan());
     let Some(first) = unknown.next() else { return Ok(()) };
     let last = unknown.next_back().unwrap_or(first);

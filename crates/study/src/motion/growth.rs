@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use super::Places;
-use super::samples::{At, Samples};
+use super::SpecialPlaces;
+use super::samples::{Samples, ValueAt};
 
 /// Figures leave out this share of the way on either side: a convention, as a peak is as large as one comes close.
 const LEFT_OUT: f64 = 0.02;
@@ -28,8 +28,8 @@ pub(super) struct Figured {
 }
 
 impl Figured {
-    pub fn of(samples: &Samples, places: &Places) -> Figured {
-        let places: Vec<Place> = Place::all(places).filter(|place| place.is_pole(samples)).collect();
+    pub fn of(samples: &Samples, places: &SpecialPlaces) -> Figured {
+        let places: Vec<SideOfPlace> = SideOfPlace::all(places).filter(|place| place.is_pole(samples)).collect();
         if places.is_empty() {
             return Figured { pieces: vec![samples.clone()], unbounded: None };
         }
@@ -45,18 +45,18 @@ impl Figured {
         Figured { pieces: samples.pieces(&is_far), unbounded }
     }
 
-    pub fn max(&self) -> At {
+    pub fn max(&self) -> ValueAt {
         self.extreme(Samples::max, |a, b| a > b)
     }
 
-    pub fn min(&self) -> At {
+    pub fn min(&self) -> ValueAt {
         self.extreme(Samples::min, |a, b| a < b)
     }
 
-    fn extreme(&self, of: fn(&Samples) -> At, beats: fn(f64, f64) -> bool) -> At {
+    fn extreme(&self, of: fn(&Samples) -> ValueAt, beats: fn(f64, f64) -> bool) -> ValueAt {
         let found =
             self.pieces.iter().map(of).reduce(|best, own| if beats(own.value, best.value) { own } else { best });
-        found.unwrap_or(At { input: f64::NAN, value: f64::NAN })
+        found.unwrap_or(ValueAt { input: f64::NAN, value: f64::NAN })
     }
 
     pub fn mean(&self) -> f64 {
@@ -80,22 +80,24 @@ impl Figured {
 }
 
 /// One side of a special place.
-struct Place {
+struct SideOfPlace {
     input: f64,
     /// 1.0: the samples above it.
     side: f64,
 }
 
-impl Place {
-    fn all(places: &Places) -> impl Iterator<Item = Place> {
+impl SideOfPlace {
+    fn all(places: &SpecialPlaces) -> impl Iterator<Item = SideOfPlace> {
         let sides = match places {
-            Places::Ordinary => Vec::new(),
-            Places::Folds(folds) => {
+            SpecialPlaces::Ordinary => Vec::new(),
+            SpecialPlaces::Folds(folds) => {
                 folds.iter().zip([1.0, -1.0]).filter_map(|(at, side)| Some(((*at)?, side))).collect()
             }
-            Places::Crossings(inputs) => inputs.iter().flat_map(|input| [(*input, 1.0), (*input, -1.0)]).collect(),
+            SpecialPlaces::Crossings(inputs) => {
+                inputs.iter().flat_map(|input| [(*input, 1.0), (*input, -1.0)]).collect()
+            }
         };
-        sides.into_iter().map(|(input, side)| Place { input, side })
+        sides.into_iter().map(|(input, side)| SideOfPlace { input, side })
     }
 
     /// How far a sample is from there; none on the other side.
@@ -136,7 +138,7 @@ mod tests {
 
     #[test]
     fn what_grows_is_told_from_what_is_steep() {
-        let folds = Places::Folds([Some(0.0), Some(1.0)]);
+        let folds = SpecialPlaces::Folds([Some(0.0), Some(1.0)]);
         for power in [-0.5, -1.0, -1.5] {
             let figured = Figured::of(&range(|x| 3.0 - x.powf(power)), &folds);
             let unbounded = figured.unbounded.clone().unwrap();
@@ -155,7 +157,8 @@ mod tests {
     fn figures_of_a_turn_leave_out_both_sides() {
         let step = TAU / 720.0;
         let turn = (0..720).map(|index| 1.0 / (step * (f64::from(index) + 0.5)).sin()).collect();
-        let figured = Figured::of(&Samples::new([0.5 * step, step], turn, true), &Places::Crossings(vec![0.0, PI]));
+        let figured =
+            Figured::of(&Samples::new([0.5 * step, step], turn, true), &SpecialPlaces::Crossings(vec![0.0, PI]));
         let Unbounded { at, distance } = figured.unbounded.clone().unwrap();
         assert_eq!(at, [0.0, PI]);
         assert!(distance >= 0.02 * TAU && distance < 0.02 * TAU + step, "{distance}");

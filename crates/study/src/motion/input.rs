@@ -9,7 +9,7 @@ use cotree::scene::{Asked, Faults, Scene};
 
 use super::drive::{self, Moved};
 use super::samples::Derivatives;
-use super::{Drive, MotionError, unit_of};
+use super::{DrivenJoint, MotionError, unit_of};
 
 /// The joint that is driven, and how.
 pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(JointId, Derivatives), MotionError> {
@@ -153,7 +153,7 @@ pub(super) fn is_there(
     mechanism: &Mechanism,
     asked: &[Output],
     moved: &Moved,
-    drive: &Drive,
+    drive: &DrivenJoint,
 ) -> Result<(), MotionError> {
     let driven = drive::driven(moved, drive, drive.start, 1.0);
     let is_left = |name: &str| driven.watched.iter().any(|output| output.name == name);
@@ -173,7 +173,7 @@ pub(super) fn is_there(
 }
 
 /// A mechanism at its start.
-pub(super) struct Start {
+pub(super) struct InputStart {
     /// Of the input [rad] or [m].
     pub position: f64,
     /// [rad/s] or [m/s]
@@ -189,7 +189,7 @@ pub(super) fn start(
     mechanism: &Mechanism,
     asked: &[Output],
     driven @ (joint, [position, rate, _]): (JointId, Derivatives),
-) -> Result<Start, MotionError> {
+) -> Result<InputStart, MotionError> {
     let input = &mechanism.joints[joint.0];
     // Where it starts does not depend on masses.
     let formulated = formulate(&mechanism.with_mass(1.0), &[]);
@@ -218,11 +218,11 @@ pub(super) fn start(
         _ => (mechanism.clone(), asked.to_vec()),
     };
     let moved = Moved { mechanism: begun, watched, has_efforts: true, source: scene.source.clone() };
-    Ok(Start { position, speed, moved })
+    Ok(InputStart { position, speed, moved })
 }
 
 /// What lacks a mass has none: forces are then those of the loads and of the other masses. Where motion itself needs masses it stays as it is.
-pub(super) fn without_masses(moved: Moved, drive: &Drive, lacking: &[String]) -> Moved {
+pub(super) fn without_masses(moved: Moved, drive: &DrivenJoint, lacking: &[String]) -> Moved {
     if lacking.is_empty() {
         return moved;
     }

@@ -27,18 +27,18 @@ use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
 
 pub use cams::Cam;
-use drive::{COUNT, Moved, Table};
-pub use figures::{Column, Figures, Link, Speed};
-use input::{Start, Watched};
+use drive::{COUNT, InputTable, Moved};
+pub use figures::{Figures, MotionColumn, MovedVariable, Speed};
+use input::{InputStart, Watched};
 pub use report::usual;
-pub use samples::At;
+pub use samples::ValueAt;
 use samples::{ANGULAR, Derivatives};
 use stops::Obstacles;
 pub use stops::Stops;
 
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
-pub struct Request {
+pub struct MotionRequest {
     /// The joint that is driven, or its motion, such as `pin.s`; the one with a driver if absent.
     pub input: Option<String>,
     /// The joint, the variable or the output of the scene that is of interest; another joint on the ground if absent.
@@ -86,7 +86,7 @@ impl From<SimulateError> for MotionError {
 ///
 /// # Errors
 /// As [`study`].
-pub fn units(scene: &Scene, request: &Request) -> Result<[Unit; 2], MotionError> {
+pub fn units(scene: &Scene, request: &MotionRequest) -> Result<[Unit; 2], MotionError> {
     let mechanism = scene.resolve()?.mechanism;
     let input = input::driven(&mechanism, request.input.as_deref())?;
     let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
@@ -99,7 +99,7 @@ fn unit_of(motion: Derivatives) -> Unit {
 
 /// Which joint is driven, how fast, and how far.
 #[derive(Clone, Debug)]
-struct Drive {
+struct DrivenJoint {
     joint: JointId,
     motion: Derivatives,
     /// Its size [rad/s] or [m/s]; zero: forces are those at rest.
@@ -115,16 +115,16 @@ struct Drive {
     fineness: usize,
 }
 
-impl Drive {
+impl DrivenJoint {
     /// Forwards, or backwards.
     fn direction(&self) -> f64 {
         if self.range.is_some_and(|[from, to]| to < from) { -1.0 } else { 1.0 }
     }
 
     /// The drive that goes the way of a table back.
-    fn backwards(&self, table: &Table) -> Drive {
+    fn backwards(&self, table: &InputTable) -> DrivenJoint {
         let last = if table.periodic { table.count() } else { table.count() - 1 };
-        Drive { range: Some([table.input(last), table.input(0)]), ..self.clone() }
+        DrivenJoint { range: Some([table.input(last), table.input(0)]), ..self.clone() }
     }
 
     /// The speed of the runs. Rates by the input do not depend on it.
@@ -160,7 +160,7 @@ fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
 ///
 /// # Errors
 /// Faults of the scene, a request that does not fit it, a motion that cannot be found.
-pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
+pub fn study(scene: &Scene, request: &MotionRequest) -> Result<Figures, MotionError> {
     study_of(scene, &scene.resolve()?.mechanism, request)
 }
 
@@ -168,7 +168,7 @@ pub fn study(scene: &Scene, request: &Request) -> Result<Figures, MotionError> {
 ///
 /// # Errors
 /// As there.
-pub fn study_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Result<Figures, MotionError> {
+pub fn study_of(scene: &Scene, mechanism: &Mechanism, request: &MotionRequest) -> Result<Figures, MotionError> {
     worked_out(scene, mechanism, request, false)
 }
 
@@ -176,14 +176,14 @@ pub fn study_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Resu
 ///
 /// # Errors
 /// As there.
-pub(crate) fn table_of(scene: &Scene, mechanism: &Mechanism, request: &Request) -> Result<Figures, MotionError> {
+pub(crate) fn table_of(scene: &Scene, mechanism: &Mechanism, request: &MotionRequest) -> Result<Figures, MotionError> {
     worked_out(scene, mechanism, request, true)
 }
 
 fn worked_out(
     scene: &Scene,
     mechanism: &Mechanism,
-    request: &Request,
+    request: &MotionRequest,
     only_table: bool,
 ) -> Result<Figures, MotionError> {
     without_history(mechanism)?;
@@ -192,7 +192,7 @@ fn worked_out(
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
     let asked: Vec<Output> = output.iter().map(|output| output.asked.clone()).collect();
-    let Start { position: start, speed, moved } = input::start(scene, mechanism, &asked, input)?;
+    let InputStart { position: start, speed, moved } = input::start(scene, mechanism, &asked, input)?;
     let still = speed.abs() <= 1e-9;
     let origin = match request.speed {
         Some(_) => Speed::Asked,
@@ -200,7 +200,7 @@ fn worked_out(
         None => Speed::OfScene,
     };
     let own = if still { 1.0 } else { speed.abs() };
-    let mut drive = Drive {
+    let mut drive = DrivenJoint {
         joint,
         motion,
         speed: request.speed.unwrap_or(own),
@@ -220,7 +220,7 @@ fn worked_out(
             drive.range = Some(
                 stops.as_ref().map_or(Ok(range), |stops| stops.clipped(range, mechanism, &drive, &request.units))?,
             );
-            (drive::sample(moved, &drive, None)?, Places::Ordinary)
+            (drive::sample(moved, &drive, None)?, SpecialPlaces::Ordinary)
         }
         (None, Some(stops)) if stops.ends.iter().any(Option::is_some) => between_stops(moved, &mut drive, stops)?,
         (None, _) => whole_way(moved, &mut drive)?,
@@ -249,8 +249,8 @@ fn worked_out(
 /// Whether what is asked for can be.
 fn permitted(
     mechanism: &Mechanism,
-    drive: &Drive,
-    request: &Request,
+    drive: &DrivenJoint,
+    request: &MotionRequest,
     output: Option<&Watched>,
 ) -> Result<(), MotionError> {
     let refused = |message: String| Err(MotionError::Request(message));
@@ -283,7 +283,7 @@ fn permitted(
 
 /// Where the motion is special.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Places {
+pub(crate) enum SpecialPlaces {
     /// Nowhere.
     Ordinary,
     /// At an end, or at both, the motion folds: the input there.
@@ -293,7 +293,7 @@ pub(crate) enum Places {
 }
 
 /// The motion of a full turn; else as far as the input goes from its start both ways.
-fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), MotionError> {
+fn whole_way(moved: &Moved, drive: &mut DrivenJoint) -> Result<(InputTable, SpecialPlaces), MotionError> {
     let mechanism = &moved.mechanism;
     let is_angular = drive.motion == ANGULAR;
     if is_angular {
@@ -305,11 +305,11 @@ fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), Motion
                 let table = sampled?;
                 let crossings = drive::change_points(moved, drive)?;
                 if crossings.is_empty() {
-                    return Ok((table, Places::Ordinary));
+                    return Ok((table, SpecialPlaces::Ordinary));
                 }
                 // In a singular pose nothing but the motion itself is determined.
                 drive.between = true;
-                return Ok((drive::sample(moved, drive, None)?, Places::Crossings(crossings)));
+                return Ok((drive::sample(moved, drive, None)?, SpecialPlaces::Crossings(crossings)));
             }
         }
     }
@@ -320,7 +320,7 @@ fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), Motion
     if is_angular && is_whole(back) && is_whole(forth) {
         drive.between = true;
         let crossings = drive::change_points(moved, drive)?;
-        return Ok((drive::sample(moved, drive, None)?, Places::Crossings(crossings)));
+        return Ok((drive::sample(moved, drive, None)?, SpecialPlaces::Crossings(crossings)));
     }
     if is_whole(back) || is_whole(forth) {
         return Err(endless(mechanism, drive));
@@ -333,11 +333,15 @@ fn whole_way(moved: &Moved, drive: &mut Drive) -> Result<(Table, Places), Motion
     }
     let folds = [drive.start - back, drive.start + forth];
     drive.range = Some(beside(folds.map(Some), folds));
-    Ok((drive::sample(moved, drive, None)?, Places::Folds(folds.map(Some))))
+    Ok((drive::sample(moved, drive, None)?, SpecialPlaces::Folds(folds.map(Some))))
 }
 
 /// The motion from one stop to the other; where there is none on one side, to where the motion folds or one turn on.
-fn between_stops(moved: &Moved, drive: &mut Drive, stops: &Stops) -> Result<(Table, Places), MotionError> {
+fn between_stops(
+    moved: &Moved,
+    drive: &mut DrivenJoint,
+    stops: &Stops,
+) -> Result<(InputTable, SpecialPlaces), MotionError> {
     let is_angular = drive.motion == ANGULAR;
     let most = if is_angular { TAU } else { drive::size(&moved.mechanism) };
     let mut ends = [drive.start; 2];
@@ -356,7 +360,7 @@ fn between_stops(moved: &Moved, drive: &mut Drive, stops: &Stops) -> Result<(Tab
         }
     }
     drive.range = Some(beside(folds, ends));
-    Ok((drive::sample(moved, drive, None)?, Places::Folds(folds)))
+    Ok((drive::sample(moved, drive, None)?, SpecialPlaces::Folds(folds)))
 }
 
 /// A range that ends a little before where the motion folds: there are no rates.
@@ -366,7 +370,7 @@ fn beside(folds: [Option<f64>; 2], [low, high]: [f64; 2]) -> [f64; 2] {
     [low + before, high - behind]
 }
 
-fn endless(mechanism: &Mechanism, drive: &Drive) -> MotionError {
+fn endless(mechanism: &Mechanism, drive: &DrivenJoint) -> MotionError {
     let name = &mechanism.joints[drive.joint.0].name;
     MotionError::Request(format!("`{name}` moves without an end: give its range, such as \"0 mm..120 mm\""))
 }

@@ -5,18 +5,18 @@ use std::f64::consts::TAU;
 use cotree::diagnostic::suggest;
 use cotree::line;
 use cotree::model::Units;
-use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::ReliableDigits::Noise;
 use cotree::report::data::{Cell, Report, Table, named, number, per, plain, unit as unit_of};
 
 use cotree::typeset::rounded;
 
 use super::cams::Cam;
 use super::curve::Arc;
-use super::figures::{Column, Extent, Figures, Peak, Speed, Transmission};
-use super::friction::Friction;
+use super::figures::{Extent, Figures, MotionColumn, Peak, Speed, Transmission};
+use super::friction::DriveFriction;
 use super::growth::Unbounded;
-use super::samples::At;
-use super::stops::{Beyond, Clear, End, Play, Stops};
+use super::samples::ValueAt;
+use super::stops::{Beyond, Clear, InputStop, Play, Stops};
 
 /// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
 const POOR: f64 = 40.0 * std::f64::consts::PI / 180.0;
@@ -30,7 +30,7 @@ const PLACE: f64 = 1e-7;
 
 /// What there is to say of a cam, by its own angle.
 fn cam_lines(cam: &Cam) -> Vec<Cell> {
-    let at = |at: &At, unit: &str| line![number(at.value, unit), " at ", number(at.input, "rad")];
+    let at = |at: &ValueAt, unit: &str| line![number(at.value, unit), " at ", number(at.input, "rad")];
     let unit = if cam.turning { "rad" } else { "m" };
     let base = number(cam.base, "m");
     let mut lines =
@@ -42,7 +42,7 @@ fn cam_lines(cam: &Cam) -> Vec<Cell> {
         let way = line![word, number(phase.rise.abs(), unit), " from ", from, " to ", to];
         lines.push(line![way, ": peaks ", velocity, " h/beta, ", acceleration, " h/beta^2, ", jerk, " h/beta^3"]);
     }
-    let steepest = At { value: cam.pressure_angle.value.abs(), ..cam.pressure_angle };
+    let steepest = ValueAt { value: cam.pressure_angle.value.abs(), ..cam.pressure_angle };
     lines.push(line!["  pressure angle up to ", at(&steepest, "rad")]);
     for (what, radius) in [
         ("radius of the pitch curve", &cam.pitch_radius),
@@ -134,7 +134,7 @@ impl Figures {
     }
 
     /// What stops the input at an end of the range, which may go backwards.
-    fn stop_at(&self, index: usize) -> Option<&End> {
+    fn stop_at(&self, index: usize) -> Option<&InputStop> {
         let at = self.range?[index];
         self.stops.iter().flat_map(|own| own.ends.iter().flatten()).find(|end| end.input == at)
     }
@@ -174,8 +174,8 @@ impl Figures {
     }
 
     /// Where a stop ends what the drive can do; how hard it is driven against the stop is nobody's to say.
-    fn end_line(&self, own: &End, word: &str) -> Cell {
-        let End { name, input, unit, presses } = own;
+    fn end_line(&self, own: &InputStop, word: &str) -> Cell {
+        let InputStop { name, input, unit, presses } = own;
         let effort = unit_of(if self.input.angular { "N.m" } else { "N" });
         let presses = match presses {
             Some(presses) => line![
@@ -235,7 +235,7 @@ impl Figures {
         line![name, " grows without bound towards ", at, "; at least ", distance, " from there:"]
     }
 
-    fn at(&self, at: &At) -> Cell {
+    fn at(&self, at: &ValueAt) -> Cell {
         let reach = self.table.first().map_or(&[][..], |column| &column.values);
         let reach = reach.iter().fold(0.0, |reach: f64, input| reach.max(input.abs()));
         number(self.place(at.input), &self.input.unit).within(Noise(PLACE * reach))
@@ -258,7 +258,7 @@ impl Figures {
             };
             lines.push(line![name, word, number(stroke, unit)]);
         }
-        let limit = |limit: &At| line![number(limit.value, unit), " at ", self.at(limit)];
+        let limit = |limit: &ValueAt| line![number(limit.value, unit), " at ", self.at(limit)];
         if !self.limits.is_empty() {
             lines.push(line![name, " stands still: ", joined(self.limits.iter().map(limit), "; ")]);
         }
@@ -282,7 +282,7 @@ impl Figures {
     }
 
     /// The smallest and the largest value, with their places.
-    fn ends(&self, ends: [&At; 2], unit: &str) -> Cell {
+    fn ends(&self, ends: [&ValueAt; 2], unit: &str) -> Cell {
         joined(ends.map(|end| line![number(end.value, unit), " (at ", self.at(end), ")"]), " to ")
     }
 
@@ -325,7 +325,7 @@ impl Figures {
     }
 
     /// What friction takes, and whether it holds what has been moved.
-    fn friction_line(&self, own: &Friction) -> Cell {
+    fn friction_line(&self, own: &DriveFriction) -> Cell {
         let way = if self.full_turn { "turn" } else { "range" };
         let work = if own.work < 0.0 { "give" } else { "take" };
         let line = line![
@@ -389,7 +389,7 @@ fn percent(share: f64) -> String {
 }
 
 /// Columns as a table.
-fn rows(columns: &[Column], cell: impl Fn(f64, &Column) -> Cell) -> Table {
+fn rows(columns: &[MotionColumn], cell: impl Fn(f64, &MotionColumn) -> Cell) -> Table {
     let count = columns.first().map_or(0, |column| column.values.len());
     let row = |row: usize| {
         columns.iter().map(|column| column.values.get(row).map_or("-".into(), |value| cell(*value, column))).collect()
@@ -398,7 +398,7 @@ fn rows(columns: &[Column], cell: impl Fn(f64, &Column) -> Cell) -> Table {
 }
 
 /// A value of the table. Next to a limit the advantage is as large as rounding errors let it be, and no measure of the others.
-fn told(value: f64, column: &Column) -> Cell {
+fn told(value: f64, column: &MotionColumn) -> Cell {
     let value = if value.abs() >= INFINITE { f64::INFINITY.copysign(value) } else { value };
     let own = number(value, &column.unit);
     if column.name == "advantage" { own.within(Noise(NOISE)) } else { own }

@@ -3,8 +3,8 @@
 use cotree::typeset::rounded;
 
 use super::drive::{self, COUNT};
-use super::figures::{self, Column, Figures, Subject};
-use super::{Drive, MotionError, unit_of};
+use super::figures::{self, Figures, MotionColumn, Subject};
+use super::{DrivenJoint, MotionError, unit_of};
 
 /// Without a wish a row every twelfth, of a turn 30 degrees.
 const PARTS: f64 = 12.0;
@@ -14,14 +14,14 @@ const MOST: f64 = 1e5;
 const SAME: f64 = 1e-6;
 
 /// Places at equal distances.
-struct Wanted {
+struct EvenPlaces {
     first: f64,
     step: f64,
     count: usize,
 }
 
 /// The rows of a study, whose table has its samples.
-pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<Column>, MotionError> {
+pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<MotionColumn>, MotionError> {
     let Some([first, second, .., last]) = figures.table.first().map(|column| &column.values[..]) else {
         return Ok(Vec::new());
     };
@@ -29,7 +29,7 @@ pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<Column>, 
     let places = places(subject, figures.full_turn, ends, second - first)?;
     let [every, begin] = [places.step, places.first - first].map(|way| way / (second - first));
     let on_samples = [every, begin].iter().all(|steps| (steps - steps.round()).abs() < SAME);
-    let between: Vec<Column> = if on_samples {
+    let between: Vec<MotionColumn> = if on_samples {
         let [every, begin] = [every, begin].map(|steps| steps.round() as usize);
         figures.table.iter().map(|column| column.every(begin, every, places.count)).collect()
     } else {
@@ -39,17 +39,17 @@ pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<Column>, 
     let at_last = places.first + places.step * (places.count as f64 - 1.0);
     let [head, tail] = [(places.first, ends[0]), (at_last, ends[1])]
         .map(|(place, end)| !figures.full_turn && (places.count == 0 || !is_end(place, end)));
-    let with_ends = |column: &Column| {
+    let with_ends = |column: &MotionColumn| {
         let rows = between.iter().find(|own| own.name == column.name).map_or(&[][..], |own| &own.values);
         let head = column.values.first().filter(|_| head);
         let values = head.into_iter().chain(rows).chain(column.values.last().filter(|_| tail)).copied();
-        Column { values: values.collect(), ..column.clone() }
+        MotionColumn { values: values.collect(), ..column.clone() }
     };
     Ok(figures.table.iter().map(with_ends).collect())
 }
 
 /// Where rows are wanted: from the beginning of a range on, else at the multiples of the distance; of a turn up to before its end.
-fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f64) -> Result<Wanted, MotionError> {
+fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f64) -> Result<EvenPlaces, MotionError> {
     let way = (last - first).abs() + if full_turn { sample } else { 0.0 };
     let every = match subject.request.every {
         None => way / PARTS,
@@ -71,11 +71,11 @@ fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f
         true => (left / every - near).ceil(),
         false => (left / every + near).floor() + 1.0,
     };
-    Ok(Wanted { first: begin, step: every * sample.signum(), count: count.max(0.0) as usize })
+    Ok(EvenPlaces { first: begin, step: every * sample.signum(), count: count.max(0.0) as usize })
 }
 
 /// What the study has at places beside its samples: the motion once more, through these places, as finely.
-fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<Column>, MotionError> {
+fn sampled(subject: &Subject, places: &EvenPlaces, last: f64) -> Result<Vec<MotionColumn>, MotionError> {
     let drive = subject.drive;
     let intervals = places.count.saturating_sub(1);
     if places.count == 0 {
@@ -85,7 +85,7 @@ fn sampled(subject: &Subject, places: &Wanted, last: f64) -> Result<Vec<Column>,
         0 => (last, COUNT),
         _ => (places.first + places.step * intervals as f64, COUNT.div_ceil(intervals)),
     };
-    let drive = Drive { range: Some([places.first, end]), shown: each * intervals.max(1), ..drive.clone() };
+    let drive = DrivenJoint { range: Some([places.first, end]), shown: each * intervals.max(1), ..drive.clone() };
     let subject = Subject { drive: &drive, ..*subject };
     let table = drive::sample(subject.moved, &drive, None)?;
     let figures = figures::of(&subject, &table)?;

@@ -28,7 +28,7 @@ pub struct Samples {
 
 /// A value and where it is.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct At {
+pub struct ValueAt {
     pub input: f64,
     pub value: f64,
 }
@@ -153,16 +153,16 @@ impl Samples {
     }
 
     /// The largest value; between samples too.
-    pub fn max(&self) -> At {
+    pub fn max(&self) -> ValueAt {
         self.extreme(1.0)
     }
 
     /// The smallest value; between samples too.
-    pub fn min(&self) -> At {
+    pub fn min(&self) -> ValueAt {
         self.extreme(-1.0)
     }
 
-    fn extreme(&self, sign: f64) -> At {
+    fn extreme(&self, sign: f64) -> ValueAt {
         let best = (0..self.values.len()).max_by(|&a, &b| (sign * self.values[a]).total_cmp(&(sign * self.values[b])));
         let best = best.unwrap_or(0) as f64;
         let last = self.values.len().saturating_sub(1) as f64;
@@ -179,7 +179,7 @@ impl Samples {
         let middle = 0.5 * (low + high);
         let at_sample = sign * self.values.get(best as usize).copied().unwrap_or(f64::NAN);
         let place = if sign * self.at(middle) >= at_sample { middle } else { best };
-        At { input: self.grid[0] + self.grid[1] * place, value: self.at(place) }
+        ValueAt { input: self.grid[0] + self.grid[1] * place, value: self.at(place) }
     }
 
     /// The mean over the input; of a stroke by trapezoids.

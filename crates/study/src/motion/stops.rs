@@ -8,9 +8,9 @@ use cotree::scene::constant::evaluate;
 use cotree::scene::key::Form;
 use serde::Serialize;
 
-use super::drive::{self, COUNT, Driven, Moved, Table};
-use super::samples::{ANGULAR, At, Samples};
-use super::{Drive, MotionError, unit_of};
+use super::drive::{self, COUNT, DrivenMechanism, InputTable, Moved};
+use super::samples::{ANGULAR, Samples, ValueAt};
+use super::{DrivenJoint, MotionError, unit_of};
 
 /// Gaps below this share of the largest are none: what touches is not passed.
 const TOUCHING: f64 = 1e-10;
@@ -23,7 +23,7 @@ const STEPS: usize = 80;
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Stops {
     /// What the input reaches first, going back from the start of the scene and forth.
-    pub ends: [Option<End>; 2],
+    pub ends: [Option<InputStop>; 2],
     /// Where each would be passed, as far as was looked: not reachable.
     pub beyond: Vec<Beyond>,
     /// The least gap of each that does not end the range, within it.
@@ -36,7 +36,7 @@ pub struct Stops {
 
 /// What stops the input.
 #[derive(Clone, Debug, Serialize)]
-pub struct End {
+pub struct InputStop {
     /// Such as `guide.max`.
     pub name: String,
     /// The input at which its gap is zero [rad] or \[m\].
@@ -61,7 +61,7 @@ pub struct Clear {
     pub name: String,
     pub unit: String,
     #[serde(flatten)]
-    pub at: At,
+    pub at: ValueAt,
 }
 
 /// A relation whose play is left out: it holds as in the middle of it.
@@ -73,7 +73,7 @@ pub struct Play {
 }
 
 /// How far something is open that can stop the drive.
-struct Gap {
+struct StopGap {
     name: String,
     unit: Unit,
     bound: f64,
@@ -82,13 +82,13 @@ struct Gap {
 
 /// What of a mechanism holds on one side only.
 pub(super) struct Obstacles {
-    gaps: Vec<Gap>,
+    gaps: Vec<StopGap>,
     /// Joints whose relation has play.
     plays: Vec<JointId>,
 }
 
 /// None of what couples: that holds always while the drive moves it.
-fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<Gap>, MotionError> {
+fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<StopGap>, MotionError> {
     let name = own.name.clone();
     if own.held.of_rate {
         return Err(MotionError::Request(format!(
@@ -113,7 +113,7 @@ fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<Ga
     let bound = evaluate(&own.held.bound, &mechanism.parameter_values());
     let asked = mechanism.output(Variable { owner: part.owner, quantity: Quantity::Gap });
     let output = Output { name: format!("cotree_gap.{name}"), unit: unit.clone(), value, ..asked };
-    Ok(Some(Gap { name, unit, bound, output }))
+    Ok(Some(StopGap { name, unit, bound, output }))
 }
 
 impl Obstacles {
@@ -134,7 +134,7 @@ impl Obstacles {
     ///
     /// # Errors
     /// The driven mechanism is at fault, starts beyond a stop, or moves freely besides.
-    pub fn met(&self, moved: &Moved, drive: &Drive, units: &Units) -> Result<Option<Stops>, MotionError> {
+    pub fn met(&self, moved: &Moved, drive: &DrivenJoint, units: &Units) -> Result<Option<Stops>, MotionError> {
         let joints = &moved.mechanism.joints;
         let play = |joint: &JointId| Play { name: joints[joint.0].name.clone(), changes: Vec::new() };
         let mut stops = Stops { plays: self.plays.iter().map(play).collect(), ..Stops::default() };
@@ -146,8 +146,8 @@ impl Obstacles {
             None => [self.farthest(moved, drive); 2],
         };
         let courses = [
-            Course::along(&self.gaps, (moved, drive), -1.0, ways[0])?,
-            Course::along(&self.gaps, (moved, drive), 1.0, ways[1])?,
+            GapCourse::along(&self.gaps, (moved, drive), -1.0, ways[0])?,
+            GapCourse::along(&self.gaps, (moved, drive), 1.0, ways[1])?,
         ];
         for (index, gap) in self.gaps.iter().enumerate() {
             courses[1].check_start(index, gap, units)?;
@@ -162,7 +162,7 @@ impl Obstacles {
     }
 
     /// A way at whose end a slide is beyond all limits of its own.
-    fn farthest(&self, moved: &Moved, drive: &Drive) -> f64 {
+    fn farthest(&self, moved: &Moved, drive: &DrivenJoint) -> f64 {
         if drive.motion == ANGULAR {
             return std::f64::consts::TAU;
         }
@@ -173,7 +173,7 @@ impl Obstacles {
 }
 
 /// From the crossings back and forth, each of which begins within, where it is beyond.
-fn beyond(gap: &Gap, start: f64, [back, forth]: &[Vec<f64>; 2]) -> Vec<Beyond> {
+fn beyond(gap: &StopGap, start: f64, [back, forth]: &[Vec<f64>; 2]) -> Vec<Beyond> {
     let name = || gap.name.clone();
     let at = |way: Option<&f64>, direction: f64| way.map(|way| start + direction * way);
     let below = back.chunks(2).rev();
@@ -183,7 +183,7 @@ fn beyond(gap: &Gap, start: f64, [back, forth]: &[Vec<f64>; 2]) -> Vec<Beyond> {
     below.chain(above).collect()
 }
 
-impl Gap {
+impl StopGap {
     /// The unit of what presses where it is closed.
     fn effort(&self) -> String {
         if self.unit.si == "rad" { "N.m" } else { "N" }.to_owned()
@@ -192,28 +192,28 @@ impl Gap {
 
 impl Stops {
     /// Adds what is met of one gap.
-    fn meet(&mut self, index: usize, gap: &Gap, courses: &[Course; 2], start: f64) {
+    fn meet(&mut self, index: usize, gap: &StopGap, courses: &[GapCourse; 2], start: f64) {
         let crossings = courses.each_ref().map(|course| course.crossings(index));
         for ((course, crossings), end) in courses.iter().zip(&crossings).zip(&mut self.ends) {
             let Some(&way) = crossings.first() else { continue };
             let input = start + course.direction * way;
             if end.as_ref().is_none_or(|end| course.direction * (end.input - input) > 0.0) {
                 let (name, unit, presses) = (gap.name.clone(), gap.effort(), course.presses(index, way));
-                *end = Some(End { name, input, unit, presses });
+                *end = Some(InputStop { name, input, unit, presses });
             }
         }
         self.beyond.extend(beyond(gap, start, &crossings));
     }
 
     /// Adds the least gap within what is reachable, if this is not what ends that.
-    fn pass(&mut self, index: usize, gap: &Gap, courses: &[Course; 2], start: f64) {
+    fn pass(&mut self, index: usize, gap: &StopGap, courses: &[GapCourse; 2], start: f64) {
         if self.ends.iter().flatten().any(|end| end.name == gap.name) {
             return;
         }
         let least = courses.iter().zip(&self.ends).filter_map(|(course, end)| {
             let way = end.as_ref().map(|end| (end.input - start).abs());
-            let At { input, value } = course.least(index, way)?;
-            Some(At { input: start + course.direction * input, value })
+            let ValueAt { input, value } = course.least(index, way)?;
+            Some(ValueAt { input: start + course.direction * input, value })
         });
         let least = least.reduce(|a, b| if b.value < a.value { b } else { a });
         self.clear.extend(least.map(|at| Clear { name: gap.name.clone(), unit: gap.unit.si.clone(), at }));
@@ -226,7 +226,7 @@ impl Stops {
     }
 
     /// Keeps the places of one way round: a turn is looked at both ways, and each place is found twice.
-    fn within_a_turn(&mut self, drive: &Drive) {
+    fn within_a_turn(&mut self, drive: &DrivenJoint) {
         let Some(first) = self.ends[0].as_ref().map(|end| end.input) else { return };
         if drive.motion == ANGULAR && drive.range.is_none() {
             self.beyond.retain(|own| own.from.is_some_and(|from| from >= first));
@@ -241,7 +241,7 @@ impl Stops {
         &self,
         asked: [f64; 2],
         mechanism: &Mechanism,
-        drive: &Drive,
+        drive: &DrivenJoint,
         units: &Units,
     ) -> Result<[f64; 2], MotionError> {
         let own = self.within(asked);
@@ -250,7 +250,7 @@ impl Stops {
         }
         let unit = shown(units, &unit_of(drive.motion).si);
         let [from, to] = asked.map(|at| unit.show(at));
-        let stopped = |end: &End| format!("`{}` stops it at {}", end.name, unit.show(end.input));
+        let stopped = |end: &InputStop| format!("`{}` stops it at {}", end.name, unit.show(end.input));
         let ends = suggest::joined(self.ends.iter().flatten().map(stopped), suggest::MOST);
         let name = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
         Err(MotionError::Request(format!(
@@ -259,7 +259,7 @@ impl Stops {
     }
 
     /// With the places where what relations with play carry changes its sign.
-    pub(super) fn with_changes(mut self, mechanism: &Mechanism, table: &Table) -> Stops {
+    pub(super) fn with_changes(mut self, mechanism: &Mechanism, table: &InputTable) -> Stops {
         for play in &mut self.plays {
             let joint = mechanism.joints.iter().find(|joint| joint.name == play.name);
             let reactions = joint.map_or(&[][..], |joint| joint.component().reactions);
@@ -271,26 +271,31 @@ impl Stops {
 }
 
 /// Gaps along the way of the input from its start in one direction.
-struct Course {
+struct GapCourse {
     direction: f64,
-    driven: Driven,
+    driven: DrivenMechanism,
     /// Samples of each gap at equal steps of the input; none if it does not move.
     gaps: Vec<Samples>,
     names: Vec<String>,
 }
 
-impl Course {
-    fn along(gaps: &[Gap], (moved, drive): (&Moved, &Drive), direction: f64, way: f64) -> Result<Course, MotionError> {
+impl GapCourse {
+    fn along(
+        gaps: &[StopGap],
+        (moved, drive): (&Moved, &DrivenJoint),
+        direction: f64,
+        way: f64,
+    ) -> Result<GapCourse, MotionError> {
         let outputs: Vec<Output> = gaps.iter().map(|gap| gap.output.clone()).collect();
         let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
-        let driven = Driven::watching(moved, drive, direction, outputs)?;
+        let driven = DrivenMechanism::watching(moved, drive, direction, outputs)?;
         if !driven.model.is_driven() {
             return Err(MotionError::Request(format!(
                 "the drive leaves something free, and whether that meets `{}` depends on the way there: use `simulate`, or let joints and drivers determine the motion",
                 gaps.first().map_or("", |gap| &gap.name)
             )));
         }
-        let mut course = Course { direction, driven, gaps: Vec::new(), names };
+        let mut course = GapCourse { direction, driven, gaps: Vec::new(), names };
         let mut sampled = course.sampled(way);
         if sampled.is_none() {
             let reach = drive::reach(moved, drive, direction, way)?.min(way);
@@ -308,7 +313,7 @@ impl Course {
         own.collect()
     }
 
-    fn check_start(&self, index: usize, gap: &Gap, units: &Units) -> Result<(), MotionError> {
+    fn check_start(&self, index: usize, gap: &StopGap, units: &Units) -> Result<(), MotionError> {
         let Some(start) = self.gaps.get(index).and_then(|own| own.values().first()) else { return Ok(()) };
         if *start >= -self.touching(index) {
             return Ok(());
@@ -380,11 +385,11 @@ impl Course {
     }
 
     /// The least gap up to a way, or all along.
-    fn least(&self, index: usize, way: Option<f64>) -> Option<At> {
+    fn least(&self, index: usize, way: Option<f64>) -> Option<ValueAt> {
         let own = self.gaps.get(index)?;
         let Some(way) = way else { return Some(own.min()) };
         let is_before: Vec<bool> = (0..own.values().len()).map(|place| own.input(place) <= way).collect();
-        let end = At { input: way, value: own.at_input(way) };
+        let end = ValueAt { input: way, value: own.at_input(way) };
         let before = own.pieces(&is_before).first().map_or(end, Samples::min);
         Some(if end.value < before.value { end } else { before })
     }

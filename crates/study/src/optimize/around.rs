@@ -1,6 +1,6 @@
 //! What is seen where one quantity is not at its best.
 
-use super::{Best, Failure, OptimizeError, SAME, Searches, Start};
+use super::{AnalysisFailure, Best, OptimizeError, SAME, Searches, Start};
 
 /// Steps from bound to bound; of turns, which take longer, fewer.
 const STEPS: usize = 40;
@@ -19,7 +19,7 @@ pub struct Around {
 
 impl Searches<'_, '_> {
     /// One for each quantity. Motions go on from their neighbours, from the best values outwards.
-    pub(super) fn around(&self, best: &Best) -> Result<Result<Vec<Around>, OptimizeError>, Failure> {
+    pub(super) fn around(&self, best: &Best) -> Result<Result<Vec<Around>, OptimizeError>, AnalysisFailure> {
         let values: Vec<f64> = best.quantities.iter().map(|own| own.value).collect();
         let (seen, start) = self.motions.seen(&values, None)?;
         let goal = self.checked.problem.worth(&seen).map(|(goal, _)| self.checked.sign * goal);

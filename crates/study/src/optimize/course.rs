@@ -31,13 +31,13 @@ pub struct Linear {
 
 /// A smooth function of the quantities.
 #[derive(Clone, Debug)]
-pub struct Piece {
+pub struct SmoothPiece {
     course: usize,
-    form: Form,
+    form: PieceForm,
 }
 
 #[derive(Clone, Debug)]
-enum Form {
+enum PieceForm {
     /// A weighted sum of values.
     Sum(Vec<(usize, f64)>),
     /// A multiple of the root of the mean square.
@@ -53,20 +53,20 @@ const SMALLEST: &[f64] = &[-1.0];
 const PEAK: &[f64] = &[1.0, -1.0];
 
 /// The largest of some pieces.
-pub type Largest = Vec<Piece>;
+pub type Largest = Vec<SmoothPiece>;
 
-impl Piece {
-    fn at(course: usize, row: usize, weight: f64) -> Piece {
-        Piece { course, form: Form::Sum(vec![(row, weight)]) }
+impl SmoothPiece {
+    fn at(course: usize, row: usize, weight: f64) -> SmoothPiece {
+        SmoothPiece { course, form: PieceForm::Sum(vec![(row, weight)]) }
     }
 
     /// None where the course is no longer as long as it was.
     pub fn of(&self, courses: &[Course]) -> Option<Linear> {
         let course = courses.get(self.course)?;
         match &self.form {
-            Form::Sum(parts) => course.sum(parts),
-            Form::Effective(weight) => Some(course.effective(*weight)),
-            Form::Extreme { of, weight } => {
+            PieceForm::Sum(parts) => course.sum(parts),
+            PieceForm::Effective(weight) => Some(course.effective(*weight)),
+            PieceForm::Extreme { of, weight } => {
                 let highest = of.iter().map(|&sign| course.sum(&weighed(course.best(sign), sign)));
                 let highest = highest
                     .reduce(|best, other| if other.as_ref()?.value > best.as_ref()?.value { other } else { best });
@@ -182,9 +182,9 @@ impl Course {
     fn highest(&self, own: usize, sign: f64, weight: f64) -> Largest {
         let last = self.values.len() - 1;
         let of = |row: usize| {
-            let top = Piece { course: own, form: Form::Sum(weighed(self.top(row, sign), weight)) };
+            let top = SmoothPiece { course: own, form: PieceForm::Sum(weighed(self.top(row, sign), weight)) };
             let around = row.saturating_sub(1)..=(row + 1).min(last);
-            around.map(move |row| Piece::at(own, row, weight)).chain([top])
+            around.map(move |row| SmoothPiece::at(own, row, weight)).chain([top])
         };
         self.tops(sign).into_iter().flat_map(of).collect()
     }
@@ -192,8 +192,8 @@ impl Course {
     /// A measure with a weight, as a sum of largest pieces. What cannot be one, and the sides of an equation, are the extremes themselves.
     fn parts(&self, own: usize, statistic: Statistic, weight: f64, is_equation: bool) -> Vec<Largest> {
         let tops = |sign: f64, weight: f64| self.highest(own, sign, weight);
-        let one = |form: Form| vec![Piece { course: own, form }];
-        let extreme = |of: &'static [f64], weight: f64| one(Form::Extreme { of, weight });
+        let one = |form: PieceForm| vec![SmoothPiece { course: own, form }];
+        let extreme = |of: &'static [f64], weight: f64| one(PieceForm::Extreme { of, weight });
         let [is_high, is_low] = [!is_equation && weight > 0.0, !is_equation && weight < 0.0];
         match statistic {
             Statistic::Max if is_high => vec![tops(1.0, weight)],
@@ -204,10 +204,10 @@ impl Course {
             Statistic::Min => vec![extreme(SMALLEST, -weight)],
             Statistic::Peak => vec![extreme(PEAK, weight)],
             Statistic::Range => vec![extreme(LARGEST, weight), extreme(SMALLEST, weight)],
-            Statistic::Mean => vec![one(Form::Sum(self.mean(weight)))],
-            Statistic::RootMeanSquare => vec![one(Form::Effective(weight))],
-            Statistic::First => vec![vec![Piece::at(own, 0, weight)]],
-            Statistic::Last => vec![vec![Piece::at(own, self.values.len() - 1, weight)]],
+            Statistic::Mean => vec![one(PieceForm::Sum(self.mean(weight)))],
+            Statistic::RootMeanSquare => vec![one(PieceForm::Effective(weight))],
+            Statistic::First => vec![vec![SmoothPiece::at(own, 0, weight)]],
+            Statistic::Last => vec![vec![SmoothPiece::at(own, self.values.len() - 1, weight)]],
             // Goals have none of them.
             Statistic::WhenMax | Statistic::WhenMin => Vec::new(),
         }

@@ -21,15 +21,15 @@ use cotree::scene::Scene;
 use cotree_fmu::model::State;
 use thiserror::Error;
 
-use crate::analysis::{Failure, Guess, Study, StudyError, Varying};
+use crate::analysis::{AnalysisFailure, Guess, Study, StudyError, Varying};
 pub use around::Around;
 pub use goal::{Goal, Limit, Relation};
 use motion::Motions;
 use request::Checked;
-pub use request::{Aim, Request};
+pub use request::{Aim, OptimizeRequest};
 pub use resumed::searched;
 pub use search::Ended;
-use search::{Found, MET, search};
+use search::{EndPoint, MET, search};
 use starts::Starts;
 use turn::Turns;
 
@@ -49,7 +49,7 @@ pub struct Best {
     pub goal: (String, String),
     /// It at the scene's values, if there is a motion, and at the best ones, SI.
     pub values: [Option<f64>; 2],
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<VariedQuantity>,
     pub limits: Vec<LimitAt>,
     /// The best first.
     pub optima: Vec<Optimum>,
@@ -67,7 +67,7 @@ pub struct Best {
 
 /// A quantity that was varied, SI.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct VariedQuantity {
     pub name: String,
     pub unit: String,
     pub start: f64,
@@ -137,7 +137,7 @@ pub enum OptimizeError {
 pub fn optimize(
     scene: &Scene,
     study: &mut Study,
-    request: &Request,
+    request: &OptimizeRequest,
     watch: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
     resume(scene, study, request, &[], watch)
@@ -150,7 +150,7 @@ pub fn optimize(
 pub fn resume(
     scene: &Scene,
     study: &mut Study,
-    request: &Request,
+    request: &OptimizeRequest,
     from: &[(usize, Vec<f64>)],
     watch: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
@@ -165,7 +165,12 @@ pub fn resume(
 ///
 /// # Errors
 /// As of the search; or the scene's own branch of the motion is another one than that of the best values.
-pub fn around(scene: &Scene, study: &mut Study, request: &Request, best: &Best) -> Result<Vec<Around>, OptimizeError> {
+pub fn around(
+    scene: &Scene,
+    study: &mut Study,
+    request: &OptimizeRequest,
+    best: &Best,
+) -> Result<Vec<Around>, OptimizeError> {
     searching(scene, study, request, &[], |searches| searches.around(best))
 }
 
@@ -173,9 +178,9 @@ pub fn around(scene: &Scene, study: &mut Study, request: &Request, best: &Best) 
 fn searching<T>(
     scene: &Scene,
     study: &mut Study,
-    request: &Request,
+    request: &OptimizeRequest,
     from: &[(usize, Vec<f64>)],
-    of: impl FnOnce(&Searches) -> Result<Result<T, OptimizeError>, Failure>,
+    of: impl FnOnce(&Searches) -> Result<Result<T, OptimizeError>, AnalysisFailure>,
 ) -> Result<T, OptimizeError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
     let experiment = study.experiment();
@@ -194,11 +199,11 @@ fn searching<T>(
             Some(turn) => {
                 let measured = checked.outputs.iter().map(|&place| known[place].0.clone()).collect();
                 let (study, names) = (&set, names.clone());
-                Moved::Turn(Turns { scene, study, request: turn, names, bounds, ranges, measured })
+                MeasuredMotion::Turn(Turns { scene, study, request: turn, names, bounds, ranges, measured })
             }
             None => {
                 let table = request.table().map(|table| (table, checked.columns.clone()));
-                Moved::Experiment(Box::new(Motions::new(varying, experiment, checked.outputs.clone(), table)))
+                MeasuredMotion::Experiment(Box::new(Motions::new(varying, experiment, checked.outputs.clone(), table)))
             }
         };
         of(&Searches { varying, request, checked: &checked, motions: &motions, from })
@@ -206,7 +211,7 @@ fn searching<T>(
 }
 
 /// What is moved to be measured.
-enum Moved<'a, 'f> {
+enum MeasuredMotion<'a, 'f> {
     Experiment(Box<Motions<'a, 'f>>),
     Turn(Turns<'a>),
 }
@@ -214,38 +219,38 @@ enum Moved<'a, 'f> {
 /// How the motion of an experiment starts; of a turn this is not kept.
 type Start = Option<State>;
 
-impl Moved<'_, '_> {
-    fn seen(&self, values: &[f64], from: Option<&Start>) -> Result<(search::Seen, Start), Failure> {
+impl MeasuredMotion<'_, '_> {
+    fn seen(&self, values: &[f64], from: Option<&Start>) -> Result<(search::SeenCourses, Start), AnalysisFailure> {
         match self {
-            Moved::Experiment(motions) => {
+            MeasuredMotion::Experiment(motions) => {
                 let (seen, start) = motions.seen(values, from.and_then(Option::as_ref))?;
                 Ok((seen, Some(start)))
             }
-            Moved::Turn(turns) => Ok((turns.seen(values)?, None)),
+            MeasuredMotion::Turn(turns) => Ok((turns.seen(values)?, None)),
         }
     }
 }
 
 struct Searches<'a, 'f> {
     varying: &'a Varying<'f>,
-    request: &'a Request,
+    request: &'a OptimizeRequest,
     checked: &'a Checked,
-    motions: &'a Moved<'a, 'f>,
+    motions: &'a MeasuredMotion<'a, 'f>,
     /// Where searches with these numbers ended before.
     from: &'a [(usize, Vec<f64>)],
 }
 
 /// How a search ended: where, or why there was no motion at any of its starts.
-type Outcome = Result<Found<Start>, Failure>;
+type Outcome = Result<EndPoint<Start>, AnalysisFailure>;
 
 /// What all searches share while they run.
-struct Shared<'w> {
+struct SharedProgress<'w> {
     next: AtomicUsize,
     progress: Mutex<Progress>,
     watch: &'w (dyn Fn(Progress) -> bool + Sync),
 }
 
-impl Shared<'_> {
+impl SharedProgress<'_> {
     /// Takes note, and tells whoever watches; does the search go on?
     fn note(&self, of: impl FnOnce(&mut Progress)) -> bool {
         let mut progress = self.progress.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -259,7 +264,7 @@ impl Searches<'_, '_> {
     fn run(&self, watch: &(dyn Fn(Progress) -> bool + Sync)) -> Vec<Outcome> {
         let all = self.request.starts;
         let progress = Progress { done: 0, all, evaluations: 0, best: None };
-        let shared = Shared { next: AtomicUsize::new(0), progress: Mutex::new(progress), watch };
+        let shared = SharedProgress { next: AtomicUsize::new(0), progress: Mutex::new(progress), watch };
         let processors = || thread::available_parallelism().map_or(1, usize::from);
         let threads = if self.request.threads == 0 { processors() } else { self.request.threads };
         let work = || {
@@ -283,12 +288,12 @@ impl Searches<'_, '_> {
     }
 
     /// One search, from the first of its starts that has a motion.
-    fn one(&self, number: usize, shared: &Shared) -> Outcome {
+    fn one(&self, number: usize, shared: &SharedProgress) -> Outcome {
         let Checked { problem, start, .. } = self.checked;
         let starts =
             Starts { scene: start, bounds: &problem.bounds, count: self.request.starts, seed: self.request.seed };
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
-        let mut outcome = Err(Failure::Range);
+        let mut outcome = Err(AnalysisFailure::Range);
         let before = self.from.iter().filter(|(own, _)| *own == number).map(|(_, values)| values.clone());
         for point in before.chain(starts.of(number)) {
             let evaluate = |values: &[f64], from: Option<&Start>| {
@@ -313,9 +318,9 @@ impl Searches<'_, '_> {
         outcome
     }
 
-    fn best(&self, name: String, outcomes: Vec<Outcome>) -> Result<Result<Best, OptimizeError>, Failure> {
-        let found: Vec<&Found<Start>> = outcomes.iter().filter_map(|own| own.as_ref().ok()).collect();
-        let better = |one: &&&Found<Start>, other: &&&Found<Start>| one.goal.total_cmp(&other.goal);
+    fn best(&self, name: String, outcomes: Vec<Outcome>) -> Result<Result<Best, OptimizeError>, AnalysisFailure> {
+        let found: Vec<&EndPoint<Start>> = outcomes.iter().filter_map(|own| own.as_ref().ok()).collect();
+        let better = |one: &&&EndPoint<Start>, other: &&&EndPoint<Start>| one.goal.total_cmp(&other.goal);
         let Some(best) = found.iter().filter(|own| own.violation() <= MET).min_by(better) else {
             return Ok(Err(self.nothing(outcomes)));
         };
@@ -323,7 +328,7 @@ impl Searches<'_, '_> {
         let quantity = |(index, own): (usize, &crate::analysis::Varied)| {
             let value = best.values[index];
             let is_at = |bound: &f64| (value - bound).abs() <= AT_BOUND * problem.ranges[index];
-            Quantity {
+            VariedQuantity {
                 name: own.name.clone(),
                 unit: own.unit.si.clone(),
                 start: start[index],
@@ -349,8 +354,8 @@ impl Searches<'_, '_> {
     }
 
     /// The optima that differ, the best first.
-    fn optima(&self, found: &[&Found<Start>]) -> Vec<Optimum> {
-        let mut ends: Vec<&&Found<Start>> =
+    fn optima(&self, found: &[&EndPoint<Start>]) -> Vec<Optimum> {
+        let mut ends: Vec<&&EndPoint<Start>> =
             found.iter().filter(|own| own.ended == Ended::Settled && own.violation() <= MET).collect();
         ends.sort_by(|a, b| a.goal.total_cmp(&b.goal));
         let (mut optima, ranges): (Vec<Optimum>, _) = (Vec::new(), &self.checked.problem.ranges);

@@ -1,14 +1,14 @@
 //! The motion of a scene with other values: its courses, and how far it is from what is to be matched.
 
 use cotree::model::Experiment;
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::run::points;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 
 use super::course::Course;
-use super::search::Seen;
-use crate::analysis::{Along, Failure, Varying};
+use super::search::SeenCourses;
+use crate::analysis::{Along, AnalysisFailure, Varying};
 use crate::fit::{DEAREST, Residuals};
 
 /// The motions of a scene.
@@ -28,7 +28,7 @@ pub struct Motions<'a, 'f> {
 
 /// What is to be matched.
 struct Matched<'a> {
-    table: &'a Table,
+    table: &'a CsvTable,
     /// The output of each column.
     outputs: Vec<usize>,
     /// Where the times of the table are among all.
@@ -41,7 +41,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         varying: &'a Varying<'f>,
         experiment: Experiment,
         outputs: Vec<usize>,
-        table: Option<(&'a Table, Vec<usize>)>,
+        table: Option<(&'a CsvTable, Vec<usize>)>,
     ) -> Self {
         let grid: Vec<f64> = if outputs.is_empty() { Vec::new() } else { points(experiment).collect() };
         let measured = table.as_ref().map_or(&[][..], |(table, _)| table.times());
@@ -59,7 +59,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         motions
     }
 
-    fn along(&self, values: &[f64], from: Option<&State>) -> Result<Along, Failure> {
+    fn along(&self, values: &[f64], from: Option<&State>) -> Result<Along, AnalysisFailure> {
         self.varying.along(values, &self.times, from, self.most)
     }
 
@@ -67,7 +67,7 @@ impl<'a, 'f> Motions<'a, 'f> {
     ///
     /// # Errors
     /// There is no motion, it has no derivatives, or something has no value.
-    pub fn seen(&self, values: &[f64], from: Option<&State>) -> Result<(Seen, State), Failure> {
+    pub fn seen(&self, values: &[f64], from: Option<&State>) -> Result<(SeenCourses, State), AnalysisFailure> {
         let along = match (from, &self.home) {
             (Some(from), _) => self.along(values, Some(from))?,
             (None, Some(home)) => self.along(values, Some(home)).or_else(|_| self.along(values, None))?,
@@ -75,10 +75,10 @@ impl<'a, 'f> Motions<'a, 'f> {
         };
         let courses = self.outputs.iter().map(|&output| self.course(&along, output)).collect::<Result<_, _>>()?;
         let residuals = self.matched.as_ref().map(|own| own.residuals(&along, values.len()));
-        Ok((Seen { courses, residuals }, along.start))
+        Ok((SeenCourses { courses, residuals }, along.start))
     }
 
-    fn course(&self, along: &Along, output: usize) -> Result<Course, Failure> {
+    fn course(&self, along: &Along, output: usize) -> Result<Course, AnalysisFailure> {
         let times: Vec<f64> = self.grid.iter().map(|&row| self.times[row]).collect();
         let rows = || self.grid.iter().map(|&row| &along.rows[row]);
         let values = DVector::from_iterator(times.len(), rows().map(|(values, _)| values[output]));
@@ -89,7 +89,7 @@ impl<'a, 'f> Motions<'a, 'f> {
             None => Ok(Course { times, values, slopes }),
             Some(row) => {
                 let name = self.varying.outputs().nth(output).map_or("", |(name, _)| name);
-                Err(Failure::NotFinite { time: times[row], what: name.to_owned() })
+                Err(AnalysisFailure::NotFinite { time: times[row], what: name.to_owned() })
             }
         }
     }

@@ -11,7 +11,7 @@ const ROUNDS: usize = 20;
 
 /// `slope . x <= bound`
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct Inequality {
     pub slope: DVector<f64>,
     pub bound: f64,
 }
@@ -24,7 +24,7 @@ pub struct Least {
 }
 
 /// The least of `x.H x / 2 + g.x` under all rows; none if the rows contradict each other, or H is not positive.
-pub fn least(hessian: &DMatrix<f64>, gradient: &DVector<f64>, rows: &[Row]) -> Option<Least> {
+pub fn least(hessian: &DMatrix<f64>, gradient: &DVector<f64>, rows: &[Inequality]) -> Option<Least> {
     let factor = Cholesky::new(hessian.clone())?;
     let mut search = Dual { factor, rows, x: DVector::zeros(0), active: Vec::new(), multipliers: Vec::new() };
     search.x = -search.factor.solve(gradient);
@@ -37,7 +37,7 @@ pub fn least(hessian: &DMatrix<f64>, gradient: &DVector<f64>, rows: &[Row]) -> O
 
 struct Dual<'r> {
     factor: Cholesky<f64, Dyn>,
-    rows: &'r [Row],
+    rows: &'r [Inequality],
     x: DVector<f64>,
     active: Vec<usize>,
     multipliers: Vec<f64>,
@@ -52,7 +52,7 @@ impl Dual<'_> {
         system.view_mut((0, 0), (size, size)).copy_from(hessian);
         right.rows_mut(0, size).copy_from(&-gradient);
         for (place, &row) in self.active.iter().enumerate() {
-            let Row { slope, bound } = &self.rows[row];
+            let Inequality { slope, bound } = &self.rows[row];
             system.view_mut((0, size + place), (size, 1)).copy_from(slope);
             system.view_mut((size + place, 0), (1, size)).copy_from(&slope.transpose());
             right[size + place] = *bound;
@@ -75,7 +75,7 @@ impl Dual<'_> {
     /// The row that is violated most, by the size of its terms.
     fn worst(&self) -> Option<usize> {
         let share = |row: usize| {
-            let Row { slope, bound } = &self.rows[row];
+            let Inequality { slope, bound } = &self.rows[row];
             let size = bound.abs() + slope.iter().zip(self.x.iter()).map(|(a, x)| (a * x).abs()).sum::<f64>();
             let excess = self.excess(row);
             (excess > VIOLATED * size).then(|| excess / slope.norm().max(f64::MIN_POSITIVE))
@@ -138,8 +138,8 @@ impl Dual<'_> {
 mod tests {
     use super::*;
 
-    fn row(slope: &[f64], bound: f64) -> Row {
-        Row { slope: DVector::from_column_slice(slope), bound }
+    fn row(slope: &[f64], bound: f64) -> Inequality {
+        Inequality { slope: DVector::from_column_slice(slope), bound }
     }
 
     #[test]
@@ -178,8 +178,9 @@ mod tests {
             let hessian = root.tr_mul(&root) + 1e-3 * DMatrix::<f64>::identity(n, n);
             let gradient = DVector::from_fn(n, |_, _| random());
             // All rows hold at the origin.
-            let rows: Vec<Row> =
-                (0..m).map(|_| Row { slope: DVector::from_fn(n, |_, _| random()), bound: random().abs() }).collect();
+            let rows: Vec<Inequality> = (0..m)
+                .map(|_| Inequality { slope: DVector::from_fn(n, |_, _| random()), bound: random().abs() })
+                .collect();
             let found = least(&hessian, &gradient, &rows).unwrap();
             let push =
                 rows.iter().zip(&found.multipliers).fold(DVector::zeros(n), |sum, (row, by)| sum + *by * &row.slope);

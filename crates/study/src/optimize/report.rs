@@ -5,7 +5,7 @@ use cotree::report::data::{Cell, Report, Table, named, number, per, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Best, Ended, LimitAt, Optimum, Quantity};
+use super::{Best, Ended, LimitAt, Optimum, VariedQuantity};
 
 /// So many optima are shown.
 const SHOWN: usize = 10;
@@ -33,7 +33,7 @@ impl Best {
     }
 
     fn values_table(&self) -> Table {
-        let row = |own: &Quantity| {
+        let row = |own: &VariedQuantity| {
             let bound = if own.is_at_bound { "at its bound" } else { "" };
             row![own.name, number(own.start, &own.unit), number(own.value, &own.unit), unit(&own.unit), bound]
         };
@@ -117,7 +117,7 @@ impl Best {
             Ended::Stuck(None) => "short",
             Ended::Stuck(Some(_)) => "blocked",
         };
-        let quantity = |own: &Quantity| json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "at_bound": own.is_at_bound });
+        let quantity = |own: &VariedQuantity| json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "at_bound": own.is_at_bound });
         let limit = |own: &LimitAt| json!({ "limit": own.text, "unit": own.unit, "bound": own.bound, "value": own.value, "multiplier": own.multiplier });
         let optimum = |own: &Optimum| json!({ "goal": own.goal, "values": own.values, "reached": own.reached });
         let search = |own: &super::Search| json!({ "goal": own.goal, "values": own.values, "ended": own.ended });

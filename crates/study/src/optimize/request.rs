@@ -3,11 +3,11 @@
 use cotree::compile::quantity;
 use cotree::diagnostic::suggest;
 use cotree::model::{Experiment, Unit};
-use cotree::report::csv::Table;
+use cotree::report::csv::CsvTable;
 use cotree::typeset::short;
 
 use super::goal::{Goal, Limit, Relation};
-use super::search::{Condition, Found, Problem, Seen, Sum};
+use super::search::{EndPoint, GoalCondition, GoalSum, Problem, SeenCourses};
 use super::starts::{MOST_QUANTITIES, MOST_STARTS};
 use super::{LimitAt, MET};
 use crate::analysis::{Varied, Varying};
@@ -19,13 +19,13 @@ const ACTIVE: f64 = 1e-8;
 
 /// What is to be best, and within which limits.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct OptimizeRequest {
     /// What is varied.
     pub vary: Vec<Vary>,
     pub aim: Aim,
     pub limits: Vec<Limit>,
     /// One turn or stroke of an input, whose figures are measured; the experiment of the scene if absent.
-    pub turn: Option<motion::Request>,
+    pub turn: Option<motion::MotionRequest>,
     /// How many searches there are.
     pub starts: usize,
     /// The same one gives the same starts.
@@ -40,7 +40,7 @@ pub enum Aim {
     Least(Goal),
     Most(Goal),
     /// Outputs are to be as near as possible to these columns.
-    Match(Table),
+    Match(CsvTable),
 }
 
 /// The same, checked.
@@ -68,7 +68,7 @@ struct Bounded {
     bound: f64,
 }
 
-impl Request {
+impl OptimizeRequest {
     /// The variables that have to be among the outputs of the experiment.
     pub fn variables(&self) -> Vec<String> {
         if self.turn.is_some() { Vec::new() } else { self.measured() }
@@ -87,7 +87,7 @@ impl Request {
         names
     }
 
-    pub(super) fn table(&self) -> Option<&Table> {
+    pub(super) fn table(&self) -> Option<&CsvTable> {
         match &self.aim {
             Aim::Match(table) => Some(table),
             Aim::Least(_) | Aim::Most(_) => None,
@@ -127,7 +127,7 @@ impl Request {
                     outputs.len() - 1
                 })
             };
-            Sum { goal: goal.clone(), places: goal.terms.iter().map(term).collect() }
+            GoalSum { goal: goal.clone(), places: goal.terms.iter().map(term).collect() }
         };
         let sign = if matches!(self.aim, Aim::Most(_)) { -1.0 } else { 1.0 };
         let goal = self.goal().map(|goal| match sign < 0.0 {
@@ -222,7 +222,7 @@ fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, String> {
 }
 
 /// A limit as a condition of the problem.
-fn bounded(limit: &Limit, sum: Sum, known: &[(String, Unit)]) -> Result<(Bounded, Condition), String> {
+fn bounded(limit: &Limit, sum: GoalSum, known: &[(String, Unit)]) -> Result<(Bounded, GoalCondition), String> {
     let unit = common_unit(&limit.goal, known)?;
     let bound = quantity(&limit.bound, &unit)?;
     if !bound.is_finite() {
@@ -234,15 +234,15 @@ fn bounded(limit: &Limit, sum: Sum, known: &[(String, Unit)]) -> Result<(Bounded
         Relation::Equal => (1.0, true),
     };
     let scale = if bound == 0.0 { 1.0 } else { bound.abs() };
-    let condition = Condition { sum, sign, bound: sign * bound, is_equation, scale };
+    let condition = GoalCondition { sum, sign, bound: sign * bound, is_equation, scale };
     Ok((Bounded { text: limit.to_string(), unit: unit.si, bound }, condition))
 }
 
 impl Checked {
     /// The limits where a search ended.
-    pub fn limits_at<T>(&self, found: &Found<T>, seen: &Seen) -> Vec<LimitAt> {
+    pub fn limits_at<T>(&self, found: &EndPoint<T>, seen: &SeenCourses) -> Vec<LimitAt> {
         let conditions = self.problem.limits.iter().zip(&found.multipliers);
-        let at = |(own, (condition, multiplier)): (&Bounded, (&Condition, &f64))| {
+        let at = |(own, (condition, multiplier)): (&Bounded, (&GoalCondition, &f64))| {
             let is_active = condition.is_equation || multiplier * condition.scale > ACTIVE * found.goal.abs();
             LimitAt {
                 text: own.text.clone(),
@@ -256,10 +256,10 @@ impl Checked {
     }
 
     /// That no values meet the limits, and which the nearest ones miss.
-    pub fn nearest<T>(&self, found: &Found<T>, varying: &Varying) -> String {
+    pub fn nearest<T>(&self, found: &EndPoint<T>, varying: &Varying) -> String {
         let values = varying.parameters().iter().zip(&found.values);
         let values = values.map(|(own, value)| format!("{} = {} {}", own.name, short(*value), own.unit.si));
-        let missed = |(own, (condition, by)): (&Bounded, (&Condition, &f64))| {
+        let missed = |(own, (condition, by)): (&Bounded, (&GoalCondition, &f64))| {
             let text = || format!("`{}` by {} {}", own.text, short(by * condition.scale), own.unit);
             (*by > MET).then(|| text().trim_end().to_owned())
         };

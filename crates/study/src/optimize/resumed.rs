@@ -2,13 +2,13 @@
 
 use cotree::sheet::{Heading, Sheet, SheetError};
 
-use super::Request;
+use super::OptimizeRequest;
 
 /// The searches of a table that had a motion: their numbers, and where they ended, SI.
 ///
 /// # Errors
 /// What is no such table, or the table of another request.
-pub fn searched(text: &str, request: &Request) -> Result<Vec<(usize, Vec<f64>)>, SheetError> {
+pub fn searched(text: &str, request: &OptimizeRequest) -> Result<Vec<(usize, Vec<f64>)>, SheetError> {
     let sheet = Sheet::read(text)?;
     // The place of a column, and what one in it is in SI.
     let column = |wanted: &str| {

@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::course::{Course, Largest, Linear, Piece, parts};
+use super::course::{Course, Largest, Linear, SmoothPiece, parts};
 use super::goal::Goal;
-use super::quadratic::{Least, Row, least};
-use crate::analysis::Failure;
+use super::quadratic::{Inequality, Least, least};
+use crate::analysis::AnalysisFailure;
 use crate::fit::Residuals;
 
 /// How far the first step goes at most, as a share of each range.
@@ -40,8 +40,8 @@ const RIDGE: f64 = 1e-8;
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// None where residuals are to be small.
-    pub goal: Option<Sum>,
-    pub limits: Vec<Condition>,
+    pub goal: Option<GoalSum>,
+    pub limits: Vec<GoalCondition>,
     /// Of each quantity.
     pub bounds: Vec<[f64; 2]>,
     /// How much of each quantity is much.
@@ -50,15 +50,15 @@ pub struct Problem {
 
 /// A goal, and the courses that its measures are of.
 #[derive(Clone, Debug)]
-pub struct Sum {
+pub struct GoalSum {
     pub goal: Goal,
     pub places: Vec<usize>,
 }
 
 /// A sum with a sign that may not be above its bound, nor below it in an equation.
 #[derive(Clone, Debug)]
-pub struct Condition {
-    pub sum: Sum,
+pub struct GoalCondition {
+    pub sum: GoalSum,
     pub sign: f64,
     pub bound: f64,
     pub is_equation: bool,
@@ -68,14 +68,14 @@ pub struct Condition {
 
 /// What is seen of a motion.
 #[derive(Clone, Debug, Default)]
-pub struct Seen {
+pub struct SeenCourses {
     pub courses: Vec<Course>,
     pub residuals: Option<Residuals>,
 }
 
 /// Where the search ended, with what was evaluated beside.
 #[derive(Clone, Debug)]
-pub struct Found<T> {
+pub struct EndPoint<T> {
     pub values: Vec<f64>,
     pub beside: T,
     /// The goal, or the sum of the squares of the residuals.
@@ -101,20 +101,20 @@ pub enum Ended {
     Stuck(Option<String>),
 }
 
-impl<T> Found<T> {
+impl<T> EndPoint<T> {
     /// The largest violation, in the scale of its limit.
     pub fn violation(&self) -> f64 {
         self.beyond.iter().fold(0.0, |most, own| f64::max(most, *own))
     }
 }
 
-impl Sum {
-    fn parts(&self, sign: f64, is_equation: bool, seen: &Seen) -> Vec<Largest> {
+impl GoalSum {
+    fn parts(&self, sign: f64, is_equation: bool, seen: &SeenCourses) -> Vec<Largest> {
         parts(&self.goal, &self.places, sign, is_equation, &seen.courses)
     }
 
     /// Its value.
-    pub fn of(&self, seen: &Seen) -> Option<f64> {
+    pub fn of(&self, seen: &SeenCourses) -> Option<f64> {
         let largest = |own: Largest| {
             let values = own.iter().map(|piece| Some(piece.of(&seen.courses)?.value));
             values.reduce(|best, other| Some(best?.max(other?))).flatten()
@@ -123,7 +123,7 @@ impl Sum {
     }
 }
 
-impl Condition {
+impl GoalCondition {
     /// How far beyond its bound a value with the sign is, in the scale.
     fn beyond(&self, value: f64) -> f64 {
         let beyond = (value - self.bound) / self.scale;
@@ -133,13 +133,13 @@ impl Condition {
 
 impl Problem {
     /// The goal, and how far beyond its bound each limit is.
-    pub fn worth(&self, seen: &Seen) -> Option<(f64, Vec<f64>)> {
+    pub fn worth(&self, seen: &SeenCourses) -> Option<(f64, Vec<f64>)> {
         let squares = seen.residuals.as_ref().map_or(0.0, |own| own.values.norm_squared());
         let goal = match &self.goal {
             Some(sum) => sum.of(seen)?,
             None => squares,
         };
-        let beyond = |own: &Condition| Some(own.beyond(own.sign * own.sum.of(seen)?));
+        let beyond = |own: &GoalCondition| Some(own.beyond(own.sign * own.sum.of(seen)?));
         let beyond = self.limits.iter().map(beyond).collect::<Option<Vec<f64>>>()?;
         (goal.is_finite() && beyond.iter().all(|own| own.is_finite())).then_some((goal, beyond))
     }
@@ -153,12 +153,12 @@ pub fn search<T>(
     problem: &Problem,
     start: &[f64],
     most: usize,
-    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(Seen, T), Failure>,
+    mut evaluate: impl FnMut(&[f64], Option<&T>) -> Result<(SeenCourses, T), AnalysisFailure>,
     mut goes_on: impl FnMut() -> bool,
-) -> Result<Found<T>, Failure> {
+) -> Result<EndPoint<T>, AnalysisFailure> {
     let (seen, beside) = evaluate(start, None)?;
-    let (goal, beyond) = problem.worth(&seen).ok_or(Failure::Range)?;
-    let mut state = State {
+    let (goal, beyond) = problem.worth(&seen).ok_or(AnalysisFailure::Range)?;
+    let mut state = SearchState {
         problem,
         here: Here { values: DVector::from_column_slice(start), seen, beside, goal, beyond },
         curvature: DMatrix::zeros(start.len(), start.len()),
@@ -170,7 +170,7 @@ pub fn search<T>(
     };
     let (mut evaluations, mut last) = (1, (state.here.goal, state.here.beyond.clone(), 1));
     let ended = loop {
-        let model = Model::new(problem, &state.here.seen, &state.here.values).ok_or(Failure::Range)?;
+        let model = LinearModel::new(problem, &state.here.seen, &state.here.values).ok_or(AnalysisFailure::Range)?;
         if !goes_on() {
             break Ended::Stopped;
         }
@@ -190,8 +190,8 @@ pub fn search<T>(
         }
         state.try_step(&model, &step, &mut evaluations, &mut evaluate);
     };
-    let State { here, multipliers, .. } = state;
-    Ok(Found {
+    let SearchState { here, multipliers, .. } = state;
+    Ok(EndPoint {
         values: here.values.as_slice().to_vec(),
         beside: here.beside,
         goal: here.goal,
@@ -205,13 +205,13 @@ pub fn search<T>(
 /// Where the search is.
 struct Here<T> {
     values: DVector<f64>,
-    seen: Seen,
+    seen: SeenCourses,
     beside: T,
     goal: f64,
     beyond: Vec<f64>,
 }
 
-struct State<'p, T> {
+struct SearchState<'p, T> {
     problem: &'p Problem,
     here: Here<T>,
     /// Of the Lagrangian, in shares of the ranges.
@@ -231,10 +231,10 @@ struct Step {
     /// How much better the straight pieces with the curvature become.
     predicted: f64,
     /// Multipliers of pieces, for the curvature of the Lagrangian.
-    weights: Vec<(Piece, f64)>,
+    weights: Vec<(SmoothPiece, f64)>,
 }
 
-impl<T> State<'_, T> {
+impl<T> SearchState<'_, T> {
     fn cost(&self, goal: f64, beyond: &[f64]) -> f64 {
         goal + self.price * beyond.iter().sum::<f64>()
     }
@@ -245,7 +245,7 @@ impl<T> State<'_, T> {
     }
 
     /// Steps have become too short: is it a minimum all the same?
-    fn collapsed(&mut self, model: &Model) -> Ended {
+    fn collapsed(&mut self, model: &LinearModel) -> Ended {
         self.trust = NEAR[0];
         let cost = self.cost(self.here.goal, &self.here.beyond).abs();
         let is_flat = self.step(model, None).is_some_and(|step| step.predicted <= NEAR[1] * cost);
@@ -253,7 +253,7 @@ impl<T> State<'_, T> {
     }
 
     /// The best step within the trust; the price grows while that avoids more of the violations.
-    fn step(&mut self, model: &Model, first: Option<First>) -> Option<Step> {
+    fn step(&mut self, model: &LinearModel, first: Option<First>) -> Option<Step> {
         let steepest = model.steepest();
         self.price = self.price.max(PRICES[0] * steepest);
         if !self.is_curved && self.problem.goal.is_some() {
@@ -278,10 +278,10 @@ impl<T> State<'_, T> {
 
     fn try_step(
         &mut self,
-        model: &Model,
+        model: &LinearModel,
         step: &Step,
         evaluations: &mut usize,
-        evaluate: &mut impl FnMut(&[f64], Option<&T>) -> Result<(Seen, T), Failure>,
+        evaluate: &mut impl FnMut(&[f64], Option<&T>) -> Result<(SeenCourses, T), AnalysisFailure>,
     ) {
         let cost = self.cost(self.here.goal, &self.here.beyond);
         let mut trial = |state: &Self, change: &DVector<f64>| {
@@ -289,7 +289,7 @@ impl<T> State<'_, T> {
             let values = model.moved(&state.here.values, change);
             let (seen, beside) =
                 evaluate(values.as_slice(), Some(&state.here.beside)).map_err(|error| error.to_string())?;
-            let (goal, beyond) = state.problem.worth(&seen).ok_or_else(|| Failure::Range.to_string())?;
+            let (goal, beyond) = state.problem.worth(&seen).ok_or_else(|| AnalysisFailure::Range.to_string())?;
             Ok::<_, String>(Here { values, seen, beside, goal, beyond })
         };
         let gain = |state: &Self, there: &Here<T>| (cost - state.cost(there.goal, &there.beyond)) / step.predicted;
@@ -336,8 +336,8 @@ impl<T> State<'_, T> {
         }
         let ranges = DVector::from_column_slice(&self.problem.ranges);
         let change = (&there.values - &self.here.values).component_div(&ranges);
-        let slope = |seen: &Seen| {
-            let of = |(piece, weight): &(Piece, f64)| Some(*weight * piece.of(&seen.courses)?.slope);
+        let slope = |seen: &SeenCourses| {
+            let of = |(piece, weight): &(SmoothPiece, f64)| Some(*weight * piece.of(&seen.courses)?.slope);
             let sum = step.weights.iter().map(of).try_fold(DVector::zeros(change.len()), |sum, own| Some(sum + own?));
             sum.map(|sum| sum.component_mul(&ranges))
         };
@@ -364,22 +364,22 @@ impl<T> State<'_, T> {
 }
 
 /// Pieces as they are straight around a place, slopes in shares of the ranges.
-struct Model<'p> {
+struct LinearModel<'p> {
     problem: &'p Problem,
     count: usize,
     /// How far each quantity can go down and up, in shares of its range.
     room: Vec<[f64; 2]>,
-    goal: Vec<Vec<(Piece, Linear)>>,
-    limits: Vec<Vec<Vec<(Piece, Linear)>>>,
+    goal: Vec<Vec<(SmoothPiece, Linear)>>,
+    limits: Vec<Vec<Vec<(SmoothPiece, Linear)>>>,
     /// The slope of the sum of squares, and its curvature after Gauss and Newton.
     gradient: Option<DVector<f64>>,
     squares: Option<DMatrix<f64>>,
 }
 
-impl<'p> Model<'p> {
-    fn new(problem: &'p Problem, seen: &Seen, values: &DVector<f64>) -> Option<Self> {
+impl<'p> LinearModel<'p> {
+    fn new(problem: &'p Problem, seen: &SeenCourses, values: &DVector<f64>) -> Option<Self> {
         let ranges = DVector::from_column_slice(&problem.ranges);
-        let straight = |piece: Piece| {
+        let straight = |piece: SmoothPiece| {
             let Linear { value, slope } = piece.of(&seen.courses)?;
             let linear = Linear { value, slope: slope.component_mul(&ranges) };
             linear.slope.iter().all(|own| own.is_finite()).then_some((piece, linear))
@@ -389,7 +389,7 @@ impl<'p> Model<'p> {
             parts.into_iter().map(largest).collect::<Option<Vec<_>>>()
         };
         let goal = problem.goal.as_ref().map_or(Some(Vec::new()), |sum| all(sum.parts(1.0, false, seen)))?;
-        let of = |own: &Condition| all(own.sum.parts(own.sign, own.is_equation, seen));
+        let of = |own: &GoalCondition| all(own.sum.parts(own.sign, own.is_equation, seen));
         let limits = problem.limits.iter().map(of).collect::<Option<_>>()?;
         let (mut gradient, mut squares) = (None, None);
         if let (None, Some(residuals)) = (&problem.goal, &seen.residuals) {
@@ -401,7 +401,7 @@ impl<'p> Model<'p> {
             [low - values[index], high - values[index]].map(|way| way / problem.ranges[index])
         };
         let room = problem.bounds.iter().enumerate().map(room).collect();
-        Some(Model { problem, count: values.len(), room, goal, limits, gradient, squares })
+        Some(LinearModel { problem, count: values.len(), room, goal, limits, gradient, squares })
     }
 
     /// Does a second step help: are there limits or largest pieces?
@@ -425,7 +425,7 @@ impl<'p> Model<'p> {
 
     /// The sum of the violations behind a step, straight.
     fn violation(&self, change: &DVector<f64>) -> f64 {
-        let beyond = |(own, parts): (&Condition, &Vec<Vec<(Piece, Linear)>>)| own.beyond(sum(parts, change));
+        let beyond = |(own, parts): (&GoalCondition, &Vec<Vec<(SmoothPiece, Linear)>>)| own.beyond(sum(parts, change));
         self.problem.limits.iter().zip(&self.limits).map(beyond).sum()
     }
 
@@ -438,7 +438,7 @@ impl<'p> Model<'p> {
     /// The best step, and what the limits push. With what is seen at the end of a first step, the pieces have the values that lead there.
     fn step(&self, curvature: &DMatrix<f64>, price: f64, trust: f64, first: Option<First>) -> Option<(Step, Vec<f64>)> {
         let unit = self.steepest();
-        let mut system = System::new(self, unit, price / unit, first);
+        let mut system = StepProblem::new(self, unit, price / unit, first);
         system.curve(curvature, unit);
         system.within(trust, &self.room);
         let Least { x, multipliers } = least(&system.hessian, &system.gradient, &system.rows)?;
@@ -458,8 +458,8 @@ impl<'p> Model<'p> {
 }
 
 /// The sum of the largest of straight pieces.
-fn sum(parts: &[Vec<(Piece, Linear)>], change: &DVector<f64>) -> f64 {
-    let largest = |own: &Vec<(Piece, Linear)>| {
+fn sum(parts: &[Vec<(SmoothPiece, Linear)>], change: &DVector<f64>) -> f64 {
+    let largest = |own: &Vec<(SmoothPiece, Linear)>| {
         own.iter().map(|(_, own)| own.value + own.slope.dot(change)).fold(f64::MIN, f64::max)
     };
     parts.iter().map(largest).sum()
@@ -467,14 +467,14 @@ fn sum(parts: &[Vec<(Piece, Linear)>], change: &DVector<f64>) -> f64 {
 
 /// The quadratic problem of a step, in units of the steepest slope. Unknown are the change, by how much the height of each group of several pieces changes, and how far beyond its bound each
 /// limit is.
-struct System {
+struct StepProblem {
     hessian: DMatrix<f64>,
     gradient: DVector<f64>,
-    rows: Vec<Row>,
+    rows: Vec<Inequality>,
     /// For each row its pieces, with what one of the row's multiplier is of each.
-    pieces: Vec<Vec<(Piece, f64)>>,
+    pieces: Vec<Vec<(SmoothPiece, f64)>>,
     /// Pieces of the goal that stand alone.
-    alone: Vec<Piece>,
+    alone: Vec<SmoothPiece>,
     /// The row of each limit, and the opposite one of an equation.
     of_limit: Vec<(usize, Option<usize>)>,
     /// The next height.
@@ -482,15 +482,15 @@ struct System {
 }
 
 /// What is seen at the end of a first step, and that step.
-type First<'a> = (&'a Seen, &'a DVector<f64>);
+type First<'a> = (&'a SeenCourses, &'a DVector<f64>);
 
-impl System {
-    fn new(model: &Model, unit: f64, price: f64, first: Option<First>) -> Self {
-        let groups = |parts: &[Vec<(Piece, Linear)>]| parts.iter().filter(|own| own.len() > 1).count();
+impl StepProblem {
+    fn new(model: &LinearModel, unit: f64, price: f64, first: Option<First>) -> Self {
+        let groups = |parts: &[Vec<(SmoothPiece, Linear)>]| parts.iter().filter(|own| own.len() > 1).count();
         let heights = groups(&model.goal) + model.limits.iter().map(|own| groups(own)).sum::<usize>();
         let (count, limits) = (model.count, model.limits.len());
         let size = count + heights + limits;
-        let mut system = System {
+        let mut system = StepProblem {
             hessian: DMatrix::zeros(size, size),
             gradient: DVector::zeros(size),
             rows: Vec::new(),
@@ -519,19 +519,24 @@ impl System {
         for beyond in count + heights..size {
             let mut slope = DVector::zeros(size);
             slope[beyond] = -1.0;
-            system.push(Row { slope, bound: 0.0 }, Vec::new());
+            system.push(Inequality { slope, bound: 0.0 }, Vec::new());
             (system.gradient[beyond], system.hessian[(beyond, beyond)]) = (price, BENT * price);
         }
         system
     }
 
-    fn push(&mut self, row: Row, pieces: Vec<(Piece, f64)>) {
+    fn push(&mut self, row: Inequality, pieces: Vec<(SmoothPiece, f64)>) {
         self.rows.push(row);
         self.pieces.push(pieces);
     }
 
     /// The height of a group of several pieces, above which none of them may be. Its pieces have this scale, and count so much in the goal.
-    fn group(&mut self, group: &[(Piece, Linear)], [scale, weight]: [f64; 2], first: Option<First>) -> Option<usize> {
+    fn group(
+        &mut self,
+        group: &[(SmoothPiece, Linear)],
+        [scale, weight]: [f64; 2],
+        first: Option<First>,
+    ) -> Option<usize> {
         if group.len() < 2 {
             return None;
         }
@@ -544,21 +549,21 @@ impl System {
             slope.rows_mut(0, own.slope.len()).axpy(1.0 / scale, &own.slope, 0.0);
             slope[height] = -1.0;
             let bound = (now - value(piece, own, first)) / scale;
-            self.push(Row { slope, bound }, vec![(piece.clone(), weight)]);
+            self.push(Inequality { slope, bound }, vec![(piece.clone(), weight)]);
         }
         Some(height)
     }
 
     fn limit(
         &mut self,
-        own: &Condition,
-        parts: &[Vec<(Piece, Linear)>],
+        own: &GoalCondition,
+        parts: &[Vec<(SmoothPiece, Linear)>],
         unit: f64,
         first: Option<First>,
         beyond: usize,
     ) {
         let weight = unit / own.scale;
-        let mut row = Row { slope: DVector::zeros(self.gradient.len()), bound: own.bound / own.scale };
+        let mut row = Inequality { slope: DVector::zeros(self.gradient.len()), bound: own.bound / own.scale };
         let mut pieces = Vec::new();
         for group in parts {
             match self.group(group, [own.scale, weight], first) {
@@ -578,7 +583,7 @@ impl System {
         let mut both = vec![(row, pieces)];
         if own.is_equation {
             let (row, pieces) = &both[0];
-            let opposite = Row { slope: -&row.slope, bound: -row.bound };
+            let opposite = Inequality { slope: -&row.slope, bound: -row.bound };
             both.push((opposite, pieces.iter().map(|(piece, weight)| (piece.clone(), -weight)).collect()));
         }
         let first = self.rows.len();
@@ -603,13 +608,13 @@ impl System {
             for (sign, most) in [(1.0, up.min(trust)), (-1.0, (-down).min(trust))] {
                 let mut slope = DVector::zeros(self.gradient.len());
                 slope[index] = sign;
-                self.push(Row { slope, bound: most.max(0.0) }, Vec::new());
+                self.push(Inequality { slope, bound: most.max(0.0) }, Vec::new());
             }
         }
     }
 
     /// What each piece counts in the Lagrangian.
-    fn weights(&self, multipliers: &[f64]) -> Vec<(Piece, f64)> {
+    fn weights(&self, multipliers: &[f64]) -> Vec<(SmoothPiece, f64)> {
         let alone = self.alone.iter().map(|piece| (piece.clone(), 1.0));
         let rows = self.pieces.iter().zip(multipliers).filter(|(_, multiplier)| **multiplier > 0.0);
         let pushed = rows
@@ -619,7 +624,7 @@ impl System {
 }
 
 /// The value of a piece at the beginning of a step; after a first one that from which the straight piece leads to what was seen there.
-fn value(piece: &Piece, own: &Linear, first: Option<First>) -> f64 {
+fn value(piece: &SmoothPiece, own: &Linear, first: Option<First>) -> f64 {
     let seen = first.and_then(|(seen, change)| Some(piece.of(&seen.courses)?.value - own.slope.dot(change)));
     seen.unwrap_or(own.value)
 }
@@ -641,16 +646,16 @@ mod tests {
         }
     }
 
-    fn sum(text: &str, place: usize) -> Sum {
+    fn sum(text: &str, place: usize) -> GoalSum {
         let goal: Goal = text.parse().unwrap();
         let places = vec![place; goal.terms.len()];
-        Sum { goal, places }
+        GoalSum { goal, places }
     }
 
     fn problem(goal: Option<&str>, limits: &[(&str, usize, Relation, f64)], bounds: &[[f64; 2]]) -> Problem {
         let limit = |&(text, place, relation, bound): &(&str, usize, Relation, f64)| {
             let sign = if relation == Relation::AtLeast { -1.0 } else { 1.0 };
-            Condition {
+            GoalCondition {
                 sum: sum(text, place),
                 sign,
                 bound: sign * bound,
@@ -666,9 +671,9 @@ mod tests {
         }
     }
 
-    fn found(problem: &Problem, start: &[f64], rows: impl Fn(&[f64]) -> Vec<Vec<(f64, Vec<f64>)>>) -> Found<()> {
+    fn found(problem: &Problem, start: &[f64], rows: impl Fn(&[f64]) -> Vec<Vec<(f64, Vec<f64>)>>) -> EndPoint<()> {
         let evaluate = |x: &[f64], _: Option<&()>| {
-            Ok((Seen { courses: rows(x).iter().map(|own| course(own)).collect(), residuals: None }, ()))
+            Ok((SeenCourses { courses: rows(x).iter().map(|own| course(own)).collect(), residuals: None }, ()))
         };
         search(problem, start, 300, evaluate, || true).unwrap()
     }
@@ -766,17 +771,20 @@ mod tests {
     #[test]
     fn places_without_a_motion_are_avoided() {
         let evaluate = |x: &[f64], _: Option<&()>| match x[0] < 1.0 {
-            true => Err(Failure::Range),
+            true => Err(AnalysisFailure::Range),
             false => Ok((
-                Seen { courses: vec![course(&[((x[0] - 1.5).powi(2), vec![2.0 * (x[0] - 1.5)])])], residuals: None },
+                SeenCourses {
+                    courses: vec![course(&[((x[0] - 1.5).powi(2), vec![2.0 * (x[0] - 1.5)])])],
+                    residuals: None,
+                },
                 (),
             )),
         };
         let found = search(&problem(Some("x"), &[], &[OPEN]), &[9.0], 100, evaluate, || true).unwrap();
         assert!(found.ended == Ended::Settled && (found.values[0] - 1.5).abs() < 1e-6, "{found:?}");
         let evaluate = |x: &[f64], _: Option<&()>| match x[0] < 1.0 {
-            true => Err(Failure::Range),
-            false => Ok((Seen { courses: vec![course(&[(x[0], vec![1.0])])], residuals: None }, ())),
+            true => Err(AnalysisFailure::Range),
+            false => Ok((SeenCourses { courses: vec![course(&[(x[0], vec![1.0])])], residuals: None }, ())),
         };
         let found = search(&problem(Some("x"), &[], &[OPEN]), &[9.0], 200, evaluate, || true).unwrap();
         assert!(matches!(found.ended, Ended::Stuck(Some(_))), "{found:?}");

@@ -6,8 +6,8 @@ use cotree::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
 use super::course::Course;
-use super::search::Seen;
-use crate::analysis::{Failure, Study};
+use super::search::SeenCourses;
+use crate::analysis::{AnalysisFailure, Study};
 use crate::motion::{self, Figures};
 
 /// Differences are over this share of the range of a quantity: its square and the errors of the figures over it are both far below what a search needs.
@@ -20,7 +20,7 @@ pub struct Turns<'a> {
     pub scene: &'a Scene,
     /// What else was set.
     pub study: &'a Study,
-    pub request: &'a motion::Request,
+    pub request: &'a motion::MotionRequest,
     pub names: Vec<String>,
     pub bounds: Vec<[f64; 2]>,
     pub ranges: Vec<f64>,
@@ -39,15 +39,19 @@ struct Figure {
 ///
 /// # Errors
 /// There is no turn.
-pub fn known(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Vec<(String, Unit)>, Failure> {
+pub fn known(
+    scene: &Scene,
+    study: &Study,
+    request: &motion::MotionRequest,
+) -> Result<Vec<(String, Unit)>, AnalysisFailure> {
     let figures = figures_of(&turned(scene, study, request)?);
     // A unit such as `1/rad` has no name of its own: numbers in it are bare.
     let unit = |text: String| compile::unit(&text).unwrap_or_else(|_| Unit { si: text, ..Unit::default() });
     Ok(figures.into_iter().map(|own| (own.name, unit(own.unit))).collect())
 }
 
-fn turned(scene: &Scene, study: &Study, request: &motion::Request) -> Result<Figures, Failure> {
-    motion::table_of(scene, study.mechanism(), request).map_err(|error| Failure::Turn(error.to_string()))
+fn turned(scene: &Scene, study: &Study, request: &motion::MotionRequest) -> Result<Figures, AnalysisFailure> {
+    motion::table_of(scene, study.mechanism(), request).map_err(|error| AnalysisFailure::Turn(error.to_string()))
 }
 
 /// The columns of the table, and what is one number for the whole turn.
@@ -76,7 +80,7 @@ impl Turns<'_> {
     ///
     /// # Errors
     /// There is no such turn, or none beside it.
-    pub fn seen(&self, values: &[f64]) -> Result<Seen, Failure> {
+    pub fn seen(&self, values: &[f64]) -> Result<SeenCourses, AnalysisFailure> {
         let (times, here) = self.measured(values)?;
         let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|own| DMatrix::zeros(own.len(), values.len())).collect();
         for quantity in 0..values.len() {
@@ -90,7 +94,7 @@ impl Turns<'_> {
             for (figure, own) in here.iter().enumerate() {
                 let alike = [&at_p, &at_q].iter().all(|other| other[figure].len() == own.len());
                 if !alike {
-                    return Err(Failure::Turn(format!(
+                    return Err(AnalysisFailure::Turn(format!(
                         "`{}` is there for other poses beside these values",
                         self.measured[figure]
                     )));
@@ -109,8 +113,10 @@ impl Turns<'_> {
         let courses: Vec<Course> = courses.collect();
         let infinite = |own: &Course| own.values.iter().chain(own.slopes.iter()).any(|own| !own.is_finite());
         match courses.iter().position(infinite) {
-            None => Ok(Seen { courses, residuals: None }),
-            Some(figure) => Err(Failure::Turn(format!("`{}` has no finite value somewhere", self.measured[figure]))),
+            None => Ok(SeenCourses { courses, residuals: None }),
+            Some(figure) => {
+                Err(AnalysisFailure::Turn(format!("`{}` has no finite value somewhere", self.measured[figure])))
+            }
         }
     }
 
@@ -126,10 +132,10 @@ impl Turns<'_> {
     }
 
     /// The input at each sample, and the values of each figure.
-    fn measured(&self, values: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Failure> {
+    fn measured(&self, values: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), AnalysisFailure> {
         let mut study = self.study.clone();
         for (name, value) in self.names.iter().zip(values) {
-            study.set(name, |_| Ok(*value)).map_err(|message| Failure::Unknown(vec![message]))?;
+            study.set(name, |_| Ok(*value)).map_err(|message| AnalysisFailure::Unknown(vec![message]))?;
         }
         let figures = turned(self.scene, &study, self.request)?;
         let inputs = figures.table.first().map_or(Vec::new(), |own| own.values.clone());
@@ -138,7 +144,7 @@ impl Turns<'_> {
             let found = all.iter().find(|own| own.name == *name).map(|own| own.values.clone());
             found
                 .filter(|own| !own.is_empty())
-                .ok_or_else(|| Failure::Turn(format!("there is no `{name}` with these values")))
+                .ok_or_else(|| AnalysisFailure::Turn(format!("there is no `{name}` with these values")))
         };
         Ok((inputs, self.measured.iter().map(of).collect::<Result<_, _>>()?))
     }

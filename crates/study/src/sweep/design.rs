@@ -3,14 +3,14 @@
 use cotree::export::description::Description;
 use cotree::run::Settings;
 
-use super::factor::{Factor, Values};
+use super::factor::{DesignFactor, Values};
 use super::sample::{Sampling, drawn};
 use super::table;
 
 /// The runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    factors: Vec<Factor>,
+    factors: Vec<DesignFactor>,
     runs: Runs,
 }
 
@@ -32,10 +32,10 @@ impl Design {
     ///
     /// # Errors
     /// A factor has no levels but a range, is there twice, or there are too many combinations.
-    pub fn grid(factors: Vec<Factor>) -> Result<Self, String> {
+    pub fn grid(factors: Vec<DesignFactor>) -> Result<Self, String> {
         different(&factors)?;
         let mut count: usize = 1;
-        for Factor { name, values, .. } in &factors {
+        for DesignFactor { name, values, .. } in &factors {
             let Values::Levels(levels) = values else {
                 let help = "give a count, as in 0.4..0.6:21, or draw runs at random";
                 return Err(format!("`{name}` has a range but no values: {help}"));
@@ -49,7 +49,7 @@ impl Design {
     ///
     /// # Errors
     /// A factor is there twice, or there are no runs or too many.
-    pub fn random(factors: Vec<Factor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, String> {
+    pub fn random(factors: Vec<DesignFactor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, String> {
         different(&factors)?;
         if !(1..=MOST_RUNS).contains(&count) {
             return Err(if count == 0 { "0 runs are none: draw at least one".to_owned() } else { too_many() });
@@ -63,7 +63,7 @@ impl Design {
     ///
     /// # Errors
     /// Everything that is wrong with the table, with its lines.
-    pub fn table(description: &Description, text: &str, constant: Vec<Factor>) -> Result<Self, Vec<String>> {
+    pub fn table(description: &Description, text: &str, constant: Vec<DesignFactor>) -> Result<Self, Vec<String>> {
         let (mut factors, mut columns) = table::columns(description, text)?;
         let count = columns.first().map_or(0, Vec::len);
         for factor in constant {
@@ -77,7 +77,7 @@ impl Design {
         Ok(Design { factors, runs: Runs::Columns(columns, count) })
     }
 
-    pub fn factors(&self) -> &[Factor] {
+    pub fn factors(&self) -> &[DesignFactor] {
         &self.factors
     }
 
@@ -131,9 +131,10 @@ impl Design {
     }
 }
 
-fn different(factors: &[Factor]) -> Result<(), String> {
-    let again =
-        |(index, factor): (usize, &Factor)| factors[..index].iter().any(|other| other.variable == factor.variable);
+fn different(factors: &[DesignFactor]) -> Result<(), String> {
+    let again = |(index, factor): (usize, &DesignFactor)| {
+        factors[..index].iter().any(|other| other.variable == factor.variable)
+    };
     match factors.iter().enumerate().find(|&place| again(place)) {
         Some((_, factor)) => Err(format!("`{}` is given twice", factor.name)),
         None => Ok(()),

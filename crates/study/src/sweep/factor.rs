@@ -7,7 +7,7 @@ use cotree::run::settings;
 
 /// A parameter, constant input or initial value that is varied.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Factor {
+pub struct DesignFactor {
     /// Index of the variable.
     pub variable: usize,
     pub name: String,
@@ -31,7 +31,7 @@ pub enum Values {
 /// More levels than this are a mistake.
 const MOST_LEVELS: usize = 10_000_000;
 
-impl Factor {
+impl DesignFactor {
     /// Reads `name=values`: `1,1.2`, `0.4..0.6:21` (so many, both ends among them), `0.4..0.6` (any between), `0.5+-0.01` (any within), `0.5~0.01` (normal); tolerances may be
     /// shares, as in `0.5+-2%`. Numbers may have units: `"400..600 mm:21"`.
     ///
@@ -45,7 +45,7 @@ impl Factor {
         for value in values.bounds() {
             settings::permitted(known, value).map_err(|message| format!("{value:?} {message}"))?;
         }
-        Ok(Factor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values })
+        Ok(DesignFactor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values })
     }
 }
 

@@ -22,8 +22,8 @@ use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 pub use design::Design;
-pub use factor::{Factor, Values};
-pub use record::{Record, RecordError, begin, write};
+pub use factor::{DesignFactor, Values};
+pub use record::{RecordError, SweepRecord, begin, write};
 pub use sample::Sampling;
 
 /// Rows are handed over about as often.

@@ -12,7 +12,7 @@ use super::{Outcome, Sweep};
 
 /// The table of a sweep in a file. Until it is finished it is called `NAME.part`; its first line there says which sweep it belongs to.
 #[derive(Debug)]
-pub struct Record {
+pub struct SweepRecord {
     out: BufWriter<File>,
     part: PathBuf,
     place: PathBuf,
@@ -55,7 +55,7 @@ pub fn write(out: &mut impl Write, sweep: &Sweep, first: usize, outcomes: &[Outc
     out.flush()
 }
 
-impl Record {
+impl SweepRecord {
     /// Begins the table, or continues one that was stopped.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl Record {
             let mut out = BufWriter::new(file);
             out.write_all(first.as_bytes()).map_err(failed)?;
             begin(&mut out, sweep).and_then(|()| out.flush()).map_err(failed)?;
-            return Ok(Record { out, part, place: place.to_owned(), head, done: 0 });
+            return Ok(SweepRecord { out, part, place: place.to_owned(), head, done: 0 });
         }
         if !resume {
             return Err(RecordError::Unfinished(part));
@@ -83,7 +83,7 @@ impl Record {
         };
         // A last line that was cut off is written anew.
         file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
-        Ok(Record { out: BufWriter::new(file), part, place: place.to_owned(), head, done })
+        Ok(SweepRecord { out: BufWriter::new(file), part, place: place.to_owned(), head, done })
     }
 
     /// How many runs have been kept.

@@ -6,20 +6,20 @@ use cotree::model::Unit;
 use cotree::run::settings;
 use cotree::sheet::{Heading, Sheet, SheetError};
 
-use super::factor::{Factor, Values};
+use super::factor::{DesignFactor, Values};
 
 /// More faults than these are not listed.
 const MOST_FAULTS: usize = 20;
 
 /// A column: what it sets, and the unit of its bare numbers if the header names one.
-struct Column {
-    factor: Factor,
+struct FactorColumn {
+    factor: DesignFactor,
     unit: Option<Unit>,
     values: Vec<f64>,
 }
 
 /// Factors and their values, a column for each.
-type Columns = (Vec<Factor>, Vec<Vec<f64>>);
+type Columns = (Vec<DesignFactor>, Vec<Vec<f64>>);
 
 /// The columns of a table.
 ///
@@ -34,9 +34,9 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Str
     let (mut wrong, units) = (Vec::new(), description.units());
     let read =
         |own: &Heading| column(description, own.of_variable(|name| units.get(name).copied().cloned()), &own.text);
-    let found: Vec<Option<Column>> =
+    let found: Vec<Option<FactorColumn>> =
         headings.iter().map(|own| read(own).map_err(|message| wrong.push(message)).ok()).collect();
-    let mut columns: Vec<Column> = found.into_iter().flatten().collect();
+    let mut columns: Vec<FactorColumn> = found.into_iter().flatten().collect();
     if columns.len() < headings.len() {
         return Err(wrong); // what their values mean is not known
     }
@@ -70,7 +70,7 @@ fn column(
     description: &Description,
     named: Result<(String, Option<Unit>), SheetError>,
     heading: &str,
-) -> Result<Column, String> {
+) -> Result<FactorColumn, String> {
     let (name, unit) = named.map_err(|error| error.to_string())?;
     let variable = settings::settable(description, &name)?;
     let known = &description.variables[variable];
@@ -78,12 +78,12 @@ fn column(
         return Err(format!("the column `{heading}` is in {}, not in {}", unit.shown(), known.unit.si));
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
-    let factor = Factor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
-    Ok(Column { factor, unit, values: Vec::new() })
+    let factor = DesignFactor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
+    Ok(FactorColumn { factor, unit, values: Vec::new() })
 }
 
 /// A value, SI: a number in the unit of its column, or one with a unit of its own.
-fn value(description: &Description, text: &str, column: &Column) -> Result<f64, String> {
+fn value(description: &Description, text: &str, column: &FactorColumn) -> Result<f64, String> {
     let variable = &description.variables[column.factor.variable];
     let factor = column.unit.as_ref().and_then(|unit| unit.display.as_ref()).map_or(1.0, |display| display.factor);
     let value = match text.parse::<f64>() {

@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use cotree::scene::Faults;
-use cotree::task::{Choose, Kind, Task};
+use cotree::task::{Choose, Task, TaskKind};
 use cotree::typeset::number;
-use cotree_synthesis::path::{Effort, Follower, Path, followers};
+use cotree_synthesis::path::{CouplerPath, Follower, PathEffort, followers};
 use cotree_synthesis::stroke::{self, NoStroke, Stroke};
 use cotree_synthesis::{
-    Condition, Coupler, Dyad, Family, Limits, Linkage, Pair, Point, Pose, Region, Special, Zero, circle_dyad,
+    Condition, Coupler, Dyad, Family, Linkage, LinkageLimits, Pair, Point, Pose, Region, Special, Zero, circle_dyad,
     coupler_cognates, couplers, dyads, extent, nearest_couplers, nearest_dyads, nearest_slider_cranks, slider_cranks,
     special,
 };
 
-use super::{Candidate, Found, MET};
+use super::{CandidateLinkage, Candidates, MET};
 
 /// Of sampled families and of what is met nearly, so many are shown.
 const SHOWN: usize = 12;
@@ -26,16 +26,16 @@ const ALIKE: f64 = 1e-9;
 /// A bar that is longer than this many sizes of the task is a slider in all but name.
 const LONGEST: f64 = 1e3;
 
-pub fn of(task: &Task, limits: &Limits) -> Result<Found, Faults> {
+pub fn of(task: &Task, limits: &LinkageLimits) -> Result<Candidates, Faults> {
     match &task.kind {
-        Kind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
-        Kind::Function { input, output, is_slider, zero, ground } => {
+        TaskKind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
+        TaskKind::Function { input, output, is_slider, zero, ground } => {
             let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
             function(task, &pairs, *is_slider, Zero { input: zero[0], output: zero[1] }, *ground)
         }
-        Kind::Path { points, closed, crank, pivots } => {
+        TaskKind::Path { points, closed, crank, pivots } => {
             let at = |[x, y]: [f64; 2]| Point::new(x, y);
-            let path = Path {
+            let path = CouplerPath {
                 points: points.iter().map(|own| at(*own)).collect(),
                 closed: *closed,
                 crank: crank.clone(),
@@ -44,7 +44,7 @@ pub fn of(task: &Task, limits: &Limits) -> Result<Found, Faults> {
             refuse_special_path(task, &path)?;
             Ok(path_followers(&path))
         }
-        Kind::Stroke { crank_turn, way, is_slider, offset, ground } => {
+        TaskKind::Stroke { crank_turn, way, is_slider, offset, ground } => {
             let found = if *is_slider {
                 slider_stroke(limits, *crank_turn, *way, *offset)
             } else {
@@ -55,17 +55,17 @@ pub fn of(task: &Task, limits: &Limits) -> Result<Found, Faults> {
     }
 }
 
-fn found(dyads: Vec<Dyad>, candidates: Vec<Candidate>, most: Option<usize>) -> Found {
-    Found { dyads, candidates, most, left_out: BTreeMap::new() }
+fn found(dyads: Vec<Dyad>, candidates: Vec<CandidateLinkage>, most: Option<usize>) -> Candidates {
+    Candidates { dyads, candidates, most, left_out: BTreeMap::new() }
 }
 
 fn poses(
     task: &Task,
-    limits: &Limits,
+    limits: &LinkageLimits,
     at: &[[f64; 3]],
     tolerance: Option<&[f64]>,
     weight: Option<&[f64]>,
-) -> Result<Found, Faults> {
+) -> Result<Candidates, Faults> {
     let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
     refuse_special(task, &poses)?;
     let nearly = poses.len() > 5 || tolerance.is_some() || weight.is_some();
@@ -120,7 +120,7 @@ fn refuse_special(task: &Task, poses: &[Pose]) -> Result<(), Faults> {
 }
 
 /// Points that are the same where no crank tells them apart, and pivots that are.
-fn refuse_special_path(task: &Task, path: &Path) -> Result<(), Faults> {
+fn refuse_special_path(task: &Task, path: &CouplerPath) -> Result<(), Faults> {
     let (_, size) = extent(path.points.iter().copied());
     let alike = |a: Point, b: Point| (a - b).norm() <= ALIKE * size;
     let twice = path.points.windows(2).position(|two| alike(two[0], two[1])).filter(|_| path.crank.is_none());
@@ -145,7 +145,7 @@ fn of_family(task: &Task, family: Family) -> Faults {
 }
 
 /// Dyads of two to four poses: those that are chosen, and those that are tried.
-struct Sampled {
+struct SampledDyads {
     chosen: Vec<Dyad>,
     free: Vec<Dyad>,
     only_chosen: bool,
@@ -167,7 +167,7 @@ fn grid([low, high]: [Point; 2], count: usize) -> Vec<Point> {
     (0..count * count).map(|k| at(k / count, k % count)).collect()
 }
 
-fn sampled(task: &Task, limits: &Limits, poses: &[Pose]) -> Result<Sampled, Faults> {
+fn sampled(task: &Task, limits: &LinkageLimits, poses: &[Pose]) -> Result<SampledDyads, Faults> {
     let (middle, size) = extent(poses.iter().map(|pose| pose.at));
     let ground = region(limits.ground.as_ref(), middle, size);
     let moving = region(limits.moving.as_ref(), Point::new(0.0, 0.0), size);
@@ -207,7 +207,7 @@ fn sampled(task: &Task, limits: &Limits, poses: &[Pose]) -> Result<Sampled, Faul
         return Err(task.fault(&message, "widen `ground`, `moving` or `length` of `[limits]`"));
     }
     let only_chosen = choose.lines.is_empty() && chosen.len() >= 2;
-    Ok(Sampled { chosen, free, only_chosen })
+    Ok(SampledDyads { chosen, free, only_chosen })
 }
 
 /// Bars to the pivots on the line between two places of a pin.
@@ -278,7 +278,7 @@ fn chosen(task: &Task, choose: &Choose, poses: &[Pose]) -> Result<Vec<Dyad>, Fau
 }
 
 /// All pairs of a first and a second dyad, each pair once, with the body exactly on both.
-fn paired(all: Vec<Dyad>, first: &[usize], second: &[usize], poses: &[Pose], most: Option<usize>) -> Found {
+fn paired(all: Vec<Dyad>, first: &[usize], second: &[usize], poses: &[Pose], most: Option<usize>) -> Candidates {
     let mut candidates = Vec::new();
     for (place, &i) in first.iter().enumerate() {
         for &j in second {
@@ -290,7 +290,7 @@ fn paired(all: Vec<Dyad>, first: &[usize], second: &[usize], poses: &[Pose], mos
                 continue;
             }
             let (exact, error) = settled(&linkage, poses);
-            candidates.push(Candidate { linkage, poses: exact, error, dyads: Some([i, j]), both: true });
+            candidates.push(CandidateLinkage { linkage, poses: exact, error, dyads: Some([i, j]), both: true });
         }
     }
     found(all, candidates, most)
@@ -323,7 +323,7 @@ fn settled(linkage: &Linkage, poses: &[Pose]) -> (Vec<Pose>, f64) {
     (poses.iter().map(on).collect(), most)
 }
 
-fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f64) -> Result<Found, Faults> {
+fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f64) -> Result<Candidates, Faults> {
     let given = usize::from(zero.input.is_some()) + usize::from(zero.output.is_some());
     let count = pairs.len() + if is_slider { usize::from(zero.input.is_some()) } else { given };
     if pairs.len() < 3 {
@@ -349,7 +349,7 @@ fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f6
 }
 
 /// The body of a coupler where the output is nearest to the pairs.
-fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<Candidate> {
+fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<CandidateLinkage> {
     let coupler = coupler.with_ground(ground);
     let linkage = coupler.linkage;
     let sides: Vec<f64> = pairs.iter().map(|pair| linkage.side(&coupler.pose(pair))).collect();
@@ -357,15 +357,15 @@ fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<Candidate>
         pairs.iter().zip(&sides).map(|(pair, side)| linkage.pose(coupler.input_zero + pair.input, *side)).collect();
     let errors = pairs.iter().zip(&sides).map(|(pair, side)| coupler.error(pair, *side).unwrap_or(PI).abs());
     let error = errors.fold(0.0, f64::max);
-    Some(Candidate { linkage, poses: poses?, error, dyads: None, both: false })
+    Some(CandidateLinkage { linkage, poses: poses?, error, dyads: None, both: false })
 }
 
 /// So many points determine finitely many four-bars between given pivots (Morgan, Wampler 1990).
 const FINITE: usize = 5;
 
-fn path_followers(path: &Path) -> Found {
+fn path_followers(path: &CouplerPath) -> Candidates {
     let mut candidates = Vec::new();
-    let all = followers(path, &Effort::default());
+    let all = followers(path, &PathEffort::default());
     // Between given pivots five points have finitely many four-bars: all are shown, and nothing that is only near.
     let is_finite = path.pivots.is_some() && path.points.len() == FINITE;
     let (_, size) = extent(path.points.iter().copied());
@@ -373,7 +373,7 @@ fn path_followers(path: &Path) -> Found {
     let most = if exact > 0 { exact } else { SHOWN };
     for follower in all.into_iter().take(most) {
         let Follower { linkage, poses, largest, .. } = follower;
-        let own = |linkage: Linkage, poses: Vec<Pose>| Candidate {
+        let own = |linkage: Linkage, poses: Vec<Pose>| CandidateLinkage {
             linkage,
             poses,
             error: largest,
@@ -419,16 +419,16 @@ fn between([ground, crank, coupler, rocker]: [f64; 4]) -> Linkage {
 }
 
 /// The linkage at both of its dead centres, where crank and body lie along each other.
-fn at_dead_centres(linkage: Linkage, far: Point, near: Point) -> Candidate {
+fn at_dead_centres(linkage: Linkage, far: Point, near: Point) -> CandidateLinkage {
     let along = |pin: Point, sign: f64| Pose { at: linkage.pin((pin * sign).arg()), angle: pin.arg() };
     let poses = vec![along(far, 1.0), along(near, -1.0)];
-    Candidate { linkage, poses, error: 0.0, dyads: None, both: false }
+    CandidateLinkage { linkage, poses, error: 0.0, dyads: None, both: false }
 }
 
 /// Shares of the ground that the crank may have where half a turn leaves it free.
 const CRANKS: [f64; 6] = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4];
 
-fn rocker_stroke(limits: &Limits, turn: f64, swing: f64, ground: f64) -> Result<Found, NoStroke> {
+fn rocker_stroke(limits: &LinkageLimits, turn: f64, swing: f64, ground: f64) -> Result<Candidates, NoStroke> {
     let strokes: Vec<Stroke> = match stroke::rocker(turn, swing) {
         Ok(best) => vec![best],
         // At half a turn a shorter crank is always better: the limit of lengths decides.
@@ -456,7 +456,7 @@ fn rocker_stroke(limits: &Limits, turn: f64, swing: f64, ground: f64) -> Result<
     Ok(found(Vec::new(), strokes.iter().map(candidate).collect(), None))
 }
 
-fn slider_stroke(limits: &Limits, turn: f64, way: f64, offset: Option<f64>) -> Result<Found, NoStroke> {
+fn slider_stroke(limits: &LinkageLimits, turn: f64, way: f64, offset: Option<f64>) -> Result<Candidates, NoStroke> {
     let half = (turn - PI).abs() < 1e-9;
     let own = match stroke::slider(turn, way, offset) {
         Err(NoStroke::NoBest) if half && offset.is_none_or(|own| own == 0.0) => {

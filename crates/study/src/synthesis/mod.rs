@@ -8,8 +8,8 @@ mod scene;
 use std::collections::BTreeMap;
 
 use cotree::scene::Faults;
-use cotree::task::{Area, Demands, Kind, Task};
-use cotree_synthesis::{Defect, Dyad, Limits, Linkage, Point, Pose, Region, Side, Verdict, extent, judge};
+use cotree::task::{Area, Demands, Task, TaskKind};
+use cotree_synthesis::{Defect, Dyad, Linkage, LinkageLimits, Point, Pose, Region, Side, Verdict, extent, judge};
 
 use drive::{Station, largest_miss};
 
@@ -55,7 +55,7 @@ pub struct Solution {
 }
 
 /// A linkage before it is judged.
-pub(crate) struct Candidate {
+pub(crate) struct CandidateLinkage {
     linkage: Linkage,
     /// The body at the task's poses or points, exactly on the linkage.
     poses: Vec<Pose>,
@@ -66,9 +66,9 @@ pub(crate) struct Candidate {
 }
 
 /// What candidates come with.
-pub(crate) struct Found {
+pub(crate) struct Candidates {
     dyads: Vec<Dyad>,
-    candidates: Vec<Candidate>,
+    candidates: Vec<CandidateLinkage>,
     /// Only so many good ones are shown, not alike: the others are beside them.
     most: Option<usize>,
     left_out: BTreeMap<String, usize>,
@@ -143,7 +143,7 @@ impl Judged {
     /// The less the better: the error where tasks are met nearly, else the transmission angle.
     fn rank(&self, task: &Task) -> f64 {
         let size = extent(self.poses.iter().map(|pose| pose.at)).1;
-        let nearly = matches!(task.kind, Kind::Path { .. } | Kind::Function { .. }) || self.error > 1e-7 * size;
+        let nearly = matches!(task.kind, TaskKind::Path { .. } | TaskKind::Function { .. }) || self.error > 1e-7 * size;
         if nearly && self.error > 1e-7 * size {
             self.error / size - 1e-6 * self.verdict.transmission
         } else {
@@ -153,7 +153,7 @@ impl Judged {
 }
 
 /// Judged with the input that serves best; none if there is no input.
-fn best(candidate: &Candidate, limits: &Limits, task: &Task) -> Option<Judged> {
+fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Option<Judged> {
     let swapped = candidate.dyads.map(|[i, j]| [j, i]);
     let ways = [(candidate.linkage, candidate.dyads), (candidate.linkage.swapped(), swapped)];
     let count = if candidate.both { 2 } else { 1 };
@@ -167,8 +167,8 @@ fn best(candidate: &Candidate, limits: &Limits, task: &Task) -> Option<Judged> {
         let nothing =
             (shortest < NO_BAR * longest).then(|| (0, "a bar is next to nothing beside the others".to_owned(), 0.0));
         let far = match &task.kind {
-            Kind::Function { ground, is_slider: false, .. } => limits.length.is_none() && longest > FAR * ground,
-            Kind::Function { .. } | Kind::Poses { .. } | Kind::Path { .. } | Kind::Stroke { .. } => false,
+            TaskKind::Function { ground, is_slider: false, .. } => limits.length.is_none() && longest > FAR * ground,
+            TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. } => false,
         };
         let far = far.then(|| (0, format!("a bar is more than {FAR} times as long as the ground, and `length` in `[limits]` does not ask for it"), 0.0));
         let limit = missed.map(|(limit, miss)| (limit as usize + 4, format!("limit `{}`", limit.name()), miss));
@@ -199,7 +199,7 @@ const APART: usize = 8;
 
 fn judged(linkage: &Linkage, poses: &[Pose], turn: bool, task: &Task) -> Verdict {
     let mut verdict = judge(linkage, poses, turn);
-    if !matches!(task.kind, Kind::Path { .. }) || !verdict.defects.contains(&Defect::Order) {
+    if !matches!(task.kind, TaskKind::Path { .. }) || !verdict.defects.contains(&Defect::Order) {
         return verdict;
     }
     let thin: Vec<Pose> = poses.iter().step_by(poses.len().div_ceil(APART)).copied().collect();
@@ -283,8 +283,14 @@ fn solution(task: &Task, own: Judged, number: usize) -> Solution {
     let begin = stations.first().map_or(Pose::new(0.0, 0.0, 0.0), |station| station.pose);
     let name = format!("{}_{number}", cotree::model::identifier(&task.name));
     let about = format!("{} for the task {}", class(&own.linkage, &own.verdict), task.name);
-    let driven =
-        scene::Driven { name: &name, about: &about, linkage: &own.linkage, start: begin, way: [start, end], duration };
+    let driven = scene::DrivenLinkage {
+        name: &name,
+        about: &about,
+        linkage: &own.linkage,
+        start: begin,
+        way: [start, end],
+        duration,
+    };
     let text = scene::text(&driven);
     let miss = largest_miss(&text, &stations, size);
     let mut solution = undriven(own);
@@ -299,9 +305,9 @@ fn solution(task: &Task, own: Judged, number: usize) -> Solution {
 
 fn is_turn(task: &Task) -> bool {
     match &task.kind {
-        Kind::Stroke { .. } => true,
-        Kind::Path { closed, .. } => *closed,
-        Kind::Poses { .. } | Kind::Function { .. } => false,
+        TaskKind::Stroke { .. } => true,
+        TaskKind::Path { closed, .. } => *closed,
+        TaskKind::Poses { .. } | TaskKind::Function { .. } => false,
     }
 }
 
@@ -326,13 +332,13 @@ fn class(linkage: &Linkage, verdict: &Verdict) -> &'static str {
     }
 }
 
-fn limits(asked: &Demands) -> Limits {
+fn limits(asked: &Demands) -> LinkageLimits {
     let at = |[x, y]: [f64; 2]| Point::new(x, y);
     let region = |area: &Area| match area {
         Area::Box(low, high) => Region::Box(at(*low), at(*high)),
         Area::Polygon(corners) => Region::Polygon(corners.iter().map(|own| at(*own)).collect()),
     };
-    Limits {
+    LinkageLimits {
         ground: asked.ground.as_ref().map(region),
         moving: asked.moving.as_ref().map(region),
         length: asked.length,

@@ -2,7 +2,7 @@
 
 use cotree::model::Units;
 use cotree::report::data::{Cell, Report, Table, named, number};
-use cotree::task::Kind;
+use cotree::task::TaskKind;
 use cotree::{line, row};
 use cotree_synthesis::{Dyad, Point};
 use serde_json::{Value, json};
@@ -30,7 +30,7 @@ impl Answer {
         if good == 0 {
             let last = self.last.clone().unwrap_or_else(|| "no linkage meets the task".to_owned());
             notes.push(Cell::from(format!("\nno linkage is left; {last}")));
-            let is_too_many = matches!(&self.task.kind, Kind::Poses { at, .. } if at.len() > MOST_POSES);
+            let is_too_many = matches!(&self.task.kind, TaskKind::Poses { at, .. } if at.len() > MOST_POSES);
             notes.extend(is_too_many.then(|| {
                 let advice = "four-bars take five poses and no more, but for special ones: these are far from what any of them does; leave some out";
                 Cell::from(advice)
@@ -54,29 +54,31 @@ impl Answer {
     /// The ground that the task gives, or that is taken, where it has no size but that.
     fn ground(&self) -> Option<f64> {
         match self.task.kind {
-            Kind::Function { is_slider: false, ground, .. } | Kind::Stroke { is_slider: false, ground, .. } => {
+            TaskKind::Function { is_slider: false, ground, .. } | TaskKind::Stroke { is_slider: false, ground, .. } => {
                 Some(ground)
             }
-            Kind::Function { .. } | Kind::Stroke { .. } | Kind::Poses { .. } | Kind::Path { .. } => None,
+            TaskKind::Function { .. } | TaskKind::Stroke { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } => {
+                None
+            }
         }
     }
 
     fn asked(&self) -> String {
         match &self.task.kind {
-            Kind::Poses { at, .. } => count(at.len(), "pose"),
-            Kind::Function { input, .. } => format!("a function of {}", count(input.len(), "pair")),
-            Kind::Path { points, closed, .. } => {
+            TaskKind::Poses { at, .. } => count(at.len(), "pose"),
+            TaskKind::Function { input, .. } => format!("a function of {}", count(input.len(), "pair")),
+            TaskKind::Path { points, closed, .. } => {
                 let kind = if *closed { "a closed path" } else { "a path" };
                 format!("{kind} of {}", count(points.len(), "point"))
             }
-            Kind::Stroke { is_slider: true, .. } => "a stroke".to_owned(),
-            Kind::Stroke { .. } => "a swing".to_owned(),
+            TaskKind::Stroke { is_slider: true, .. } => "a stroke".to_owned(),
+            TaskKind::Stroke { .. } => "a swing".to_owned(),
         }
     }
 
     /// The unit of errors.
     fn error_unit(&self) -> &'static str {
-        if matches!(self.task.kind, Kind::Function { is_slider: false, .. }) { "rad" } else { "m" }
+        if matches!(self.task.kind, TaskKind::Function { is_slider: false, .. }) { "rad" } else { "m" }
     }
 
     fn table(&self) -> Table {
@@ -108,10 +110,10 @@ impl Answer {
 
     fn data(&self) -> Value {
         let kind = match self.task.kind {
-            Kind::Poses { .. } => "poses",
-            Kind::Function { .. } => "function",
-            Kind::Path { .. } => "path",
-            Kind::Stroke { .. } => "stroke",
+            TaskKind::Poses { .. } => "poses",
+            TaskKind::Function { .. } => "function",
+            TaskKind::Path { .. } => "path",
+            TaskKind::Stroke { .. } => "stroke",
         };
         let solution = |(index, own): (usize, &Solution)| {
             let scene = own.scene.as_ref().filter(|_| own.reason.is_none()).map(|_| format!("{}.toml", index + 1));

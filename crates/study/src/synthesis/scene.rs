@@ -5,7 +5,7 @@ use std::fmt::Write;
 use cotree_synthesis::{Dyad, Linkage, Point, Pose};
 
 /// What a scene has to do.
-pub struct Driven<'s> {
+pub struct DrivenLinkage<'s> {
     pub name: &'s str,
     /// One line about it.
     pub about: &'s str,
@@ -25,14 +25,14 @@ fn point(at: Point) -> String {
 /// The text of the scene: bars, body and joints, a driver, the pose of the body's frame as outputs.
 ///
 /// The body's frame is that of the task.
-pub fn text(driven: &Driven<'_>) -> String {
+pub fn text(driven: &DrivenLinkage<'_>) -> String {
     let mut bodies = String::new();
     let mut joints = String::new();
     let mut ground = String::new();
     let mut guesses = String::new();
     let mut pins = vec![("origin", Point::new(0.0, 0.0))];
     for (which, dyad) in [driven.linkage.first, driven.linkage.second].into_iter().enumerate() {
-        let side = Side { letter: ["a", "b"][which], bar: ["first", "second"][which], start: &driven.start };
+        let side = DyadSide { letter: ["a", "b"][which], bar: ["first", "second"][which], start: &driven.start };
         match dyad {
             Dyad::Bar { moving, ground: pivot, length } => {
                 pins.push((side.letter, moving));
@@ -68,7 +68,7 @@ pub fn text(driven: &Driven<'_>) -> String {
 }
 
 /// The motion of the input, even in time.
-fn driver(driven: &Driven<'_>) -> String {
+fn driver(driven: &DrivenLinkage<'_>) -> String {
     let [from, to] = driven.way;
     let rate = (to - from) / driven.duration;
     match driven.linkage.first {
@@ -80,13 +80,13 @@ fn driver(driven: &Driven<'_>) -> String {
 }
 
 /// One of the two dyads.
-struct Side<'s> {
+struct DyadSide<'s> {
     letter: &'static str,
     bar: &'static str,
     start: &'s Pose,
 }
 
-impl Side<'_> {
+impl DyadSide<'_> {
     #[expect(clippy::too_many_arguments, reason = "the four parts of the text, and the three numbers of a bar")]
     fn bar(
         &self,
@@ -98,7 +98,7 @@ impl Side<'_> {
         pivot: Point,
         length: f64,
     ) {
-        let Side { letter, bar, start } = self;
+        let DyadSide { letter, bar, start } = self;
         let angle = (start.carry(moving) - pivot).arg();
         // Writing to a string cannot fail.
         let _ = writeln!(ground, "{letter} = {}", point(pivot));

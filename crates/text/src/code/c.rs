@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{CodeBlock, Function, Kinematics, Language, Sizes, Statement};
+use super::{CodeBlock, CodeFunction, KinematicsCode, Language, Sizes, Statement};
 
 /// Sine and cosine as the runtime computes them, and the small functions that C lacks.
 const PRELUDE: &str = include_str!("prelude.c");
@@ -36,7 +36,7 @@ impl Language for C {
         text + "*/\n" + PRELUDE
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
+    fn function(&self, function: &CodeFunction, sizes: &Sizes, steps: &[Statement]) -> String {
         let known: &[CodeBlock] =
             if function.knows_motion { &[CodeBlock::Acceleration, CodeBlock::Reaction] } else { &[] };
         let known: String = known.iter().map(|known| format!("const double *{}, ", known.name())).collect();
@@ -65,7 +65,7 @@ impl Language for C {
         text + &SYNTAX.lines(steps, sizes) + "}\n"
     }
 
-    fn kinematics(&self, model: &Kinematics) -> String {
+    fn kinematics(&self, model: &KinematicsCode) -> String {
         model.fill(include_str!("kinematics.c"), model.name, 0)
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Statement};
+use super::{CodeFunction, KinematicsCode, Language, Sizes, Statement};
 
 const HELPERS: &str = "
   pure subroutine sine_cosine(x, sine, cosine)
@@ -97,7 +97,7 @@ impl Language for Fortran {
         )
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
+    fn function(&self, function: &CodeFunction, sizes: &Sizes, steps: &[Statement]) -> String {
         let name = identifier(&function.name);
         let outputs: Vec<&str> = function.outputs.iter().map(|output| SYNTAX.array(output.name())).collect();
         let known = if function.knows_motion { "a, lambda, " } else { "" };
@@ -131,7 +131,7 @@ impl Language for Fortran {
         text + &format!("  end subroutine {name}\n")
     }
 
-    fn kinematics(&self, model: &Kinematics) -> String {
+    fn kinematics(&self, model: &KinematicsCode) -> String {
         let [equations, velocities, accelerations] =
             ["equations", "velocities", "accelerations"].map(|function| format!("{}_{function}", model.name));
         model

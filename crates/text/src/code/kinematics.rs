@@ -3,7 +3,7 @@
 use super::Sizes;
 
 #[derive(Clone, Copy, Debug)]
-pub struct Kinematics<'a> {
+pub struct KinematicsCode<'a> {
     pub name: &'a str,
     pub sizes: Sizes,
     /// The loop equations that determine the motion: as many as there are coordinates.
@@ -12,7 +12,7 @@ pub struct Kinematics<'a> {
     pub masses: bool,
 }
 
-impl Kinematics<'_> {
+impl KinematicsCode<'_> {
     /// The template with names and sizes in their places; `name` as the language writes it, rows counted from `first`.
     pub fn fill(&self, template: &str, name: &str, first: usize) -> String {
         let rows: Vec<String> = self.rows.iter().map(|row| (row + first).to_string()).collect();

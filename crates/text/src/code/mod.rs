@@ -9,13 +9,13 @@ mod rust;
 mod syntax;
 
 use cotree::equations::Equations;
-use cotree::expr::{Arena, Binary, Expr, Node, Order, Symbol, Unary};
+use cotree::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 use crate::motion::{self, Entry, has_masses};
 use crate::symbol_name;
 pub use c::C;
 pub use fortran::Fortran;
-pub use kinematics::Kinematics;
+pub use kinematics::KinematicsCode;
 pub use python::Python;
 pub use rust::Rust;
 
@@ -24,9 +24,9 @@ pub trait Language {
     /// The beginning of the file; `legend` describes the arguments.
     fn prelude(&self, name: &str, legend: &[String]) -> String;
     /// A function from its first line to its last; `steps` are the lines between.
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String;
+    fn function(&self, function: &CodeFunction, sizes: &Sizes, steps: &[Statement]) -> String;
     /// The velocities and accelerations of a model whose motion the drivers prescribe.
-    fn kinematics(&self, model: &Kinematics) -> String;
+    fn kinematics(&self, model: &KinematicsCode) -> String;
     fn end(&self, _name: &str) -> String {
         String::new()
     }
@@ -48,7 +48,7 @@ pub struct Sizes {
 
 /// A function: its name, what it is for, and its results.
 #[derive(Clone, Debug)]
-pub struct Function {
+pub struct CodeFunction {
     pub name: String,
     pub about: String,
     /// Are accelerations and reactions arguments too, after the rates?
@@ -103,7 +103,7 @@ pub enum Operand {
     Result(usize),
 }
 
-impl Function {
+impl CodeFunction {
     /// What it is for, in lines that are not too long.
     pub fn comment(&self) -> Vec<String> {
         self.about.lines().flat_map(|line| wrapped(line, 110)).collect()
@@ -180,13 +180,13 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     };
     let legend: Vec<String> = legend(equations).iter().flat_map(|line| wrapped(line, 110)).collect();
     let mut text = language.prelude(&name, &legend);
-    let writer = Writer { name: &name, arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
+    let writer = CodeWriter { name: &name, arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
     text.push_str(&writer.equations(&matrices, masses));
     let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
     if !solved.is_empty() {
         text.push_str(&writer.accelerations(solved));
     } else if !rows.is_empty() && rows.len() == sizes.coordinates {
-        text.push_str(&language.kinematics(&Kinematics { name: &name, sizes, rows: &rows, masses }));
+        text.push_str(&language.kinematics(&KinematicsCode { name: &name, sizes, rows: &rows, masses }));
     }
     if sizes.states > 0 {
         text.push_str(&writer.states(&equations.states));
@@ -209,7 +209,7 @@ fn list(entries: &[Entry]) -> String {
     entries.iter().map(|(name, _)| name.plain.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-struct Writer<'a> {
+struct CodeWriter<'a> {
     name: &'a str,
     arena: &'a Arena,
     /// The loop equations that constrain the motion: their reactions are numbered in this order.
@@ -218,7 +218,7 @@ struct Writer<'a> {
     language: &'a dyn Language,
 }
 
-impl Writer<'_> {
+impl CodeWriter<'_> {
     fn equations(&self, matrices: &[(CodeBlock, [usize; 2], Expr)], masses: bool) -> String {
         let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
         let about = format!(
@@ -264,7 +264,7 @@ impl Writer<'_> {
         results: &[(CodeBlock, [usize; 2], Expr)],
     ) -> String {
         let name = format!("{}_{suffix}", self.name);
-        let function = Function { name, about, knows_motion: outputs == [CodeBlock::Effort], outputs };
+        let function = CodeFunction { name, about, knows_motion: outputs == [CodeBlock::Effort], outputs };
         let roots: Vec<Expr> = results.iter().map(|(.., expr)| *expr).collect();
         let (arena, expansions) = self.arena.runnable(&roots);
         let places = results.iter().map(|(output, place, _)| (*output, *place));
@@ -307,31 +307,31 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(CodeBlock, [usize; 2], Expr
     let mut steps = Vec::with_capacity(order.len() + results.len());
     let mut done = std::collections::HashSet::new();
     let of = |expr: Expr| match arena.node(expr) {
-        Node::Constant(bits) => Operand::Number(f64::from_bits(bits)),
+        ExprNode::Constant(bits) => Operand::Number(f64::from_bits(bits)),
         // A trivial loop equation has no reaction.
-        Node::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
+        ExprNode::Symbol(Symbol::Reaction(index)) => match loops.iter().position(|&row| row == index) {
             Some(number) => Operand::Symbol(Symbol::Reaction(number)),
             None => Operand::Number(0.0),
         },
-        Node::Symbol(symbol) => Operand::Symbol(symbol),
+        ExprNode::Symbol(symbol) => Operand::Symbol(symbol),
         _ => Operand::Result(expr.index()),
     };
     for &expr in &order {
         let own = expr.index();
         match arena.node(expr) {
-            Node::Constant(_) | Node::Symbol(_) => {}
-            Node::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
+            ExprNode::Constant(_) | ExprNode::Symbol(_) => {}
+            ExprNode::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
                 // An unused partner has a number beyond all others.
-                let partner = arena.existing(Node::Unary(other, a)).map_or(arena.len() + own, Expr::index);
+                let partner = arena.existing(ExprNode::Unary(other, a)).map_or(arena.len() + own, Expr::index);
                 if done.insert(a) {
                     let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
                     steps.push(Statement::SineCosine(pair, of(a)));
                 }
             }
-            Node::Unary(function, a) => steps.push(Statement::One(own, function, of(a))),
-            Node::Binary(function, a, b) => steps.push(Statement::Two(own, function, of(a), of(b))),
-            Node::Select(a, b, c) => steps.push(Statement::Select(own, of(a), of(b), of(c))),
+            ExprNode::Unary(function, a) => steps.push(Statement::One(own, function, of(a))),
+            ExprNode::Binary(function, a, b) => steps.push(Statement::Two(own, function, of(a), of(b))),
+            ExprNode::Select(a, b, c) => steps.push(Statement::Select(own, of(a), of(b), of(c))),
         }
     }
     steps.extend(results.iter().map(|&(output, place, expr)| Statement::Store(output, place, of(expr))));

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Statement};
+use super::{CodeFunction, KinematicsCode, Language, Sizes, Statement};
 
 const PRELUDE: &str = "import numpy as np
 
@@ -40,7 +40,7 @@ impl Language for Python {
         text + "\"\"\"\n\n" + PRELUDE
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
+    fn function(&self, function: &CodeFunction, sizes: &Sizes, steps: &[Statement]) -> String {
         let names: Vec<&str> = function.outputs.iter().map(|output| SYNTAX.array(output.name())).collect();
         let names = names.join(", ");
         let known = if function.knows_motion { ["a", "lambda_"].as_slice() } else { &[] };
@@ -62,7 +62,7 @@ impl Language for Python {
         text + &format!("    return {names}\n")
     }
 
-    fn kinematics(&self, model: &Kinematics) -> String {
+    fn kinematics(&self, model: &KinematicsCode) -> String {
         model.fill(include_str!("kinematics.py"), model.name, 0)
     }
 }

@@ -1,7 +1,7 @@
 //! Rust.
 
 use super::syntax::Syntax;
-use super::{Function, Kinematics, Language, Sizes, Statement};
+use super::{CodeFunction, KinematicsCode, Language, Sizes, Statement};
 
 /// Sine and cosine as the runtime computes them, and the small functions that Rust lacks.
 const PRELUDE: &str = include_str!("prelude.rs.txt");
@@ -37,7 +37,7 @@ impl Language for Rust {
         text + PRELUDE
     }
 
-    fn function(&self, function: &Function, sizes: &Sizes, steps: &[Statement]) -> String {
+    fn function(&self, function: &CodeFunction, sizes: &Sizes, steps: &[Statement]) -> String {
         let Sizes { parameters, inputs, followers, coordinates, constraints, .. } = sizes;
         let mut arguments = vec![
             "t: f64".to_owned(),
@@ -73,7 +73,7 @@ impl Language for Rust {
         text + &SYNTAX.lines(steps, sizes) + "}\n"
     }
 
-    fn kinematics(&self, model: &Kinematics) -> String {
+    fn kinematics(&self, model: &KinematicsCode) -> String {
         model.fill(include_str!("kinematics.rs.txt"), model.name, 0)
     }
 }

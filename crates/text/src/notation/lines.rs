@@ -3,16 +3,16 @@
 use super::{Binding, binding, compound, greek, relation_binding, side_binding};
 use crate::name::Name;
 use crate::number::{decimal, rounded};
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// Terms of the whole formula that take less of a line stay in one piece.
 const TERM: f64 = 0.9;
 const FACTOR: f64 = 0.5;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part<'t> {
+pub enum FormulaPart<'t> {
     /// A formula in one piece, in parentheses if it binds less tightly.
-    Whole(&'t Tree, Binding),
+    Whole(&'t FormulaTree, Binding),
     /// The sign of a term; a first term has one only if it is minus.
     Sign {
         minus: bool,
@@ -24,96 +24,98 @@ pub enum Part<'t> {
     /// An opening parenthesis, behind the name of a function.
     Open(Option<&'static str>),
     /// The closing parenthesis of a function, or of a base with its exponent.
-    Close(Option<&'static str>, Option<&'t Tree>),
+    Close(Option<&'static str>, Option<&'t FormulaTree>),
     Over,
 }
 
 /// A part, how deep in parentheses it stands, and how wide it is.
-struct Placed<'t> {
-    part: Part<'t>,
+struct PlacedPart<'t> {
+    part: FormulaPart<'t>,
     depth: usize,
     width: f64,
 }
 
 /// The parts of a formula on lines of at most a width, as far as it can be broken.
-pub fn lines<'t>(tree: &'t Tree, limit: f64, width: fn(&Part) -> f64) -> Vec<Vec<Part<'t>>> {
+pub fn lines<'t>(tree: &'t FormulaTree, limit: f64, width: fn(&FormulaPart) -> f64) -> Vec<Vec<FormulaPart<'t>>> {
     let mut breaker = Breaker { width, limit, parts: Vec::new(), depth: 0 };
     breaker.add(tree, Binding::Relation);
     breaker.lines()
 }
 
 struct Breaker<'t> {
-    width: fn(&Part) -> f64,
+    width: fn(&FormulaPart) -> f64,
     limit: f64,
-    parts: Vec<Placed<'t>>,
+    parts: Vec<PlacedPart<'t>>,
     depth: usize,
 }
 
 impl<'t> Breaker<'t> {
-    fn push(&mut self, part: Part<'t>) {
-        self.parts.push(Placed { part, depth: self.depth, width: (self.width)(&part) });
+    fn push(&mut self, part: FormulaPart<'t>) {
+        self.parts.push(PlacedPart { part, depth: self.depth, width: (self.width)(&part) });
     }
 
-    fn fits(&self, tree: &'t Tree, least: Binding) -> bool {
+    fn fits(&self, tree: &'t FormulaTree, least: Binding) -> bool {
         let share = match self.depth {
             _ if self.parts.is_empty() => 1.0,
             0 => TERM,
             _ => FACTOR,
         };
-        (self.width)(&Part::Whole(tree, least)) <= share * self.limit
+        (self.width)(&FormulaPart::Whole(tree, least)) <= share * self.limit
     }
 
     /// An operand that must bind at least so tightly.
-    fn add(&mut self, tree: &'t Tree, least: Binding) {
+    fn add(&mut self, tree: &'t FormulaTree, least: Binding) {
         if self.fits(tree, least) {
-            return self.push(Part::Whole(tree, least));
+            return self.push(FormulaPart::Whole(tree, least));
         }
         match tree {
-            Tree::Number(_) | Tree::Pi | Tree::Name(_) => self.push(Part::Whole(tree, least)),
-            Tree::Sum(terms) => self.within(Binding::Sum < least, |breaker| breaker.sum(terms)),
-            Tree::Product(factors) => self.within(Binding::Product < least, |breaker| {
+            FormulaTree::Number(_) | FormulaTree::Pi | FormulaTree::Name(_) => {
+                self.push(FormulaPart::Whole(tree, least))
+            }
+            FormulaTree::Sum(terms) => self.within(Binding::Sum < least, |breaker| breaker.sum(terms)),
+            FormulaTree::Product(factors) => self.within(Binding::Product < least, |breaker| {
                 for (index, factor) in factors.iter().enumerate() {
                     if index > 0 {
-                        breaker.push(Part::Times);
+                        breaker.push(FormulaPart::Times);
                     }
                     breaker.add(factor, Binding::Product);
                 }
             }),
-            Tree::Quotient(parts) => self.within(Binding::Product < least, |breaker| {
+            FormulaTree::Quotient(parts) => self.within(Binding::Product < least, |breaker| {
                 let [over, under] = parts.as_ref();
                 breaker.add(over, Binding::Product);
-                breaker.push(Part::Over);
+                breaker.push(FormulaPart::Over);
                 breaker.add(under, Binding::Power);
             }),
-            Tree::Power(parts) => {
+            FormulaTree::Power(parts) => {
                 let [base, exponent] = parts.as_ref();
                 self.parenthesized(None, Some(exponent), |breaker| breaker.add(base, Binding::Relation));
             }
-            Tree::Root(inside) => {
+            FormulaTree::Root(inside) => {
                 self.parenthesized(Some("sqrt"), None, |breaker| breaker.add(inside, Binding::Relation));
             }
-            Tree::Call(function, arguments) => self.parenthesized(Some(function), None, |breaker| {
+            FormulaTree::Call(function, arguments) => self.parenthesized(Some(function), None, |breaker| {
                 for (index, argument) in arguments.iter().enumerate() {
                     if index > 0 {
-                        breaker.push(Part::Comma);
+                        breaker.push(FormulaPart::Comma);
                     }
                     breaker.add(argument, Binding::Relation);
                 }
             }),
-            Tree::Relation(sign, parts) => {
+            FormulaTree::Relation(sign, parts) => {
                 let ([left, right], side) = (parts.as_ref(), side_binding(sign));
                 self.within(relation_binding(sign) < least, |breaker| {
                     breaker.add(left, side);
-                    breaker.push(Part::Relation(sign));
+                    breaker.push(FormulaPart::Relation(sign));
                     breaker.add(right, side);
                 });
             }
         }
     }
 
-    fn sum(&mut self, terms: &'t [(bool, Tree)]) {
+    fn sum(&mut self, terms: &'t [(bool, FormulaTree)]) {
         for (index, (minus, term)) in terms.iter().enumerate() {
-            self.push(Part::Sign { minus: *minus, first: index == 0 });
+            self.push(FormulaPart::Sign { minus: *minus, first: index == 0 });
             self.add(term, Binding::Product);
         }
     }
@@ -128,18 +130,18 @@ impl<'t> Breaker<'t> {
     fn parenthesized(
         &mut self,
         function: Option<&'static str>,
-        exponent: Option<&'t Tree>,
+        exponent: Option<&'t FormulaTree>,
         inside: impl FnOnce(&mut Self),
     ) {
-        self.push(Part::Open(function));
+        self.push(FormulaPart::Open(function));
         self.depth += 1;
         inside(self);
         self.depth -= 1;
-        self.push(Part::Close(function, exponent));
+        self.push(FormulaPart::Close(function, exponent));
     }
 
     /// Fills the lines; each is broken where little space is lost and few parentheses are open.
-    fn lines(self) -> Vec<Vec<Part<'t>>> {
+    fn lines(self) -> Vec<Vec<FormulaPart<'t>>> {
         let mut lines = Vec::new();
         let mut rest = self.parts.as_slice();
         while let Some(count) = line_end(rest, self.limit) {
@@ -153,11 +155,11 @@ impl<'t> Breaker<'t> {
 }
 
 /// How many parts stand on the first line; none if all of them do.
-fn line_end(parts: &[Placed], limit: f64) -> Option<usize> {
+fn line_end(parts: &[PlacedPart], limit: f64) -> Option<usize> {
     let mut width = 0.0;
     let mut best: Option<(f64, usize)> = None;
     for (index, placed) in parts.iter().enumerate() {
-        let behind_comma = index > 0 && parts[index - 1].part == Part::Comma;
+        let behind_comma = index > 0 && parts[index - 1].part == FormulaPart::Comma;
         if index > 0
             && let Some(cost) = cost(&placed.part, behind_comma)
         {
@@ -175,46 +177,48 @@ fn line_end(parts: &[Placed], limit: f64) -> Option<usize> {
 }
 
 /// The cost of a break before a part, if it is permitted.
-fn cost(part: &Part, behind_comma: bool) -> Option<f64> {
+fn cost(part: &FormulaPart, behind_comma: bool) -> Option<f64> {
     match part {
-        Part::Sign { first: false, .. } | Part::Relation(_) => Some(0.0),
-        Part::Times => Some(0.3),
+        FormulaPart::Sign { first: false, .. } | FormulaPart::Relation(_) => Some(0.0),
+        FormulaPart::Times => Some(0.3),
         _ => behind_comma.then_some(0.1),
     }
 }
 
 /// How wide parts are where letters are proportional and subscripts are small.
-pub fn printed_part(part: &Part) -> f64 {
+pub fn printed_part(part: &FormulaPart) -> f64 {
     match part {
-        Part::Whole(tree, least) => bound(tree, *least),
-        Part::Sign { minus: false, first: true } => 0.0,
-        Part::Sign { first: true, .. } => 1.7,
-        Part::Sign { .. } | Part::Relation(_) => 2.6,
-        Part::Times => 0.4,
-        Part::Comma | Part::Over => 1.2,
-        Part::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
-        Part::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
+        FormulaPart::Whole(tree, least) => bound(tree, *least),
+        FormulaPart::Sign { minus: false, first: true } => 0.0,
+        FormulaPart::Sign { first: true, .. } => 1.7,
+        FormulaPart::Sign { .. } | FormulaPart::Relation(_) => 2.6,
+        FormulaPart::Times => 0.4,
+        FormulaPart::Comma | FormulaPart::Over => 1.2,
+        FormulaPart::Open(function) => 1.2 + function.map_or(0.0, |name| name.len() as f64),
+        FormulaPart::Close(_, exponent) => 1.2 + exponent.map_or(0.0, |tree| 0.75 * printed(tree)),
     }
 }
 
 /// The width of a formula in a serif font, in digits.
-fn printed(tree: &Tree) -> f64 {
-    let all = |trees: &[Tree]| trees.iter().map(printed).sum::<f64>();
+fn printed(tree: &FormulaTree) -> f64 {
+    let all = |trees: &[FormulaTree]| trees.iter().map(printed).sum::<f64>();
     match tree {
-        Tree::Number(value) => decimal(rounded(*value)).len() as f64,
-        Tree::Pi => 1.2,
-        Tree::Name(name) => name_width(name),
-        Tree::Sum(terms) => terms.iter().map(|(_, term)| 2.6 + bound(term, Binding::Product)).sum(),
-        Tree::Product(factors) => factors.iter().map(|factor| 0.4 + bound(factor, Binding::Product)).sum(),
-        Tree::Quotient(parts) => 0.6 + printed(&parts[0]).max(printed(&parts[1])),
-        Tree::Power(parts) => bound(&parts[0], Binding::Atom) + 0.75 * printed(&parts[1]),
-        Tree::Root(inside) => 2.0 + printed(inside),
-        Tree::Call(function, arguments) => function.len() as f64 + 2.0 + all(arguments) + 1.2 * arguments.len() as f64,
-        Tree::Relation(_, parts) => 4.6 + all(parts.as_ref()),
+        FormulaTree::Number(value) => decimal(rounded(*value)).len() as f64,
+        FormulaTree::Pi => 1.2,
+        FormulaTree::Name(name) => name_width(name),
+        FormulaTree::Sum(terms) => terms.iter().map(|(_, term)| 2.6 + bound(term, Binding::Product)).sum(),
+        FormulaTree::Product(factors) => factors.iter().map(|factor| 0.4 + bound(factor, Binding::Product)).sum(),
+        FormulaTree::Quotient(parts) => 0.6 + printed(&parts[0]).max(printed(&parts[1])),
+        FormulaTree::Power(parts) => bound(&parts[0], Binding::Atom) + 0.75 * printed(&parts[1]),
+        FormulaTree::Root(inside) => 2.0 + printed(inside),
+        FormulaTree::Call(function, arguments) => {
+            function.len() as f64 + 2.0 + all(arguments) + 1.2 * arguments.len() as f64
+        }
+        FormulaTree::Relation(_, parts) => 4.6 + all(parts.as_ref()),
     }
 }
 
-fn bound(tree: &Tree, least: Binding) -> f64 {
+fn bound(tree: &FormulaTree, least: Binding) -> f64 {
     printed(tree) + if binding(tree) < least { 1.8 } else { 0.0 }
 }
 
@@ -232,14 +236,14 @@ mod tests {
     use super::*;
     use crate::notation::plain::PLAIN;
 
-    fn name(word: &str) -> Tree {
-        Tree::Name(Name::word(word))
+    fn name(word: &str) -> FormulaTree {
+        FormulaTree::Name(Name::word(word))
     }
 
     /// a*(b1 + ... + b9)
-    fn long() -> Tree {
+    fn long() -> FormulaTree {
         let terms = (1..10).map(|index| (index % 2 == 0, name(&format!("b{index}"))));
-        Tree::Product(vec![name("a"), Tree::Sum(terms.collect())])
+        FormulaTree::Product(vec![name("a"), FormulaTree::Sum(terms.collect())])
     }
 
     #[test]
@@ -251,9 +255,9 @@ mod tests {
 
     #[test]
     fn functions_fractions_and_powers_are_broken_inside() {
-        let root = Tree::Root(Box::new(long()));
-        let quotient = Tree::Quotient(Box::new([root, Tree::power(long(), Tree::Number(2.0))]));
-        let formula = Tree::Call("min", vec![quotient, name("c")]);
+        let root = FormulaTree::Root(Box::new(long()));
+        let quotient = FormulaTree::Quotient(Box::new([root, FormulaTree::power(long(), FormulaTree::Number(2.0))]));
+        let formula = FormulaTree::Call("min", vec![quotient, name("c")]);
         let lines = PLAIN.wrapped(&formula, 24.0);
         assert!(lines.iter().all(|line| line.chars().count() <= 24), "{lines:#?}");
         let bare = |text: &str| text.replace(' ', "");

@@ -9,8 +9,8 @@ pub mod unicode;
 use cotree::expr::{Function, Shown};
 
 use super::name::Name;
-use super::tree::Tree;
-use lines::{Part, lines};
+use super::tree::FormulaTree;
+use lines::{FormulaPart, lines};
 
 /// Precedence of the outermost operation of a formula, the weakest first.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -54,23 +54,23 @@ pub struct Notation {
     pub over: &'static str,
     pub line: fn(String) -> String,
     /// The width of a part of a line, in digits.
-    pub width: fn(&Part) -> f64,
+    pub width: fn(&FormulaPart) -> f64,
 }
 
 impl Notation {
-    pub fn formula(&self, tree: &Tree) -> String {
+    pub fn formula(&self, tree: &FormulaTree) -> String {
         match tree {
-            Tree::Number(value) => (self.number)(*value),
-            Tree::Pi => self.pi.to_owned(),
-            Tree::Name(name) => (self.name)(name),
-            Tree::Sum(terms) => {
-                let term = |(index, (minus, term)): (usize, &(bool, Tree))| {
+            FormulaTree::Number(value) => (self.number)(*value),
+            FormulaTree::Pi => self.pi.to_owned(),
+            FormulaTree::Name(name) => (self.name)(name),
+            FormulaTree::Sum(terms) => {
+                let term = |(index, (minus, term)): (usize, &(bool, FormulaTree))| {
                     self.sign(*minus, index == 0).to_owned() + &self.bound(term, Binding::Product)
                 };
                 (self.row)(terms.iter().enumerate().map(term).collect())
             }
-            Tree::Product(factors) => {
-                let factor = |(index, factor): (usize, &Tree)| {
+            FormulaTree::Product(factors) => {
+                let factor = |(index, factor): (usize, &FormulaTree)| {
                     let before = index.checked_sub(1).map(|before| &factors[before]);
                     let words = before.map(|before| is_word(factor) || is_word(before));
                     let times = words.map_or("", |words| self.times[usize::from(words)]);
@@ -78,18 +78,18 @@ impl Notation {
                 };
                 (self.row)(factors.iter().enumerate().map(factor).collect())
             }
-            Tree::Quotient(parts) => {
+            FormulaTree::Quotient(parts) => {
                 let (write, [over, under]) = self.quotient;
                 write(&self.bound(&parts[0], over), &self.bound(&parts[1], under))
             }
-            Tree::Power(parts) => self.power(&self.bound(&parts[0], Binding::Atom), &parts[1]),
-            Tree::Root(inside) => (self.root)(&self.formula(inside)),
-            Tree::Call(function, arguments) => {
+            FormulaTree::Power(parts) => self.power(&self.bound(&parts[0], Binding::Atom), &parts[1]),
+            FormulaTree::Root(inside) => (self.root)(&self.formula(inside)),
+            FormulaTree::Call(function, arguments) => {
                 let arguments: Vec<String> = arguments.iter().map(|argument| self.formula(argument)).collect();
                 let (name, brackets) = (self.brackets)(function);
                 (self.call)(&name, brackets, &arguments.join(self.comma))
             }
-            Tree::Relation(sign, parts) => {
+            FormulaTree::Relation(sign, parts) => {
                 let [left, right] = parts.each_ref().map(|side| self.bound(side, side_binding(sign)));
                 (self.row)(left + &(self.relation)(sign) + &right)
             }
@@ -97,26 +97,26 @@ impl Notation {
     }
 
     /// A formula on lines of about a width, in digits.
-    pub fn wrapped(&self, tree: &Tree, width: f64) -> Vec<String> {
-        let line = |parts: Vec<Part>| {
+    pub fn wrapped(&self, tree: &FormulaTree, width: f64) -> Vec<String> {
+        let line = |parts: Vec<FormulaPart>| {
             (self.line)(parts.iter().enumerate().map(|(index, part)| self.part(part, index == 0)).collect())
         };
         lines(tree, width, self.width).into_iter().map(line).collect()
     }
 
-    fn part(&self, part: &Part, begins_line: bool) -> String {
+    fn part(&self, part: &FormulaPart, begins_line: bool) -> String {
         match part {
-            Part::Whole(tree, least) => self.bound(tree, *least),
-            Part::Sign { minus, first } => self.sign(*minus, *first).to_owned(),
-            Part::Relation(sign) => (self.relation)(sign),
-            Part::Times => self.times[if begins_line { 2 } else { 1 }].to_owned(),
-            Part::Comma => self.comma.to_owned(),
-            Part::Over => self.over.to_owned(),
-            Part::Open(function) => {
+            FormulaPart::Whole(tree, least) => self.bound(tree, *least),
+            FormulaPart::Sign { minus, first } => self.sign(*minus, *first).to_owned(),
+            FormulaPart::Relation(sign) => (self.relation)(sign),
+            FormulaPart::Times => self.times[if begins_line { 2 } else { 1 }].to_owned(),
+            FormulaPart::Comma => self.comma.to_owned(),
+            FormulaPart::Over => self.over.to_owned(),
+            FormulaPart::Open(function) => {
                 let (name, [open, _]) = (self.brackets)(function.unwrap_or(""));
                 (self.open)(&name, open)
             }
-            Part::Close(function, exponent) => {
+            FormulaPart::Close(function, exponent) => {
                 let close = (self.close)((self.brackets)(function.unwrap_or("")).1[1]);
                 exponent.map_or_else(|| close.clone(), |exponent| self.power(&close, exponent))
             }
@@ -124,12 +124,12 @@ impl Notation {
     }
 
     /// An operand that must bind at least so tightly.
-    fn bound(&self, tree: &Tree, least: Binding) -> String {
+    fn bound(&self, tree: &FormulaTree, least: Binding) -> String {
         let text = self.formula(tree);
         if binding(tree) < least { (self.parenthesised)(&text) } else { text }
     }
 
-    fn power(&self, base: &str, exponent: &Tree) -> String {
+    fn power(&self, base: &str, exponent: &FormulaTree) -> String {
         (self.power.0)(base, &self.bound(exponent, self.power.1))
     }
 
@@ -143,13 +143,17 @@ impl Notation {
     }
 }
 
-fn binding(tree: &Tree) -> Binding {
+fn binding(tree: &FormulaTree) -> Binding {
     match tree {
-        Tree::Relation(sign, _) => relation_binding(sign),
-        Tree::Sum(_) => Binding::Sum,
-        Tree::Product(_) | Tree::Quotient(_) => Binding::Product,
-        Tree::Power(_) => Binding::Power,
-        Tree::Number(_) | Tree::Pi | Tree::Name(_) | Tree::Root(_) | Tree::Call(..) => Binding::Atom,
+        FormulaTree::Relation(sign, _) => relation_binding(sign),
+        FormulaTree::Sum(_) => Binding::Sum,
+        FormulaTree::Product(_) | FormulaTree::Quotient(_) => Binding::Product,
+        FormulaTree::Power(_) => Binding::Power,
+        FormulaTree::Number(_)
+        | FormulaTree::Pi
+        | FormulaTree::Name(_)
+        | FormulaTree::Root(_)
+        | FormulaTree::Call(..) => Binding::Atom,
     }
 }
 
@@ -163,10 +167,10 @@ fn side_binding(sign: &str) -> Binding {
 }
 
 /// Is it a name of more than one letter?
-fn is_word(tree: &Tree) -> bool {
+fn is_word(tree: &FormulaTree) -> bool {
     match tree {
-        Tree::Name(name) => greek(&name.base).is_none() && name.base.chars().nth(1).is_some(),
-        Tree::Power(parts) => is_word(&parts[0]),
+        FormulaTree::Name(name) => greek(&name.base).is_none() && name.base.chars().nth(1).is_some(),
+        FormulaTree::Power(parts) => is_word(&parts[0]),
         _ => false,
     }
 }

@@ -1,25 +1,25 @@
 //! The abbreviations of the lesson: a name means the same in all of its sections.
 
 use crate::name::{Name, Names};
-use crate::tree::{Formulas, Tree};
+use crate::tree::{FormulaTree, Formulas};
 
 /// Names and what they stand for, in the order of their definitions.
 #[derive(Debug, Default)]
-pub(super) struct Abbreviations(Vec<(Name, Tree)>);
+pub(super) struct Abbreviations(Vec<(Name, FormulaTree)>);
 
 impl Abbreviations {
     /// Formulas whose abbreviations have names that stand for nothing else, and the definitions that are new.
-    pub fn settled(&mut self, names: &Names, found: Formulas) -> (Vec<Tree>, Vec<(Tree, Tree)>) {
+    pub fn settled(&mut self, names: &Names, found: Formulas) -> (Vec<FormulaTree>, Vec<(FormulaTree, FormulaTree)>) {
         let Formulas { angles, definitions, mut formulas } = found;
         let (mut renamed, mut new) = (Vec::new(), Vec::new());
         for (name, mut value) in angles.into_iter().chain(definitions) {
-            let Tree::Name(old) = name else { continue };
+            let FormulaTree::Name(old) = name else { continue };
             rename(&mut value, &renamed);
             let known = self.0.iter().find(|(own, known)| *known == value && (*own == old || !old.is_variable()));
             let own = known.map_or_else(|| self.free(names, &old, &value), |(own, _)| own.clone());
             if known.is_none() {
                 self.0.push((own.clone(), value.clone()));
-                new.push((Tree::Name(own.clone()), value));
+                new.push((FormulaTree::Name(own.clone()), value));
             }
             renamed.push((old, own));
         }
@@ -28,14 +28,14 @@ impl Abbreviations {
     }
 
     /// A name like this one for a new value.
-    fn free(&self, names: &Names, like: &Name, value: &Tree) -> Name {
+    fn free(&self, names: &Names, like: &Name, value: &FormulaTree) -> Name {
         let is_taken = |name: &Name| self.0.iter().any(|(own, _)| own == name);
         let number = like.subscript.parse().unwrap_or(1);
         match value {
             _ if like.is_variable() => like.clone(),
-            Tree::Call(function @ ("sin" | "cos"), argument) if is_angle(names, like, number) => {
+            FormulaTree::Call(function @ ("sin" | "cos"), argument) if is_angle(names, like, number) => {
                 let sine = *function == "sin";
-                let other = Tree::Call(if sine { "cos" } else { "sin" }, argument.clone());
+                let other = FormulaTree::Call(if sine { "cos" } else { "sin" }, argument.clone());
                 // Sine and cosine of an angle have the same number.
                 let known = self.0.iter().find(|(_, value)| *value == other);
                 let known = known.and_then(|(name, _)| name.subscript.parse().ok());
@@ -54,7 +54,7 @@ fn is_angle(names: &Names, name: &Name, number: usize) -> bool {
     [false, true].iter().any(|&sine| names.trigonometric(sine, number) == *name)
 }
 
-fn rename(tree: &mut Tree, renamed: &[(Name, Name)]) {
+fn rename(tree: &mut FormulaTree, renamed: &[(Name, Name)]) {
     tree.visit_names(&mut |name| {
         if let Some((_, own)) = renamed.iter().find(|(old, _)| old == name) {
             *name = own.clone();

@@ -7,9 +7,9 @@ use cotree::network::{ElementId, Origin};
 use super::graphs::{list, shortened};
 use super::numbers::agree;
 use super::{Lesson, check, with, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// So many bodies are written out.
 const BODIES: usize = 8;
@@ -18,7 +18,7 @@ const COORDINATES: usize = 8;
 
 impl Lesson<'_> {
     /// The accelerations of section 8 (b) as components, of the bodies whose mass centres are no coordinates.
-    pub fn components(&mut self) -> Vec<Block> {
+    pub fn components(&mut self) -> Vec<DocumentBlock> {
         let (mut bodies, chords) = (self.bodies(), &self.equations.trees.translation.chords);
         bodies.retain(|(id, ..)| chords.contains(id));
         if bodies.is_empty() || bodies.len() > BODIES {
@@ -44,7 +44,7 @@ impl Lesson<'_> {
         let mut formulas = formulas.into_iter();
         let mut rows = Vec::new();
         for (_, label, _) in &bodies {
-            let own: Vec<Tree> = formulas.by_ref().take(2).collect();
+            let own: Vec<FormulaTree> = formulas.by_ref().take(2).collect();
             rows.push((self.letters.acceleration(label), self.letters.components(own)));
         }
         let mut blocks = vec![words("With the rates of the arms put in, in the axes of the ground:")];
@@ -55,7 +55,7 @@ impl Lesson<'_> {
     }
 
     /// Whose inertia the entries of M are.
-    pub fn reading(&mut self) -> Vec<Block> {
+    pub fn reading(&mut self) -> Vec<DocumentBlock> {
         let count = self.equations.coordinates.len();
         let bodies = self.bodies();
         if count > COORDINATES {
@@ -70,7 +70,7 @@ impl Lesson<'_> {
                 bodies.iter().zip(&moved).filter(|(_, moved)| moved.contains(&column)).map(|((_, _, body), _)| *body);
             let mechanism = &self.equations.system.mechanism;
             let names: Vec<&str> = own.map(|body| mechanism.bodies[body.0].name.as_str()).collect();
-            let name = Tree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
+            let name = FormulaTree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
             pieces.push(Piece::Math(name));
             pieces.push(Piece::words(format!(
                 " moves {}{}",
@@ -88,7 +88,7 @@ impl Lesson<'_> {
         let foreign: Vec<Expr> =
             entries.filter(|(row, column, _)| apart(*row, *column)).map(|(.., entry)| entry).collect();
         let zero = agree(&self.moving().of(&self.equations, &foreign), &vec![0.0; foreign.len()]);
-        vec![Block::Text(pieces), check("where there is no such body M has no entry", zero)]
+        vec![DocumentBlock::Text(pieces), check("where there is no such body M has no entry", zero)]
     }
 
     /// The bodies with their edges and labels.

@@ -8,9 +8,9 @@ use super::graphs::list;
 use super::numbers::agree;
 use super::projection::{Rows, is_free};
 use super::{Lesson, check, heading, with, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// The worked row has at most so many terms and columns.
 const TERMS: usize = 16;
@@ -21,8 +21,8 @@ type Term = (String, Vec<Expr>);
 
 impl Lesson<'_> {
     /// Arm forces by chords; chord accelerations and angles by branches; then the worked row.
-    pub fn eliminations(&mut self) -> Vec<Block> {
-        let mut sections: Vec<(String, Rows, Vec<Block>)> = Vec::new();
+    pub fn eliminations(&mut self) -> Vec<DocumentBlock> {
+        let mut sections: Vec<(String, Rows, Vec<DocumentBlock>)> = Vec::new();
         if self.dynamic {
             sections.push(("(a) Forces in rigid arms, by their cutsets (16):".to_owned(), self.arms(), Vec::new()));
         }
@@ -87,7 +87,7 @@ impl Lesson<'_> {
     }
 
     /// What each element brings to one balance: times the accelerations, and the rest.
-    fn worked_row(&mut self) -> Vec<Block> {
+    fn worked_row(&mut self) -> Vec<DocumentBlock> {
         let Some(row) = self.chosen_row() else { return Vec::new() };
         let all = self.equations.dynamics().clone();
         let columns: Vec<usize> = all.mass[row].iter().map(|(column, _)| *column).collect();
@@ -100,9 +100,9 @@ impl Lesson<'_> {
             ))];
         }
         let own = self.equations.coordinates[row].name.clone();
-        let mut blocks = vec![Block::Text(vec![
+        let mut blocks = vec![DocumentBlock::Text(vec![
             Piece::words("(d) The balance of the coordinate "),
-            Piece::Math(Tree::Name(Name::symbol(&own.position))),
+            Piece::Math(FormulaTree::Name(Name::symbol(&own.position))),
             Piece::words(", element by element, with (a) to (c) put in:"),
         ])];
         let multipliers = self.multipliers_of(&all.reactions[row], columns.len());
@@ -164,13 +164,13 @@ impl Lesson<'_> {
         row.iter().map(term).collect()
     }
 
-    fn table_of_terms(&mut self, columns: &[usize], terms: Vec<Term>) -> Vec<Block> {
+    fn table_of_terms(&mut self, columns: &[usize], terms: Vec<Term>) -> Vec<DocumentBlock> {
         let exprs: Vec<Expr> = terms.iter().flat_map(|(_, cells)| cells).copied().collect();
         let (formulas, new) = self.formulas(&exprs);
         let mut formulas = formulas.into_iter();
         let coordinates = &self.equations.coordinates;
         let head = columns.iter().map(|&column| {
-            let name = Tree::Name(Name::symbol(&coordinates[column].name.acceleration));
+            let name = FormulaTree::Name(Name::symbol(&coordinates[column].name.acceleration));
             Piece::Row(vec![Piece::words("times "), Piece::Math(name)])
         });
         let mut rows =
@@ -179,12 +179,12 @@ impl Lesson<'_> {
             let cells = formulas.by_ref().take(cells.len()).map(cell);
             rows.push(std::iter::once(Piece::words(label)).chain(cells).collect());
         }
-        let mut blocks = vec![Block::captioned("The terms of this row, element by element", Vec::new(), rows)];
+        let mut blocks = vec![DocumentBlock::captioned("The terms of this row, element by element", Vec::new(), rows)];
         blocks.extend(with(new));
         blocks
     }
 }
 
-fn cell(tree: Tree) -> Piece {
-    if tree == Tree::zero() { Piece::words(".") } else { Piece::Math(tree) }
+fn cell(tree: FormulaTree) -> Piece {
+    if tree == FormulaTree::zero() { Piece::words(".") } else { Piece::Math(tree) }
 }

@@ -4,10 +4,10 @@ use cotree::formulate::equations;
 use cotree::model::Coordinates;
 
 use super::{Lesson, heading};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 
 impl Lesson<'_> {
-    pub fn gain(&self) -> Vec<Block> {
+    pub fn gain(&self) -> Vec<DocumentBlock> {
         let mechanism = &self.source.equations.system.mechanism;
         let own = (self.equations.coordinates.len(), self.equations.loops().count());
         let mut rows = Vec::new();
@@ -26,7 +26,7 @@ impl Lesson<'_> {
         let head = ["trees", "coordinates", "loop equations", "together"].map(str::to_owned);
         vec![
             heading("12. What was gained?"),
-            Block::captioned("What other trees would cost", head.into(), rows.iter().map(row).collect()),
+            DocumentBlock::captioned("What other trees would cost", head.into(), rows.iter().map(row).collect()),
         ]
     }
 }

@@ -4,11 +4,11 @@ use cotree::equations::{Edge, EdgeRow};
 use cotree::network::Origin;
 
 use super::parts::kind;
-use super::view::{View, sign_of};
+use super::view::{GraphView, sign_of};
 use super::{Lesson, check, folded, heading, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// Wider tables become lists.
 const WIDEST: usize = 20;
@@ -18,10 +18,10 @@ const MOST: usize = 8;
 /// The rows that are shown of a folded list have at most so many names.
 const NAMES: usize = 80;
 
-type Letter<'a> = &'a dyn Fn(&str) -> Tree;
+type Letter<'a> = &'a dyn Fn(&str) -> FormulaTree;
 
 impl Lesson<'_> {
-    pub fn incidence(&self) -> Vec<Block> {
+    pub fn incidence(&self) -> Vec<DocumentBlock> {
         let mut blocks = vec![
             heading("2. How are the parts joined?"),
             words(
@@ -37,14 +37,14 @@ impl Lesson<'_> {
         blocks
     }
 
-    pub fn topology(&mut self) -> Vec<Block> {
+    pub fn topology(&mut self) -> Vec<DocumentBlock> {
         let letters = self.letters;
         let mut blocks = vec![heading("4. What do the trees give? Fundamental cutsets and circuits")];
         blocks.push(words(
             "Removing a branch parts the nodes in two; the edges between the parts are its cutset, a free body found without drawing it. With \
              the branches (b) first, the row-reduced incidence matrix is [1 | A] (8), and the branches' forces and torques are those of chords (c) (9):",
         ));
-        blocks.push(Block::Equations(vec![by_matrix("F", ["b", "c"], "A")]));
+        blocks.push(DocumentBlock::Equations(vec![by_matrix("F", ["b", "c"], "A")]));
         blocks.extend(matrix("[A], T", &self.translation, &|label| letters.force(label)));
         blocks.extend(matrix("[A], R", &self.rotation, &|label| letters.torque(label)));
         blocks.extend(self.worked_cut());
@@ -52,10 +52,11 @@ impl Lesson<'_> {
             "Adding a chord to the tree closes one path, its circuit; the circuit matrix is [B | 1] (12), (13). The same lines hold for \
              velocities and accelerations:",
         ));
-        let transposed = Tree::power(Tree::Name(Name::matrix("A", "")), Tree::Name(Name::letter("T", "")));
-        blocks.push(Block::Equations(vec![
+        let transposed =
+            FormulaTree::power(FormulaTree::Name(Name::matrix("A", "")), FormulaTree::Name(Name::letter("T", "")));
+        blocks.push(DocumentBlock::Equations(vec![
             by_matrix("r", ["c", "b"], "B"),
-            (Tree::Name(Name::matrix("B", "")), Tree::Sum(vec![(true, transposed)])),
+            (FormulaTree::Name(Name::matrix("B", "")), FormulaTree::Sum(vec![(true, transposed)])),
         ]));
         blocks.extend(circuits(&self.translation, &|label| letters.displacement(label), |edge| self.kind_of(edge)));
         blocks.extend(circuits(&self.rotation, &|label| letters.angle(label), |edge| self.kind_of(edge)));
@@ -70,7 +71,7 @@ impl Lesson<'_> {
     }
 
     /// One cutset as a sum of node balances: the longest that is not the whole mechanism.
-    fn worked_cut(&mut self) -> Vec<Block> {
+    fn worked_cut(&mut self) -> Vec<DocumentBlock> {
         let Some((row, nodes)) = self.longest_cut() else { return Vec::new() };
         let system = &self.equations.system;
         let view = &self.translation;
@@ -96,7 +97,8 @@ impl Lesson<'_> {
             view.record.own(row).label,
             shortened(&names)
         );
-        let mut blocks = vec![words(text), Block::Equations(view.balances([row], |label| self.letters.force(label)))];
+        let mut blocks =
+            vec![words(text), DocumentBlock::Equations(view.balances([row], |label| self.letters.force(label)))];
         blocks.extend(self.picture_of_cut(&nodes));
         blocks
     }
@@ -113,10 +115,10 @@ impl Lesson<'_> {
 }
 
 /// {F}_b = -[A]{F}_c
-fn by_matrix(letter: &str, [left, right]: [&str; 2], matrix: &str) -> (Tree, Tree) {
-    let column = |below| Tree::Name(Name::column(letter, below));
-    let product = Tree::product(vec![Tree::Name(Name::matrix(matrix, "")), column(right)]);
-    (column(left), Tree::Sum(vec![(true, product)]))
+fn by_matrix(letter: &str, [left, right]: [&str; 2], matrix: &str) -> (FormulaTree, FormulaTree) {
+    let column = |below| FormulaTree::Name(Name::column(letter, below));
+    let product = FormulaTree::product(vec![FormulaTree::Name(Name::matrix(matrix, "")), column(right)]);
+    (column(left), FormulaTree::Sum(vec![(true, product)]))
 }
 
 /// A list of words, its middle left out if it is long.
@@ -129,7 +131,7 @@ pub fn shortened(list: &[&str]) -> String {
     }
 }
 
-fn is_incidence<D>(view: &View<D>) -> bool {
+fn is_incidence<D>(view: &GraphView<D>) -> bool {
     let is_node = |node: usize| node < view.nodes.len();
     view.record.edges.iter().all(|edge| {
         let [a, b] = edge.ends.map(|end| end.index());
@@ -137,7 +139,7 @@ fn is_incidence<D>(view: &View<D>) -> bool {
     })
 }
 
-fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
+fn incidence<D>(title: &str, view: &GraphView<D>, letter: Letter) -> Vec<DocumentBlock> {
     if view.nodes.len() < 2 {
         return Vec::new();
     }
@@ -161,9 +163,9 @@ fn incidence<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
 }
 
 /// Equations; where they are many, the first of them, and the others folded.
-pub fn list(mut rows: Vec<(Tree, Tree)>) -> Vec<Block> {
+pub fn list(mut rows: Vec<(FormulaTree, FormulaTree)>) -> Vec<DocumentBlock> {
     if rows.is_empty() || rows.len() <= 3 * MOST {
-        return if rows.is_empty() { Vec::new() } else { vec![Block::Equations(rows)] };
+        return if rows.is_empty() { Vec::new() } else { vec![DocumentBlock::Equations(rows)] };
     }
     let mut names = 0;
     let short = rows.iter().take_while(|(left, right)| {
@@ -173,10 +175,10 @@ pub fn list(mut rows: Vec<(Tree, Tree)>) -> Vec<Block> {
     let shown = short.count().clamp(1, MOST);
     let rest = rows.split_off(shown);
     let text = format!("{} more of the same kind", rest.len());
-    vec![Block::Equations(rows), folded(text, vec![Block::Equations(rest)])]
+    vec![DocumentBlock::Equations(rows), folded(text, vec![DocumentBlock::Equations(rest)])]
 }
 
-fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
+fn matrix<D>(title: &str, view: &GraphView<D>, letter: Letter) -> Vec<DocumentBlock> {
     let (branches, chords) = (view.record.cutsets.len(), view.record.circuits.len());
     if chords > WIDEST || branches > 2 * WIDEST {
         let text = format!("{title} is {branches} x {chords}; as a list of balances:");
@@ -189,7 +191,7 @@ fn matrix<D>(title: &str, view: &View<D>, letter: Letter) -> Vec<Block> {
 }
 
 /// The paths that chords equal: the longest of each kind where they are many.
-fn circuits<D>(view: &View<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String) -> Vec<Block> {
+fn circuits<D>(view: &GraphView<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String) -> Vec<DocumentBlock> {
     let mut chords: Vec<&EdgeRow> = view.record.circuits.iter().collect();
     let row = |chord: &&EdgeRow| view.by_others(chord, letter);
     if chords.len() <= 3 * MOST {
@@ -200,23 +202,23 @@ fn circuits<D>(view: &View<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> String
     let (first, rest): (Vec<_>, Vec<_>) =
         chords.into_iter().partition(|chord| kinds.insert(kind(view.record.own(chord))));
     let text = format!("{} more of these kinds", rest.len());
-    let rest = vec![Block::Equations(rest.iter().map(row).collect())];
-    vec![Block::Equations(first.iter().map(row).collect()), folded(text, rest)]
+    let rest = vec![DocumentBlock::Equations(rest.iter().map(row).collect())];
+    vec![DocumentBlock::Equations(first.iter().map(row).collect()), folded(text, rest)]
 }
 
 /// A matrix of signs with names beside the rows and above the columns.
-pub fn table(caption: &str, title: &str, columns: Vec<String>, rows: Vec<(String, Vec<i8>)>) -> Vec<Block> {
+pub fn table(caption: &str, title: &str, columns: Vec<String>, rows: Vec<(String, Vec<i8>)>) -> Vec<DocumentBlock> {
     if rows.is_empty() || columns.is_empty() {
         return Vec::new();
     }
     let cell = |sign: i8| match sign {
         0 => Piece::words("."),
-        sign if sign < 0 => Piece::Math(Tree::Sum(vec![(true, Tree::Number(f64::from(-sign)))])),
-        sign => Piece::Math(Tree::Number(f64::from(sign))),
+        sign if sign < 0 => Piece::Math(FormulaTree::Sum(vec![(true, FormulaTree::Number(f64::from(-sign)))])),
+        sign => Piece::Math(FormulaTree::Number(f64::from(sign))),
     };
     let rows = rows
         .into_iter()
         .map(|(name, signs)| std::iter::once(Piece::words(name)).chain(signs.into_iter().map(cell)).collect());
     let head = std::iter::once(title.to_owned()).chain(columns).collect();
-    vec![Block::captioned(caption, head, rows.collect())]
+    vec![DocumentBlock::captioned(caption, head, rows.collect())]
 }

@@ -4,7 +4,7 @@ use cotree::model::Dimension;
 use cotree::network::{Direction, Element};
 
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// How the variables of one mechanism are written.
 #[derive(Clone, Copy, Debug)]
@@ -17,61 +17,61 @@ impl Letters {
         Letters { plane: dimension == Dimension::Two }
     }
 
-    pub fn force(self, label: &str) -> Tree {
+    pub fn force(self, label: &str) -> FormulaTree {
         self.vector("F", label)
     }
 
-    pub fn torque(self, label: &str) -> Tree {
-        Tree::Name(Name::edge("T", label, false))
+    pub fn torque(self, label: &str) -> FormulaTree {
+        FormulaTree::Name(Name::edge("T", label, false))
     }
 
     /// `r`; on a line `x`, as in the paper.
-    pub fn displacement(self, label: &str) -> Tree {
+    pub fn displacement(self, label: &str) -> FormulaTree {
         self.vector(if self.plane { "r" } else { "x" }, label)
     }
 
-    pub fn velocity(self, label: &str) -> Tree {
+    pub fn velocity(self, label: &str) -> FormulaTree {
         self.vector("v", label)
     }
 
-    pub fn acceleration(self, label: &str) -> Tree {
+    pub fn acceleration(self, label: &str) -> FormulaTree {
         self.vector("a", label)
     }
 
-    pub fn angle(self, label: &str) -> Tree {
-        Tree::Name(Name::edge("theta", label, false))
+    pub fn angle(self, label: &str) -> FormulaTree {
+        FormulaTree::Name(Name::edge("theta", label, false))
     }
 
-    pub fn omega(self, label: &str) -> Tree {
-        Tree::Name(Name::edge("omega", label, false))
+    pub fn omega(self, label: &str) -> FormulaTree {
+        FormulaTree::Name(Name::edge("omega", label, false))
     }
 
-    pub fn alpha(self, label: &str) -> Tree {
-        Tree::Name(Name::edge("alpha", label, false))
+    pub fn alpha(self, label: &str) -> FormulaTree {
+        FormulaTree::Name(Name::edge("alpha", label, false))
     }
 
-    pub fn slide(self, label: &str) -> Tree {
-        Tree::Name(Name::edge("s", label, false))
+    pub fn slide(self, label: &str) -> FormulaTree {
+        FormulaTree::Name(Name::edge("s", label, false))
     }
 
     /// s' of an edge.
-    pub fn rate_of_slide(self, label: &str) -> Tree {
+    pub fn rate_of_slide(self, label: &str) -> FormulaTree {
         let name = Name::edge("s", label, false);
-        Tree::Name(Name { plain: format!("{}'", name.plain), dots: 1, ..name })
+        FormulaTree::Name(Name { plain: format!("{}'", name.plain), dots: 1, ..name })
     }
 
-    pub fn gravity(self) -> Tree {
-        Tree::Name(if self.plane { Name::bold("g", "") } else { Name::letter("g", "") })
+    pub fn gravity(self) -> FormulaTree {
+        FormulaTree::Name(if self.plane { Name::bold("g", "") } else { Name::letter("g", "") })
     }
 
     /// k . a: the component of a couple out of the plane.
-    pub fn out_of_plane(self, vector: Tree) -> Tree {
-        Tree::Relation(".", Box::new([Tree::Name(Name::bold("k", "")), vector]))
+    pub fn out_of_plane(self, vector: FormulaTree) -> FormulaTree {
+        FormulaTree::Relation(".", Box::new([FormulaTree::Name(Name::bold("k", "")), vector]))
     }
 
     /// The unit vector of a direction, with the element whose axis it is: along it or across.
-    pub fn direction(self, direction: Direction, element: &Element, along: bool) -> Tree {
-        Tree::Name(match direction {
+    pub fn direction(self, direction: Direction, element: &Element, along: bool) -> FormulaTree {
+        FormulaTree::Name(match direction {
             Direction::X => Name::bold("i", ""),
             Direction::Y => Name::bold("j", ""),
             Direction::Fixed(..) => Name::edge(if along { "u" } else { "n" }, &element.label, true),
@@ -79,23 +79,27 @@ impl Letters {
     }
 
     /// The projection of a vector on the unit vector of a direction; on a line there is nothing to project.
-    pub fn projected(self, vector: Tree, direction: Direction, element: &Element, along: bool) -> Tree {
+    pub fn projected(self, vector: FormulaTree, direction: Direction, element: &Element, along: bool) -> FormulaTree {
         match self.plane {
-            true => Tree::Relation(".", Box::new([vector, self.direction(direction, element, along)])),
+            true => FormulaTree::Relation(".", Box::new([vector, self.direction(direction, element, along)])),
             false => vector,
         }
     }
 
     /// A vector by its components; on a line it has one.
-    pub fn components(self, components: Vec<Tree>) -> Tree {
-        if self.plane { Tree::Call("", components) } else { components.into_iter().next().unwrap_or_else(Tree::zero) }
+    pub fn components(self, components: Vec<FormulaTree>) -> FormulaTree {
+        if self.plane {
+            FormulaTree::Call("", components)
+        } else {
+            components.into_iter().next().unwrap_or_else(FormulaTree::zero)
+        }
     }
 
     pub fn has_two_components(self) -> bool {
         self.plane
     }
 
-    fn vector(self, letter: &str, label: &str) -> Tree {
-        Tree::Name(Name::edge(letter, label, self.plane))
+    fn vector(self, letter: &str, label: &str) -> FormulaTree {
+        FormulaTree::Name(Name::edge(letter, label, self.plane))
     }
 }

@@ -9,10 +9,10 @@ use nalgebra::DMatrix;
 use super::graphs::table;
 use super::numbers::agree;
 use super::{Lesson, check, columns, words};
-use crate::document::Block;
+use crate::document::DocumentBlock;
 use crate::motion::vibration;
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// Wider matrices are not written out.
 const WIDEST: usize = 24;
@@ -24,7 +24,7 @@ struct ElementKind<'m> {
 }
 
 /// The matrices of a scene on a line; nothing for a scene in the plane.
-pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
+pub fn matrices(lesson: &mut Lesson) -> Vec<DocumentBlock> {
     let matrices = match lesson.equations.linear() {
         None => return Vec::new(),
         Some(Err(why)) => return vec![words(format!("There are no matrices D and K (24): {why}."))],
@@ -54,7 +54,7 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<Block> {
 }
 
 /// Whether anything holds the masses to the ground: what K and D make of a shift of all masses together.
-fn floating(lesson: &Lesson, kinds: &[ElementKind], vibration: &Vibration) -> Option<Block> {
+fn floating(lesson: &Lesson, kinds: &[ElementKind], vibration: &Vibration) -> Option<DocumentBlock> {
     let masses = &kinds.iter().find(|kind| kind.letter == "m")?.columns;
     let n = vibration.force.len();
     if masses.len() != n || n == 0 || n > WIDEST {
@@ -93,19 +93,19 @@ fn kinds<'m>(lesson: &Lesson, vibration: &'m Vibration) -> Vec<ElementKind<'m>> 
 }
 
 /// (28) to (33)
-fn products(kinds: &[ElementKind]) -> Vec<Block> {
-    let diagonal = |letter: &str| Tree::Name(Name::matrix(letter, ""));
+fn products(kinds: &[ElementKind]) -> Vec<DocumentBlock> {
+    let diagonal = |letter: &str| FormulaTree::Name(Name::matrix(letter, ""));
     let column = |base: &str, dots: usize| {
         let own = Name::column(base, "");
-        Tree::Name(Name { plain: format!("{{{base}{}}}", &"''"[..dots]), dots, ..own })
+        FormulaTree::Name(Name { plain: format!("{{{base}{}}}", &"''"[..dots]), dots, ..own })
     };
-    let matrix = |kind: &ElementKind| Tree::Name(Name::matrix("A", kind.letter));
-    let transposed = |kind: &ElementKind| Tree::power(matrix(kind), Tree::Name(Name::letter("T", "")));
+    let matrix = |kind: &ElementKind| FormulaTree::Name(Name::matrix("A", kind.letter));
+    let transposed = |kind: &ElementKind| FormulaTree::power(matrix(kind), FormulaTree::Name(Name::letter("T", "")));
     let balance = kinds.iter().map(|kind| {
-        let force = Tree::Name(Name::column("F", kind.letter));
-        (false, Tree::product(vec![matrix(kind), force]))
+        let force = FormulaTree::Name(Name::column("F", kind.letter));
+        (false, FormulaTree::product(vec![matrix(kind), force]))
     });
-    let mut rows = vec![(Tree::sum(balance.collect()), Tree::zero())];
+    let mut rows = vec![(FormulaTree::sum(balance.collect()), FormulaTree::zero())];
     let mut sum = Vec::new();
     for kind in kinds.iter().filter(|kind| kind.letter != "F") {
         let dots = match kind.letter {
@@ -113,26 +113,25 @@ fn products(kinds: &[ElementKind]) -> Vec<Block> {
             "d" => 1,
             _ => 0,
         };
-        let law = Tree::product(vec![diagonal(kind.letter), column("x", dots)]);
-        rows.push((Tree::Name(Name::column("F", kind.letter)), Tree::Sum(vec![(true, law)])));
-        rows.push((column("x", dots), Tree::product(vec![transposed(kind), column("q", dots)])));
+        let law = FormulaTree::product(vec![diagonal(kind.letter), column("x", dots)]);
+        rows.push((FormulaTree::Name(Name::column("F", kind.letter)), FormulaTree::Sum(vec![(true, law)])));
+        rows.push((column("x", dots), FormulaTree::product(vec![transposed(kind), column("q", dots)])));
         sum.push((
             false,
-            Tree::product(vec![matrix(kind), diagonal(kind.letter), transposed(kind), column("q", dots)]),
+            FormulaTree::product(vec![matrix(kind), diagonal(kind.letter), transposed(kind), column("q", dots)]),
         ));
     }
-    let right = kinds
-        .iter()
-        .find(|kind| kind.letter == "F")
-        .map_or_else(Tree::zero, |kind| Tree::product(vec![matrix(kind), Tree::Name(Name::column("F", "F"))]));
-    rows.push((Tree::sum(sum), right));
+    let right = kinds.iter().find(|kind| kind.letter == "F").map_or_else(FormulaTree::zero, |kind| {
+        FormulaTree::product(vec![matrix(kind), FormulaTree::Name(Name::column("F", "F"))])
+    });
+    rows.push((FormulaTree::sum(sum), right));
     let text = "Cutsets (28), terminal equations with diagonal m, d, k (29), circuits, which are the transposes by (13) (30)-(32), and the result (33); \
                 free lengths and weights are with the forces:";
-    vec![words(text), Block::Equations(rows)]
+    vec![words(text), DocumentBlock::Equations(rows)]
 }
 
 /// The entries of D and K, and of {F}; those of M are above.
-fn entries(lesson: &mut Lesson) -> Vec<Block> {
+fn entries(lesson: &mut Lesson) -> Vec<DocumentBlock> {
     let (names, exprs) = columns(vibration(&mut lesson.equations).into_iter().flat_map(|(_, entries)| entries));
     lesson.equations(names, &exprs)
 }

@@ -28,24 +28,24 @@ use cotree::network::{Rotation, Translation};
 use cotree::resolve::symbolic::{Style, Symbolic};
 use cotree_study::analysis::state_at;
 
-use super::document::{Block, Piece};
+use super::document::{DocumentBlock, Piece};
 use super::motion::{Entry, context, has_masses};
 use super::name::Names;
 use super::symbols::with_names;
-use super::tree::{Tree, formulas};
+use super::tree::{FormulaTree, formulas};
 use super::{Prose, page};
 use abbreviations::Abbreviations;
 use letters::Letters;
 pub use numbers::Moment;
-use view::View;
+use view::GraphView;
 
 /// The lesson of one mechanism: its equations with names for all numbers, and the mechanism with its numbers at the start.
 struct Lesson<'a> {
     equations: Equations,
     source: &'a mut Formulated,
     letters: Letters,
-    translation: View<Translation>,
-    rotation: View<Rotation>,
+    translation: GraphView<Translation>,
+    rotation: GraphView<Rotation>,
     dynamic: bool,
     abbreviations: Abbreviations,
     /// Values that events alone change, as the motion begins with them; or why it does not begin.
@@ -84,8 +84,8 @@ impl<'a> Lesson<'a> {
         let (points, bodies) = equations.record();
         Lesson {
             letters: Letters::new(system.mechanism.dimension),
-            translation: View { nodes: labels::nodes(system), record: points },
-            rotation: View { nodes: labels::bodies(system), record: bodies },
+            translation: GraphView { nodes: labels::nodes(system), record: points },
+            rotation: GraphView { nodes: labels::bodies(system), record: bodies },
             equations,
             source,
             dynamic,
@@ -95,22 +95,22 @@ impl<'a> Lesson<'a> {
     }
 
     /// Formulas of expressions, and the abbreviations in them that have not been defined yet.
-    fn formulas(&mut self, exprs: &[Expr]) -> (Vec<Tree>, Vec<(Tree, Tree)>) {
+    fn formulas(&mut self, exprs: &[Expr]) -> (Vec<FormulaTree>, Vec<(FormulaTree, FormulaTree)>) {
         let context = context(&mut self.equations);
         let found = formulas(&self.equations, exprs, &context);
         self.abbreviations.settled(&Names::new(&self.equations), found)
     }
 
     /// Equations with names on the left, then the abbreviations in them.
-    fn equations(&mut self, names: Vec<Tree>, exprs: &[Expr]) -> Vec<Block> {
+    fn equations(&mut self, names: Vec<FormulaTree>, exprs: &[Expr]) -> Vec<DocumentBlock> {
         let (formulas, new) = self.formulas(exprs);
         let mut blocks = graphs::list(names.into_iter().zip(formulas).collect());
         blocks.extend(with(new));
         blocks
     }
 
-    fn written(&mut self, entries: Vec<Entry>) -> Vec<Block> {
-        let (names, exprs): (Vec<Tree>, Vec<Expr>) = columns(entries);
+    fn written(&mut self, entries: Vec<Entry>) -> Vec<DocumentBlock> {
+        let (names, exprs): (Vec<FormulaTree>, Vec<Expr>) = columns(entries);
         self.equations(names, &exprs)
     }
 }
@@ -127,7 +127,7 @@ fn modes_at_start(source: &Formulated) -> Result<Vec<(usize, f64)>, String> {
 }
 
 /// The definitions of abbreviations, after the formulas in which they occur.
-fn with(definitions: Vec<(Tree, Tree)>) -> Vec<Block> {
+fn with(definitions: Vec<(FormulaTree, FormulaTree)>) -> Vec<DocumentBlock> {
     let mut blocks = graphs::list(definitions);
     if !blocks.is_empty() {
         blocks.insert(0, words("with"));
@@ -136,33 +136,33 @@ fn with(definitions: Vec<(Tree, Tree)>) -> Vec<Block> {
 }
 
 /// Names and expressions of entries.
-fn columns(entries: impl IntoIterator<Item = Entry>) -> (Vec<Tree>, Vec<Expr>) {
-    entries.into_iter().map(|(name, expr)| (Tree::Name(name), expr)).unzip()
+fn columns(entries: impl IntoIterator<Item = Entry>) -> (Vec<FormulaTree>, Vec<Expr>) {
+    entries.into_iter().map(|(name, expr)| (FormulaTree::Name(name), expr)).unzip()
 }
 
-fn heading(text: &str) -> Block {
-    Block::Heading(text.into())
+fn heading(text: &str) -> DocumentBlock {
+    DocumentBlock::Heading(text.into())
 }
 
-fn words(text: impl Into<String>) -> Block {
-    Block::Text(vec![Piece::words(text)])
+fn words(text: impl Into<String>) -> DocumentBlock {
+    DocumentBlock::Text(vec![Piece::words(text)])
 }
 
-fn folded(summary: impl Into<String>, blocks: Vec<Block>) -> Block {
-    Block::Folded(summary.into(), blocks)
+fn folded(summary: impl Into<String>, blocks: Vec<DocumentBlock>) -> DocumentBlock {
+    DocumentBlock::Folded(summary.into(), blocks)
 }
 
 /// The end of a section: what was checked, and with what result.
-fn check(what: &str, holds: bool) -> Block {
+fn check(what: &str, holds: bool) -> DocumentBlock {
     words(format!("Check: {what}: {}.", if holds { "it holds" } else { "IT DOES NOT HOLD" }))
 }
 
 /// A table with rows of some kinds: where they are many, the first two of each kind, and the others folded.
-fn thinned(caption: &str, head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec<Block> {
+fn thinned(caption: &str, head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec<DocumentBlock> {
     const MOST: usize = 26;
     let head: Vec<String> = head.iter().map(|&word| word.to_owned()).collect();
     if rows.len() <= MOST {
-        return vec![Block::captioned(caption, head, rows.into_iter().map(|(_, row)| row).collect())];
+        return vec![DocumentBlock::captioned(caption, head, rows.into_iter().map(|(_, row)| row).collect())];
     }
     let mut seen = std::collections::BTreeMap::<String, usize>::new();
     let (mut first, mut rest) = (Vec::new(), Vec::new());
@@ -172,5 +172,5 @@ fn thinned(caption: &str, head: &[&str], rows: Vec<(String, Vec<Piece>)>) -> Vec
         if *count <= 2 { first.push(row) } else { rest.push(row) }
     }
     let text = format!("{} more rows of these kinds", rest.len());
-    vec![Block::captioned(caption, head.clone(), first), folded(text, vec![Block::table(head, rest)])]
+    vec![DocumentBlock::captioned(caption, head.clone(), first), folded(text, vec![DocumentBlock::table(head, rest)])]
 }

@@ -4,12 +4,12 @@ use std::collections::HashSet;
 
 use cotree::model::Mechanism;
 
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// Renames vectors that would be read as names of the user's.
-pub fn tell_apart(blocks: &mut [Block], mechanism: &Mechanism) {
+pub fn tell_apart(blocks: &mut [DocumentBlock], mechanism: &Mechanism) {
     let parameters = mechanism.parameters.iter().map(|own| own.name.as_str());
     let inputs = mechanism.inputs.iter().map(|own| own.name.as_str());
     let drivers = mechanism.drivers.iter().map(|own| own.name.as_str());
@@ -19,21 +19,21 @@ pub fn tell_apart(blocks: &mut [Block], mechanism: &Mechanism) {
             name.plain.push('_');
         }
     };
-    let mut rename_all = |tree: &mut Tree| tree.visit_names(&mut rename);
+    let mut rename_all = |tree: &mut FormulaTree| tree.visit_names(&mut rename);
     blocks.iter_mut().for_each(|block| trees(block, &mut rename_all));
 }
 
-fn trees(block: &mut Block, visit: &mut dyn FnMut(&mut Tree)) {
+fn trees(block: &mut DocumentBlock, visit: &mut dyn FnMut(&mut FormulaTree)) {
     match block {
-        Block::Heading(_) | Block::Picture(..) => {}
-        Block::Text(pieces) => pieces.iter_mut().for_each(|piece| math(piece, visit)),
-        Block::Equations(rows) => rows.iter_mut().flat_map(|(left, right)| [left, right]).for_each(visit),
-        Block::Table(table) => table.rows.iter_mut().flatten().for_each(|piece| math(piece, visit)),
-        Block::Folded(_, blocks) => blocks.iter_mut().for_each(|block| trees(block, visit)),
+        DocumentBlock::Heading(_) | DocumentBlock::Picture(..) => {}
+        DocumentBlock::Text(pieces) => pieces.iter_mut().for_each(|piece| math(piece, visit)),
+        DocumentBlock::Equations(rows) => rows.iter_mut().flat_map(|(left, right)| [left, right]).for_each(visit),
+        DocumentBlock::Table(table) => table.rows.iter_mut().flatten().for_each(|piece| math(piece, visit)),
+        DocumentBlock::Folded(_, blocks) => blocks.iter_mut().for_each(|block| trees(block, visit)),
     }
 }
 
-fn math(piece: &mut Piece, visit: &mut dyn FnMut(&mut Tree)) {
+fn math(piece: &mut Piece, visit: &mut dyn FnMut(&mut FormulaTree)) {
     match piece {
         Piece::Math(tree) => visit(tree),
         Piece::Row(pieces) => pieces.iter_mut().for_each(|piece| math(piece, visit)),

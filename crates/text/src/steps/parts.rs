@@ -9,13 +9,13 @@ use cotree::typeset::counted;
 
 use super::projection::is_free;
 use super::{Lesson, heading, thinned, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::symbol_name;
 use crate::symbols::number;
-use crate::tree::{Tree, plain};
+use crate::tree::{FormulaTree, plain};
 
 impl Lesson<'_> {
-    pub fn parts(&mut self) -> Vec<Block> {
+    pub fn parts(&mut self) -> Vec<DocumentBlock> {
         let mut blocks = vec![heading("1. What is the mechanism?"), self.mechanism()];
         blocks.push(words(self.freedoms()));
         blocks.push(words(self.node_legend()));
@@ -78,7 +78,7 @@ impl Lesson<'_> {
         };
         let vector = self.letters.components(plain(&self.equations, &unit));
         let axis = self.letters.direction(Direction::Fixed(body, unit), element, true);
-        vec![Piece::Math(Tree::Relation("=", Box::new([axis, vector]))), self.carrier(body)]
+        vec![Piece::Math(FormulaTree::Relation("=", Box::new([axis, vector]))), self.carrier(body)]
     }
 
     /// " in rod"
@@ -87,8 +87,8 @@ impl Lesson<'_> {
         Piece::words(body.map_or_else(String::new, |body| format!(" in {}", bodies[body.0].name)))
     }
 
-    pub fn parameter(&self, index: usize) -> Tree {
-        Tree::Name(symbol_name(&self.equations, Symbol::Parameter(index)))
+    pub fn parameter(&self, index: usize) -> FormulaTree {
+        FormulaTree::Name(symbol_name(&self.equations, Symbol::Parameter(index)))
     }
 
     fn parameters_in(&self, exprs: &[Expr]) -> Vec<usize> {

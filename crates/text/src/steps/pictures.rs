@@ -8,7 +8,7 @@ use cotree_draw::drawing::{Drawing, Mark};
 use cotree_draw::pose::{draw, frames, position, positions};
 
 use super::{Lesson, words};
-use crate::document::Block;
+use crate::document::DocumentBlock;
 
 /// Of larger mechanisms a circuit could not be followed.
 const BODIES: usize = 30;
@@ -17,7 +17,7 @@ const NODES: usize = 60;
 
 impl Lesson<'_> {
     /// The mechanism, with the angles of bodies that are coordinates, and with its nodes.
-    pub fn mechanism(&mut self) -> Block {
+    pub fn mechanism(&mut self) -> DocumentBlock {
         let mut drawing = draw(self.source);
         if self.is_plane() && self.equations.coordinates.len() <= BODIES {
             let poses = frames(self.source);
@@ -31,7 +31,7 @@ impl Lesson<'_> {
             drawing.marks = self.equations.coordinates.iter().filter_map(angle).collect();
             drawing.marks.extend(self.nodes());
         }
-        Block::Picture(drawing.svg(), "--drawing")
+        DocumentBlock::Picture(drawing.svg(), "--drawing")
     }
 
     /// Where the nodes of the translational graph are, by their names in it.
@@ -45,7 +45,7 @@ impl Lesson<'_> {
     }
 
     /// The free body of a cutset, by its nodes: a line around each of its bodies.
-    pub fn picture_of_cut(&mut self, nodes: &BTreeSet<usize>) -> Option<Block> {
+    pub fn picture_of_cut(&mut self, nodes: &BTreeSet<usize>) -> Option<DocumentBlock> {
         let places = self.equations.system.places();
         let mut bodies: BTreeMap<BodyId, Vec<[f64; 2]>> = BTreeMap::new();
         for place in nodes.iter().map(|node| places[*node]) {
@@ -57,7 +57,7 @@ impl Lesson<'_> {
     }
 
     /// The circuit of the first loop equation.
-    pub fn picture_of_circuit(&mut self) -> Vec<Block> {
+    pub fn picture_of_circuit(&mut self) -> Vec<DocumentBlock> {
         let Some(element) = self.equations.loops().next().map(|(_, own)| own.element) else { return Vec::new() };
         let Some(circuit) = self.translation.record.circuit(element) else { return Vec::new() };
         let (label, walk) = (self.translation.record.own(circuit).label.clone(), self.translation.walk(circuit));
@@ -69,12 +69,12 @@ impl Lesson<'_> {
         })
     }
 
-    fn marked(&mut self, marks: Vec<Mark>) -> Option<Block> {
+    fn marked(&mut self, marks: Vec<Mark>) -> Option<DocumentBlock> {
         if marks.is_empty() || !self.is_plane() || self.equations.system.mechanism.bodies.len() > BODIES {
             return None;
         }
         let drawing = Drawing { marks, ..draw(self.source) };
-        Some(Block::Picture(drawing.svg(), ""))
+        Some(DocumentBlock::Picture(drawing.svg(), ""))
     }
 
     fn is_plane(&self) -> bool {

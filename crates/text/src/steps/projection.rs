@@ -5,25 +5,26 @@ use cotree::expr::Expr;
 use cotree::network::{Angle, Direction, Element, ElementId, Held, Known, Origin, System, Translation};
 
 use super::graphs::{list, shortened};
-use super::view::View;
+use super::view::GraphView;
 use super::{Lesson, check, heading, words};
-use crate::document::Block;
+use crate::document::DocumentBlock;
 use crate::modes::{Modes, indicators};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
-pub type Rows = Vec<(Tree, Tree)>;
+pub type Rows = Vec<(FormulaTree, FormulaTree)>;
 
 impl Lesson<'_> {
     /// Step 1: cutsets of branches, projected on their motion spaces.
-    pub fn cutset_equations(&mut self) -> Vec<Block> {
+    pub fn cutset_equations(&mut self) -> Vec<DocumentBlock> {
         let mut blocks = vec![heading("6. Step 1. Which balances are needed? Cutsets on motion spaces (14)")];
         if !self.dynamic {
             blocks.push(words("The scene gives no masses: this is a kinematic analysis, and no balance is needed."));
             return blocks;
         }
         let known = self.through_variables();
-        let (rows, reduced) = (self.balances(Tree::sum), self.balances(|terms| inserted(&known, terms.into_iter())));
+        let (rows, reduced) =
+            (self.balances(FormulaTree::sum), self.balances(|terms| inserted(&known, terms.into_iter())));
         let none = self.without_balance();
         if rows.is_empty() {
             blocks.push(words("No branch is free to move: there are no equations of motion."));
@@ -48,7 +49,7 @@ impl Lesson<'_> {
         let efforts = self.efforts();
         if !efforts.is_empty() {
             blocks.push(words("The cutset of a driver says what it must exert:"));
-            blocks.push(Block::Equations(efforts));
+            blocks.push(DocumentBlock::Equations(efforts));
         }
         blocks
     }
@@ -61,14 +62,14 @@ impl Lesson<'_> {
     }
 
     /// The cutset of each branch, projected on each direction in which it is free; `sum` adds what is cut.
-    fn balances(&self, sum: impl Fn(Vec<(bool, Tree)>) -> Tree) -> Rows {
+    fn balances(&self, sum: impl Fn(Vec<(bool, FormulaTree)>) -> FormulaTree) -> Rows {
         let mut rows = Rows::new();
         for cut in self.cuts() {
             let balance = sum(cut.terms);
             match &cut.element.translation {
-                _ if cut.angular => rows.extend(is_free(cut.element).then(|| (balance, Tree::zero()))),
+                _ if cut.angular => rows.extend(is_free(cut.element).then(|| (balance, FormulaTree::zero()))),
                 row => rows.extend(row.iter().flat_map(|row| &row.motion).map(|(along, _)| {
-                    (self.letters.projected(balance.clone(), *along, cut.element, true), Tree::zero())
+                    (self.letters.projected(balance.clone(), *along, cut.element, true), FormulaTree::zero())
                 })),
             }
         }
@@ -102,11 +103,11 @@ impl Lesson<'_> {
     /// Through variables of some branches as sums of those of chords.
     pub fn by_chords(&self, is_one: impl Fn(&Cut) -> bool) -> Rows {
         let cuts = self.cuts().into_iter().filter(is_one);
-        cuts.map(|cut| (cut.own(), Tree::sum(cut.others().collect()))).collect()
+        cuts.map(|cut| (cut.own(), FormulaTree::sum(cut.others().collect()))).collect()
     }
 
     /// Step 2: circuits of chords, projected on their reaction spaces; and the displacements of slides.
-    pub fn circuit_equations(&mut self) -> Vec<Block> {
+    pub fn circuit_equations(&mut self) -> Vec<DocumentBlock> {
         let mut blocks = vec![heading("7. Step 2. Which closures are needed? Circuits on reaction spaces (15)")];
         let loops: Vec<usize> = self.equations.loops().map(|(index, _)| index).collect();
         if loops.is_empty() {
@@ -128,7 +129,7 @@ impl Lesson<'_> {
             blocks.extend(self.own_circuits());
             blocks.extend(self.couplings());
             blocks.push(words("In the coordinates (19):"));
-            let names = (0..loops.len()).map(|row| Tree::Name(Name::entry("Phi", &[row]))).collect();
+            let names = (0..loops.len()).map(|row| FormulaTree::Name(Name::entry("Phi", &[row]))).collect();
             let values: Vec<Expr> = loops.iter().map(|&index| self.equations.constraints[index].value).collect();
             blocks.extend(self.equations(names, &values));
             let gaps = self.equations.gaps();
@@ -140,7 +141,7 @@ impl Lesson<'_> {
     }
 
     /// Which of these hold in which mode.
-    fn modes(&mut self) -> Vec<Block> {
+    fn modes(&mut self) -> Vec<DocumentBlock> {
         let Some(modes) = Modes::new(&mut self.equations) else { return Vec::new() };
         let entries = indicators(&mut self.equations).into_iter().flat_map(|(_, entries)| entries);
         let mut blocks = modes.blocks();
@@ -150,13 +151,13 @@ impl Lesson<'_> {
     }
 
     /// Are the loops closed where the motion starts?
-    fn closed(&mut self, values: &[Expr]) -> Block {
+    fn closed(&mut self, values: &[Expr]) -> DocumentBlock {
         let gaps = self.at_start(values);
         let largest = gaps.iter().fold(0.0_f64, |largest, gap| largest.max(gap.abs()));
         check(&format!("the largest of these at the start is {largest:.1e}"), largest < 1e-6)
     }
 
-    fn couplings(&self) -> Vec<Block> {
+    fn couplings(&self) -> Vec<DocumentBlock> {
         if !self.equations.constraints.iter().any(|constraint| !constraint.coupled.is_empty()) {
             return Vec::new();
         }
@@ -171,7 +172,7 @@ impl Lesson<'_> {
     }
 
     /// Slides in the cotree: the circuit projected on the direction in which they slide.
-    fn slide_equations(&mut self) -> Vec<Block> {
+    fn slide_equations(&mut self) -> Vec<DocumentBlock> {
         let slides = self.slides();
         if slides.is_empty() {
             return Vec::new();
@@ -179,7 +180,7 @@ impl Lesson<'_> {
         let mut blocks = vec![words(
             "Projected on the direction in which it slides, the circuit gives the slide itself, which is no coordinate (41):",
         )];
-        let names: Vec<Tree> = slides.iter().map(|(name, _)| name.clone()).collect();
+        let names: Vec<FormulaTree> = slides.iter().map(|(name, _)| name.clone()).collect();
         blocks.extend(list(slides));
         let entries = crate::motion::slides(&mut self.equations);
         let exprs: Vec<Expr> = entries.into_iter().map(|(_, expr)| expr).collect();
@@ -190,7 +191,7 @@ impl Lesson<'_> {
     }
 
     /// The loop equations that are circuits of one chord, then without what is zero.
-    fn own_circuits(&mut self) -> Vec<Block> {
+    fn own_circuits(&mut self) -> Vec<DocumentBlock> {
         let own = self.equations.loops().filter(|(_, own)| own.coupled.is_empty());
         let own: Vec<(ElementId, Held)> = own.map(|(_, own)| (own.element, own.held)).collect();
         let struck: Vec<Vec<usize>> = own.iter().map(|own| self.struck(*own)).collect();
@@ -203,7 +204,11 @@ impl Lesson<'_> {
         }
         if !zeros.is_empty() {
             zeros.truncate(24);
-            blocks.extend([words("What is zero is struck:"), Block::Equations(zeros), words("and there remains")]);
+            blocks.extend([
+                words("What is zero is struck:"),
+                DocumentBlock::Equations(zeros),
+                words("and there remains"),
+            ]);
             let rest = own.iter().zip(&struck).filter_map(|(own, edges)| self.circuit_row(*own, edges));
             blocks.extend(list(rest.collect()));
         }
@@ -226,24 +231,24 @@ impl Lesson<'_> {
             let vector = self.letters.displacement(&edge.label);
             if self.is_pin(edge) { vector } else { self.held_part(vector, along, chord) }
         };
-        edges.iter().map(|edge| (left(&self.translation.record.edges[*edge]), Tree::zero())).collect()
+        edges.iter().map(|edge| (left(&self.translation.record.edges[*edge]), FormulaTree::zero())).collect()
     }
 
     /// The circuit of a chord, projected on what it holds, without some edges.
-    fn circuit_row(&self, (chord, held): (ElementId, Held), without: &[usize]) -> Option<(Tree, Tree)> {
+    fn circuit_row(&self, (chord, held): (ElementId, Held), without: &[usize]) -> Option<(FormulaTree, FormulaTree)> {
         let Held::Along(along) = held else {
             let circuit = self.rotation.record.circuit(chord)?;
-            let sum = Tree::sum(self.rotation.terms(circuit, |label| self.letters.angle(label)));
-            return Some((sum, Tree::zero()));
+            let sum = FormulaTree::sum(self.rotation.terms(circuit, |label| self.letters.angle(label)));
+            return Some((sum, FormulaTree::zero()));
         };
         let mut circuit = self.translation.record.circuit(chord)?.clone();
         circuit.retain(|(edge, _)| !without.contains(edge));
-        let sum = Tree::sum(self.translation.terms(&circuit, |label| self.letters.displacement(label)));
-        Some((self.held_part(sum, along, chord), Tree::zero()))
+        let sum = FormulaTree::sum(self.translation.terms(&circuit, |label| self.letters.displacement(label)));
+        Some((self.held_part(sum, along, chord), FormulaTree::zero()))
     }
 
     /// The projection of a vector on the direction that a joint or driver holds.
-    pub fn held_part(&self, vector: Tree, along: Direction, id: ElementId) -> Tree {
+    pub fn held_part(&self, vector: FormulaTree, along: Direction, id: ElementId) -> FormulaTree {
         let element = self.equations.system.element(id);
         // A driver holds its axis, a joint what is across it.
         self.letters.projected(vector, along, element, matches!(element.origin, Origin::Driver(_)))
@@ -269,10 +274,10 @@ impl Lesson<'_> {
 
 /// The cutset of each branch of a graph.
 fn cuts<'v, D>(
-    view: &'v View<D>,
+    view: &'v GraphView<D>,
     system: &'v System,
     angular: bool,
-    letter: impl Fn(&str) -> Tree + 'v,
+    letter: impl Fn(&str) -> FormulaTree + 'v,
 ) -> impl Iterator<Item = Cut<'v>> {
     let element = |row| system.element(view.record.own(row).element);
     view.record.cutsets.iter().map(move |row| Cut { element: element(row), angular, terms: view.terms(row, &letter) })
@@ -283,16 +288,16 @@ pub struct Cut<'l> {
     pub element: &'l Element,
     pub angular: bool,
     /// The through variable of its branch, and those of chords, true for minus.
-    terms: Vec<(bool, Tree)>,
+    terms: Vec<(bool, FormulaTree)>,
 }
 
 impl Cut<'_> {
-    pub fn own(&self) -> Tree {
+    pub fn own(&self) -> FormulaTree {
         self.terms[0].1.clone()
     }
 
     /// The branch's variable is the sum of these.
-    pub fn others(&self) -> impl Iterator<Item = (bool, Tree)> {
+    pub fn others(&self) -> impl Iterator<Item = (bool, FormulaTree)> {
         self.terms[1..].iter().map(|(minus, tree)| (!minus, tree.clone()))
     }
 }
@@ -302,16 +307,17 @@ pub fn is_free(element: &Element) -> bool {
 }
 
 /// The terms of a sum, so that it needs no parentheses.
-fn opened((minus, tree): (bool, Tree)) -> Vec<(bool, Tree)> {
+fn opened((minus, tree): (bool, FormulaTree)) -> Vec<(bool, FormulaTree)> {
     match tree {
-        Tree::Sum(terms) => terms.into_iter().map(|(own, term)| (own != minus, term)).collect(),
+        FormulaTree::Sum(terms) => terms.into_iter().map(|(own, term)| (own != minus, term)).collect(),
         tree => vec![(minus, tree)],
     }
 }
 
 /// A sum with what is known in its place; what is zero drops out.
-pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, Tree)>) -> Tree {
-    let replaced = |tree: Tree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
+pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, FormulaTree)>) -> FormulaTree {
+    let replaced =
+        |tree: FormulaTree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
     let terms = terms.map(|(minus, tree)| (minus, replaced(tree)));
-    Tree::sum(terms.filter(|(_, tree)| *tree != Tree::zero()).flat_map(opened).collect())
+    FormulaTree::sum(terms.filter(|(_, tree)| *tree != FormulaTree::zero()).flat_map(opened).collect())
 }

@@ -6,13 +6,13 @@ use cotree::network::{Direction, ElementId, Held};
 use super::numbers::agree;
 use super::projection::Rows;
 use super::{Lesson, check, heading, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::motion;
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 impl Lesson<'_> {
-    pub fn rates(&mut self) -> Vec<Block> {
+    pub fn rates(&mut self) -> Vec<DocumentBlock> {
         let mut blocks = vec![heading("10. How do the rates follow? Velocities (20) and accelerations (21)")];
         let loops: Vec<usize> = self.equations.loops().map(|(index, _)| index).collect();
         if loops.is_empty() {
@@ -40,7 +40,7 @@ impl Lesson<'_> {
     }
 
     /// The circuit holds for velocities and accelerations.
-    fn by_graph(&mut self, index: usize) -> Vec<Block> {
+    fn by_graph(&mut self, index: usize) -> Vec<DocumentBlock> {
         let own = self.equations.constraints[index].clone();
         let Held::Along(along) = own.held else {
             return vec![words(
@@ -53,9 +53,9 @@ impl Lesson<'_> {
             )];
         };
         let label = &self.translation.record.own(circuit).label;
-        let row = |letter: &dyn Fn(&str) -> Tree| {
-            let sum = Tree::sum(self.translation.terms(circuit, letter));
-            (self.held_part(sum, along, own.element), Tree::zero())
+        let row = |letter: &dyn Fn(&str) -> FormulaTree| {
+            let sum = FormulaTree::sum(self.translation.terms(circuit, letter));
+            (self.held_part(sum, along, own.element), FormulaTree::zero())
         };
         let mut rows = vec![row(&|label| self.letters.velocity(label)), row(&|label| self.letters.acceleration(label))];
         let text = match self.turns(index) {
@@ -71,7 +71,7 @@ impl Lesson<'_> {
             ),
         };
         rows.extend(if self.turns(index) { self.slide(own.element, along) } else { Rows::new() });
-        vec![words(text), Block::Equations(rows)]
+        vec![words(text), DocumentBlock::Equations(rows)]
     }
 
     /// n.v = omega s, n.a = alpha s + 2 omega s' of a slide r = s u
@@ -81,26 +81,29 @@ impl Lesson<'_> {
         if element.translation.as_ref().is_none_or(|row| row.motion.is_empty()) {
             return Rows::new();
         }
-        let name = |letter: &str| Tree::Name(Name::word(letter));
+        let name = |letter: &str| FormulaTree::Name(Name::word(letter));
         let (s, rate) = (self.letters.slide(label), self.letters.rate_of_slide(label));
-        let projected = |vector: Tree| self.letters.projected(vector, along, element, false);
-        let coriolis = Tree::product(vec![Tree::Number(2.0), name("omega"), rate]);
-        let tangential = Tree::product(vec![name("alpha"), s.clone()]);
+        let projected = |vector: FormulaTree| self.letters.projected(vector, along, element, false);
+        let coriolis = FormulaTree::product(vec![FormulaTree::Number(2.0), name("omega"), rate]);
+        let tangential = FormulaTree::product(vec![name("alpha"), s.clone()]);
         vec![
-            (projected(self.letters.velocity(label)), Tree::product(vec![name("omega"), s])),
-            (projected(self.letters.acceleration(label)), Tree::Sum(vec![(false, tangential), (false, coriolis)])),
+            (projected(self.letters.velocity(label)), FormulaTree::product(vec![name("omega"), s])),
+            (
+                projected(self.letters.acceleration(label)),
+                FormulaTree::Sum(vec![(false, tangential), (false, coriolis)]),
+            ),
         ]
     }
 
-    fn by_calculus(&mut self, row: usize, index: usize) -> Vec<Block> {
+    fn by_calculus(&mut self, row: usize, index: usize) -> Vec<DocumentBlock> {
         let terms = self.calculus(index);
-        let matrix = |below: &str| Tree::Name(Name::matrix("Phi", below));
-        let speeds = || Tree::Name(Name::column("v", ""));
-        let minus = |factors: Vec<Tree>| Tree::Sum(vec![(true, Tree::product(factors))]);
+        let matrix = |below: &str| FormulaTree::Name(Name::matrix("Phi", below));
+        let speeds = || FormulaTree::Name(Name::column("v", ""));
+        let minus = |factors: Vec<FormulaTree>| FormulaTree::Sum(vec![(true, FormulaTree::product(factors))]);
         let (mut names, mut exprs) = (Vec::new(), Vec::new());
         for (left, expr) in [
             minus(vec![matrix("qq"), speeds(), speeds()]),
-            minus(vec![Tree::Number(2.0), matrix("qt"), speeds()]),
+            minus(vec![FormulaTree::Number(2.0), matrix("qt"), speeds()]),
             minus(vec![matrix("tt")]),
         ]
         .into_iter()
@@ -186,7 +189,7 @@ impl Lesson<'_> {
     }
 
     /// Where the drivers prescribe everything: which equation gives which coordinate, read from the zeros in Phi_q.
-    fn order(&self, loops: &[usize]) -> Vec<Block> {
+    fn order(&self, loops: &[usize]) -> Vec<DocumentBlock> {
         let mut open: Vec<usize> = (0..self.equations.coordinates.len()).collect();
         let always = |&(_, index): &(usize, usize)| self.equations.constraints[index].always_holds();
         let mut rows: Vec<(usize, usize)> = loops.iter().copied().enumerate().filter(always).collect();
@@ -199,17 +202,17 @@ impl Lesson<'_> {
             let Some((number, index)) = alone.map(|place| rows.remove(place)) else { break };
             let column = self.columns(index, &open)[0];
             open.retain(|own| *own != column);
-            let name = Tree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
+            let name = FormulaTree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
             steps.push(Piece::words(if steps.is_empty() { "" } else { ", then " }));
             steps.extend([Piece::Math(name), Piece::words(" from ")]);
-            steps.push(Piece::Math(Tree::Name(Name::entry("Phi", &[number]))));
+            steps.push(Piece::Math(FormulaTree::Name(Name::entry("Phi", &[number]))));
         }
         if !open.is_empty() {
             let before = if steps.is_empty() { "" } else { ", then " };
             steps.push(Piece::words(format!("{before}the other {} together", open.len())));
         }
         let text = Piece::words("Order of solution, read from the zeros in the Jacobian: ");
-        vec![Block::Text(std::iter::once(text).chain(steps).chain([Piece::words(".")]).collect())]
+        vec![DocumentBlock::Text(std::iter::once(text).chain(steps).chain([Piece::words(".")]).collect())]
     }
 
     fn columns(&self, index: usize, open: &[usize]) -> Vec<usize> {

@@ -9,16 +9,16 @@ use super::graphs::list;
 use super::numbers::{Moment, agree, short};
 use super::projection::{Cut, Rows, inserted, is_free};
 use super::{Lesson, check, heading, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::motion::{self, dynamics};
 use crate::name::{Name, symbol_name};
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// Larger systems in absolute coordinates are not solved for the check.
 const LARGEST: usize = 150;
 
 impl Lesson<'_> {
-    pub fn reactions(&mut self) -> Vec<Block> {
+    pub fn reactions(&mut self) -> Vec<DocumentBlock> {
         let mut blocks = vec![heading("11. Which reactions? The cutsets not used in Step 1, on reaction spaces")];
         if !self.dynamic {
             blocks.push(words("Without masses there is nothing to balance: reactions are not asked for."));
@@ -68,13 +68,13 @@ impl Lesson<'_> {
         };
         let joints = self.cuts().into_iter().filter(|cut| matches!(cut.element.origin, Origin::Joint(_)) && holds(cut));
         let both = joints.flat_map(|cut| {
-            let [whole, with] = [Tree::sum(cut.others().collect()), inserted(&known, cut.others())];
+            let [whole, with] = [FormulaTree::sum(cut.others().collect()), inserted(&known, cut.others())];
             [(cut.own(), whole), (cut.own(), with)]
         });
         both.collect()
     }
 
-    fn multipliers(&self) -> Vec<Block> {
+    fn multipliers(&self) -> Vec<DocumentBlock> {
         let rows: Rows = self
             .equations
             .loops()
@@ -82,7 +82,7 @@ impl Lesson<'_> {
             .filter(|(_, (_, own))| own.coupled.is_empty())
             .map(|(row, (_, own))| {
                 let element = self.equations.system.element(own.element);
-                let lambda = Tree::Name(Name::entry("lambda", &[row]));
+                let lambda = FormulaTree::Name(Name::entry("lambda", &[row]));
                 let left = match own.held {
                     Held::Along(along) => self.held_part(self.letters.force(&element.label), along, own.element),
                     _ => self.letters.torque(&element.label),
@@ -98,23 +98,26 @@ impl Lesson<'_> {
     }
 
     /// Coordinates, rates, accelerations, multipliers and reactions at the start.
-    fn numbers(&mut self, values: &Moment) -> Vec<Block> {
+    fn numbers(&mut self, values: &Moment) -> Vec<DocumentBlock> {
         let mut rows = Vec::new();
         for (index, own) in self.equations.coordinates.iter().enumerate() {
             let of = |list: &[f64]| list.get(index).copied().unwrap_or(0.0);
             let numbers = [of(&values.positions), of(&values.rates), of(&values.accelerations)];
             for (name, number) in [&own.name.position, &own.name.rate, &own.name.acceleration].into_iter().zip(numbers)
             {
-                rows.push((Tree::Name(Name::symbol(name)), Tree::number(short(number))));
+                rows.push((FormulaTree::Name(Name::symbol(name)), FormulaTree::number(short(number))));
             }
         }
         for (row, (index, _)) in self.equations.loops().enumerate().filter(|_| self.dynamic) {
-            rows.push((Tree::Name(Name::entry("lambda", &[row])), Tree::number(short(values.reactions[index]))));
+            rows.push((
+                FormulaTree::Name(Name::entry("lambda", &[row])),
+                FormulaTree::number(short(values.reactions[index])),
+            ));
         }
         let levels = self.equations.constraints.iter().enumerate().filter(|(_, own)| own.is_level());
         for (index, _) in levels.filter(|_| self.dynamic) {
             let name = symbol_name(&self.equations, Symbol::Reaction(index));
-            rows.push((Tree::Name(name), Tree::number(short(values.reactions[index]))));
+            rows.push((FormulaTree::Name(name), FormulaTree::number(short(values.reactions[index]))));
         }
         let few = self.dynamic && self.equations.coordinates.len() <= 3;
         let mut reactions = if few { self.entries() } else { Vec::new() };
@@ -128,13 +131,16 @@ impl Lesson<'_> {
             reactions
                 .into_iter()
                 .zip(numbers)
-                .map(|((name, _), number)| (Tree::Name(name), Tree::number(short(number)))),
+                .map(|((name, _), number)| (FormulaTree::Name(name), FormulaTree::number(short(number)))),
         );
-        let time = Tree::number(short(values.time));
-        let text =
-            Block::Text(vec![Piece::words("At the start, t = "), Piece::Math(time), Piece::words(" s, in SI units:")]);
+        let time = FormulaTree::number(short(values.time));
+        let text = DocumentBlock::Text(vec![
+            Piece::words("At the start, t = "),
+            Piece::Math(time),
+            Piece::words(" s, in SI units:"),
+        ]);
         let mut blocks = vec![text];
-        blocks.extend(if rows.len() <= 40 { vec![Block::Equations(rows)] } else { list(rows) });
+        blocks.extend(if rows.len() <= 40 { vec![DocumentBlock::Equations(rows)] } else { list(rows) });
         blocks
     }
 
@@ -148,7 +154,7 @@ impl Lesson<'_> {
     }
 
     /// Accelerations of the bodies and joint forces against those in absolute coordinates, where all is found in another way.
-    fn against_absolute(&mut self, values: &Moment) -> Vec<Block> {
+    fn against_absolute(&mut self, values: &Moment) -> Vec<DocumentBlock> {
         let mechanism = &*self.source.equations.system.mechanism.clone();
         let Ok(mut other) = equations(mechanism, &Coordinates::Absolute) else { return Vec::new() };
         let size = other.coordinates.len() + other.loops().count();
@@ -179,7 +185,7 @@ impl Lesson<'_> {
     }
 
     /// The kinetic energy grows by the power of all loads, weights and drivers.
-    fn power(&mut self, values: &Moment) -> Block {
+    fn power(&mut self, values: &Moment) -> DocumentBlock {
         let kinetic = self.equations.variable(Variable { owner: Owner::System, quantity: Quantity::KineticEnergy });
         let growth = self.equations.system.arena.time_derivative(kinetic);
         let mechanism = &*self.equations.system.mechanism.clone();

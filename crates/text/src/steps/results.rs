@@ -6,13 +6,13 @@ use cotree_study::analysis::dense;
 use super::line;
 use super::numbers::{agree, short};
 use super::{Lesson, check, heading, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::modes::sliding;
 use crate::motion::{called, dynamics, governing};
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 impl Lesson<'_> {
-    pub fn results(&mut self) -> Vec<Block> {
+    pub fn results(&mut self) -> Vec<DocumentBlock> {
         let mut blocks = vec![heading("9. Step 4. What results?")];
         if !self.dynamic {
             blocks.push(words(
@@ -26,7 +26,7 @@ impl Lesson<'_> {
             ));
             return blocks;
         }
-        blocks.push(Block::Equations(governing(&self.equations, true)));
+        blocks.push(DocumentBlock::Equations(governing(&self.equations, true)));
         blocks.extend(self.mass_matrix());
         blocks.extend(self.reading());
         blocks.extend(self.loads());
@@ -40,13 +40,13 @@ impl Lesson<'_> {
         blocks
     }
 
-    fn mass_matrix(&mut self) -> Vec<Block> {
+    fn mass_matrix(&mut self) -> Vec<DocumentBlock> {
         let [(_, mass), _] = dynamics(&mut self.equations);
         self.written(mass)
     }
 
     /// {Q}, with what each part of it comes from.
-    fn loads(&mut self) -> Vec<Block> {
+    fn loads(&mut self) -> Vec<DocumentBlock> {
         let [_, (_, entries)] = dynamics(&mut self.equations);
         let load: Vec<Expr> = entries.iter().map(|(_, expr)| *expr).collect();
         let mut blocks = self.written(entries);
@@ -64,7 +64,7 @@ impl Lesson<'_> {
         blocks
     }
 
-    fn checked(&mut self) -> Vec<Block> {
+    fn checked(&mut self) -> Vec<DocumentBlock> {
         let n = self.equations.coordinates.len();
         let dynamics = self.equations.dynamics().clone();
         let values = self.moving();
@@ -75,10 +75,10 @@ impl Lesson<'_> {
             let least = matrix.clone().symmetric_eigenvalues().min();
             let pieces = vec![
                 Piece::words("The smallest eigenvalue of M at the start is "),
-                Piece::Math(Tree::number(short(least))),
+                Piece::Math(FormulaTree::number(short(least))),
                 Piece::words(if least > 0.0 { ": M is positive definite." } else { ": M is singular there." }),
             ];
-            blocks.push(Block::Text(pieces));
+            blocks.push(DocumentBlock::Text(pieces));
         }
         let loops: Vec<usize> = self.equations.loops().map(|(index, _)| index).collect();
         if !loops.is_empty() {

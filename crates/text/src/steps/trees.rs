@@ -8,11 +8,11 @@ use cotree_draw::graph::GraphDrawing;
 
 use super::graphs::shortened;
 use super::projection::is_free;
-use super::view::View;
+use super::view::GraphView;
 use super::{Lesson, check, heading, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// What was decided about edges that are decided alike.
 struct Decision {
@@ -26,17 +26,17 @@ struct Decision {
 }
 
 /// What an edge is in its graph: its place in the table, its unknowns, whether an arm, whether it holds anything.
-struct Facts {
+struct EdgeFacts {
     rank: u8,
     unknowns: usize,
     is_fixed: bool,
     holds: bool,
 }
 
-impl Facts {
-    fn of_points(element: &Element) -> Facts {
+impl EdgeFacts {
+    fn of_points(element: &Element) -> EdgeFacts {
         let row = element.translation.as_ref();
-        Facts {
+        EdgeFacts {
             rank: row.map_or(u8::MAX, |row| row.priority),
             unknowns: row.map_or(0, |row| row.motion.len()),
             is_fixed: matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)),
@@ -44,20 +44,20 @@ impl Facts {
         }
     }
 
-    fn of_bodies(element: &Element) -> Facts {
+    fn of_bodies(element: &Element) -> EdgeFacts {
         let (rank, free) = (element.rotation.as_ref().map_or(u8::MAX, |row| row.priority), is_free(element));
-        Facts { rank, unknowns: usize::from(free), is_fixed: false, holds: !free }
+        EdgeFacts { rank, unknowns: usize::from(free), is_fixed: false, holds: !free }
     }
 }
 
 impl Lesson<'_> {
-    pub fn trees(&mut self) -> Vec<Block> {
+    pub fn trees(&mut self) -> Vec<DocumentBlock> {
         let mut graphs = GraphDrawing::new(self.source);
         graphs.translation.nodes.clone_from(&self.translation.nodes);
         graphs.rotation.iter_mut().for_each(|graph| graph.nodes.clone_from(&self.rotation.nodes));
         let mut blocks = vec![
             heading("3. Which unknowns? The two trees"),
-            Block::Picture(graphs.graphs_alone(), "--graph"),
+            DocumentBlock::Picture(graphs.graphs_alone(), "--graph"),
             words(
                 "A tree joins all nodes without a closed path. Its edges' unknown displacements become the coordinates, so edges with \
                  few unknowns go first; an edge that would close a path is a chord.",
@@ -74,9 +74,9 @@ impl Lesson<'_> {
         }
         let (points, bodies) = Trees::order(system);
         let points = ordered(points, &trees.translation, recommended);
-        blocks.extend(table("T (Table 2)", (system, &self.translation), points, Facts::of_points));
+        blocks.extend(table("T (Table 2)", (system, &self.translation), points, EdgeFacts::of_points));
         let bodies = ordered(bodies, &trees.rotation, recommended);
-        blocks.extend(table("R (Table 3)", (system, &self.rotation), bodies, Facts::of_bodies));
+        blocks.extend(table("R (Table 3)", (system, &self.rotation), bodies, EdgeFacts::of_bodies));
         blocks.push(self.coordinates());
         blocks.push(words(self.weights(&least)));
         let spans = |branches: usize, nodes: usize| branches + 1 == nodes;
@@ -94,7 +94,7 @@ impl Lesson<'_> {
     }
 
     /// {q} = {theta_1, theta_2}
-    fn coordinates(&self) -> Block {
+    fn coordinates(&self) -> DocumentBlock {
         let coordinates = &self.equations.coordinates;
         if coordinates.is_empty() {
             return words("No displacement or angle of a branch is unknown: there are no coordinates.");
@@ -108,11 +108,11 @@ impl Lesson<'_> {
                 break;
             }
             pieces.push(Piece::words(if index > 0 { ", " } else { "" }));
-            pieces.push(Piece::Math(Tree::Name(Name::symbol(&own.name.position))));
+            pieces.push(Piece::Math(FormulaTree::Name(Name::symbol(&own.name.position))));
             pieces.push(Piece::words(format!(" ({what} {}, {})", element.label, element.name)));
         }
         pieces.push(Piece::words("."));
-        Block::Text(pieces)
+        DocumentBlock::Text(pieces)
     }
 
     /// The numbers of unknowns against those of the recommended trees, which no others have fewer than.
@@ -121,9 +121,9 @@ impl Lesson<'_> {
         let r = coordinates.iter().filter(|own| own.angular).count();
         let t = coordinates.len() - r;
         let unknowns =
-            |id: &ElementId, facts: fn(&Element) -> Facts| facts(self.equations.system.element(*id)).unknowns;
-        let t_least: usize = least.translation.branches.iter().map(|id| unknowns(id, Facts::of_points)).sum();
-        let r_least: usize = least.rotation.branches.iter().map(|id| unknowns(id, Facts::of_bodies)).sum();
+            |id: &ElementId, facts: fn(&Element) -> EdgeFacts| facts(self.equations.system.element(*id)).unknowns;
+        let t_least: usize = least.translation.branches.iter().map(|id| unknowns(id, EdgeFacts::of_points)).sum();
+        let r_least: usize = least.rotation.branches.iter().map(|id| unknowns(id, EdgeFacts::of_bodies)).sum();
         let verdict = match (t + r).cmp(&(t_least + r_least)) {
             std::cmp::Ordering::Greater => format!("Tables 2 and 3 would give {t_least} + {r_least}"),
             _ => "no pair of trees has fewer coordinates (minimum-weight spanning trees)".to_owned(),
@@ -153,10 +153,10 @@ fn ordered<D>(table: Vec<ElementId>, tree: &SpanningTree<D>, recommended: bool) 
 /// Kruskal's algorithm once more, with a reason for each edge.
 fn table<D>(
     title: &str,
-    (system, view): (&System, &View<D>),
+    (system, view): (&System, &GraphView<D>),
     order: Vec<ElementId>,
-    facts: fn(&Element) -> Facts,
-) -> Vec<Block> {
+    facts: fn(&Element) -> EdgeFacts,
+) -> Vec<DocumentBlock> {
     if view.nodes.len() < 2 {
         return vec![words("Nothing turns: there is no rotational tree.")];
     }
@@ -189,7 +189,7 @@ fn table<D>(
         add(&mut decisions, decision, own.is_fixed || edges.len() > 24);
     }
     let head = [title, "unknowns", "verdict", "reason", "pieces left"].map(str::to_owned);
-    vec![Block::captioned(
+    vec![DocumentBlock::captioned(
         format!("The tree of {title}, edge by edge"),
         head.into(),
         decisions.iter().map(row).collect(),
@@ -239,7 +239,7 @@ fn row(decision: &Decision) -> Vec<Piece> {
 }
 
 /// The nodes of a piece.
-fn piece<D>(view: &View<D>, class: &[usize], own: usize) -> String {
+fn piece<D>(view: &GraphView<D>, class: &[usize], own: usize) -> String {
     let nodes = class.iter().zip(&view.nodes).filter(|(class, _)| **class == own).map(|(_, name)| name.as_str());
     match nodes.collect::<Vec<&str>>().as_slice() {
         [only] => (*only).to_owned(),
@@ -248,7 +248,7 @@ fn piece<D>(view: &View<D>, class: &[usize], own: usize) -> String {
     }
 }
 
-fn refusal<D>(view: &View<D>, id: ElementId, own: &Facts) -> String {
+fn refusal<D>(view: &GraphView<D>, id: ElementId, own: &EdgeFacts) -> String {
     let circuit = view.record.circuit(id).map(|row| view.labels(row)).unwrap_or_default();
     match circuit.as_slice() {
         [] | [_] => "closes a loop with itself".to_owned(),

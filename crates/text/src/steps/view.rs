@@ -8,35 +8,39 @@ use cotree::network::{Element, ElementId, Node, System};
 use super::projection::Rows;
 use crate::document::Piece;
 use crate::name::Name;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 #[derive(Clone, Debug)]
-pub struct View<D> {
+pub struct GraphView<D> {
     /// Short names of the nodes, the datum's first.
     pub nodes: Vec<String>,
     pub record: GraphRecord<D>,
 }
 
-impl<D> View<D> {
+impl<D> GraphView<D> {
     /// The labels of a row's edges, its own first.
     pub fn labels(&self, row: &EdgeRow) -> Vec<&str> {
         row.iter().map(|&(place, _)| self.record.edges[place].label.as_str()).collect()
     }
 
     /// The terms of a row's sum, which is zero.
-    pub fn terms(&self, row: &[(usize, i8)], letter: impl Fn(&str) -> Tree) -> Vec<(bool, Tree)> {
+    pub fn terms(&self, row: &[(usize, i8)], letter: impl Fn(&str) -> FormulaTree) -> Vec<(bool, FormulaTree)> {
         row.iter().map(|&(place, sign)| (sign < 0, letter(&self.record.edges[place].label))).collect()
     }
 
     /// The variable of a row's own edge by those of the others.
-    pub fn by_others(&self, row: &EdgeRow, letter: impl Fn(&str) -> Tree) -> (Tree, Tree) {
+    pub fn by_others(&self, row: &EdgeRow, letter: impl Fn(&str) -> FormulaTree) -> (FormulaTree, FormulaTree) {
         let others = self.terms(&row[1..], &letter).into_iter().map(|(minus, tree)| (!minus, tree));
-        (letter(&self.record.own(row).label), Tree::sum(others.collect()))
+        (letter(&self.record.own(row).label), FormulaTree::sum(others.collect()))
     }
 
     /// Some rows as equations.
-    pub fn balances<'r>(&self, rows: impl IntoIterator<Item = &'r EdgeRow>, letter: impl Fn(&str) -> Tree) -> Rows {
-        rows.into_iter().map(|row| (Tree::sum(self.terms(row, &letter)), Tree::zero())).collect()
+    pub fn balances<'r>(
+        &self,
+        rows: impl IntoIterator<Item = &'r EdgeRow>,
+        letter: impl Fn(&str) -> FormulaTree,
+    ) -> Rows {
+        rows.into_iter().map(|row| (FormulaTree::sum(self.terms(row, &letter)), FormulaTree::zero())).collect()
     }
 
     /// The nodes of an element; those of each term of a coupling behind the term's label.
@@ -73,7 +77,7 @@ impl<D> View<D> {
     }
 
     /// The across variables of the terms of couplings.
-    pub fn of_terms(&self, letter: impl Fn(&str) -> Tree) -> impl Iterator<Item = (Tree, Tree)> {
+    pub fn of_terms(&self, letter: impl Fn(&str) -> FormulaTree) -> impl Iterator<Item = (FormulaTree, FormulaTree)> {
         let terms = self.record.circuits.iter().filter(|row| self.record.own(row).term.is_some());
         terms.map(move |row| self.by_others(row, &letter))
     }
@@ -111,6 +115,6 @@ pub fn sign_of(row: &EdgeRow, edge: usize) -> i8 {
 }
 
 /// From a node to a node.
-fn arrow() -> Tree {
-    Tree::Name(Name::word("->"))
+fn arrow() -> FormulaTree {
+    FormulaTree::Name(Name::word("->"))
 }

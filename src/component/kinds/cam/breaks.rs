@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::profile::SAME;
 use crate::component::Profile;
-use crate::laws::rough::{Roughness, Spot};
+use crate::laws::rough::{RoughPlace, Roughness};
 
 /// At so many angles a turn is looked at.
 const STEPS: usize = 720;
@@ -27,8 +27,8 @@ pub(super) struct Break {
 
 /// All breaks within the turn, by their angles.
 pub(super) fn breaks(profile: &Profile) -> Vec<Break> {
-    let spot = |angle: f64| Spot { at: angle, value: law(profile, angle) };
-    let spots: Vec<Spot> = (0..=STEPS).map(|step| spot(TAU * step as f64 / STEPS as f64)).collect();
+    let spot = |angle: f64| RoughPlace { at: angle, value: law(profile, angle) };
+    let spots: Vec<RoughPlace> = (0..=STEPS).map(|step| spot(TAU * step as f64 / STEPS as f64)).collect();
     let largest = [0, 1].map(|order| profile.turn().map(|own| own.law[order].abs()).fold(f64::MIN_POSITIVE, f64::max));
     let rough = Roughness { bends: BENDS, least: JUMP, halvings: HALVINGS, largest };
     let sharpest = |step: usize| rough.sharpest([spots[step], spots[step + 1]], |angle| law(profile, angle));
@@ -47,7 +47,7 @@ fn law(profile: &Profile, angle: f64) -> [f64; 2] {
 }
 
 /// The break between two angles next to each other, if there is one.
-fn between([low, high]: [Spot; 2], largest: [f64; 2]) -> Option<Break> {
+fn between([low, high]: [RoughPlace; 2], largest: [f64; 2]) -> Option<Break> {
     let jumps = |order: usize| (high.value[order] - low.value[order]).abs() > JUMP * largest[order];
     let sides = [low.value, high.value];
     (jumps(0) || jumps(1)).then(|| Break { angle: high.at, sides, is_jump: jumps(0) })

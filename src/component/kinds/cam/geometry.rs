@@ -3,25 +3,25 @@
 //! VDI 2142). A roller's centre p draws the pitch curve with the tangent T = p' - k x p; a face with the normal m touches at h m + (dh/deta) k x m, where h
 //! is its distance from the shaft and eta the angle of m in the cam.
 
-use super::mounting::{Guide, Mounting, place, value, values};
-use crate::expr::{Arena, Binary, Expr, Symbol, Term, Unary, build, build_all};
-use crate::model::{Mechanism, Part, Value};
+use super::mounting::{FollowerGuide, Mounting, place, value, values};
+use crate::expr::{Arena, ArenaTerm, Binary, Expr, Symbol, Unary, build, build_all};
+use crate::model::{KeyValue, Mechanism, Part};
 
 /// Everything that is known of a cam, in terms of [`Symbol::Argument`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Geometry {
+pub(super) struct CamGeometry {
     /// The law and its first three derivatives.
     pub law: [Expr; 4],
     /// Where the guide is on the base circle: how far the follower's point is from the shaft along the slide, or the follower's angle.
     pub start: Expr,
     /// How the guide's coordinate grows with the law: 1 or -1.
     pub sense: f64,
-    pub contact: Contact,
+    pub contact: CamContact,
 }
 
 /// Where cam and follower touch.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
+pub(super) struct CamContact {
     /// On the cam, in its own axes from its mass centre.
     pub at: [Expr; 2],
     /// The follower's point there.
@@ -44,13 +44,13 @@ pub(super) struct Contact {
     pub guide: ([Expr; 2], Expr),
 }
 
-type Vector<'a> = [Term<'a>; 2];
+type Vector<'a> = [ArenaTerm<'a>; 2];
 
-fn dot<'a>(a: Vector<'a>, b: Vector<'a>) -> Term<'a> {
+fn dot<'a>(a: Vector<'a>, b: Vector<'a>) -> ArenaTerm<'a> {
     a[0] * b[0] + a[1] * b[1]
 }
 
-fn cross<'a>(a: Vector<'a>, b: Vector<'a>) -> Term<'a> {
+fn cross<'a>(a: Vector<'a>, b: Vector<'a>) -> ArenaTerm<'a> {
     a[0] * b[1] - a[1] * b[0]
 }
 
@@ -59,7 +59,7 @@ fn normal(a: Vector<'_>) -> Vector<'_> {
     [-a[1], a[0]]
 }
 
-fn scaled<'a>(factor: Term<'a>, a: Vector<'a>) -> Vector<'a> {
+fn scaled<'a>(factor: ArenaTerm<'a>, a: Vector<'a>) -> Vector<'a> {
     a.map(|component| factor * component)
 }
 
@@ -71,12 +71,12 @@ fn difference<'a>(a: Vector<'a>, b: Vector<'a>) -> Vector<'a> {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-fn turned<'a>(angle: Term<'a>, a: Vector<'a>) -> Vector<'a> {
+fn turned<'a>(angle: ArenaTerm<'a>, a: Vector<'a>) -> Vector<'a> {
     let [along, across] = [scaled(angle.cos(), a), scaled(angle.sin(), normal(a))];
     sum(along, across)
 }
 
-fn direction(a: Vector<'_>) -> Term<'_> {
+fn direction(a: Vector<'_>) -> ArenaTerm<'_> {
     a[1].and(Binary::Atan2, a[0])
 }
 
@@ -91,22 +91,22 @@ enum Lead {
 
 /// What touches the cam: a circle (of radius zero, if it is an edge) or a line along a direction of the follower.
 #[derive(Clone, Copy)]
-enum Touch {
+enum FollowerTouch {
     Roller(Expr),
     Face([Expr; 2]),
 }
 
 /// The follower's point from the shaft with its first two derivatives, and how it moves with the guide.
-struct Path<'a> {
+struct FollowerPath<'a> {
     p: [Vector<'a>; 3],
     moves: Vector<'a>,
 }
 
 /// The distance of a face from the shaft with its first two derivatives, its normal, and the derivatives of the normal's angle in the cam.
-struct Line<'a> {
-    h: [Term<'a>; 3],
+struct FollowerFace<'a> {
+    h: [ArenaTerm<'a>; 3],
     normal: Vector<'a>,
-    eta: [Term<'a>; 2],
+    eta: [ArenaTerm<'a>; 2],
     along: Vector<'a>,
     p: Vector<'a>,
 }
@@ -114,12 +114,12 @@ struct Line<'a> {
 /// How the guide's coordinate grows with the law: 1 or -1.
 pub(super) fn sense(part: &Part, mounting: &Mounting) -> f64 {
     let on_right = part.choice("side") == Some("right");
-    if matches!(mounting.guide, Guide::Slide(_)) || on_right { 1.0 } else { -1.0 }
+    if matches!(mounting.guide, FollowerGuide::Slide(_)) || on_right { 1.0 } else { -1.0 }
 }
 
-impl Geometry {
+impl CamGeometry {
     /// The geometry of a part whose base circle has this radius.
-    pub fn of(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounting, base: Expr) -> Geometry {
+    pub fn of(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounting, base: Expr) -> CamGeometry {
         let first = value(arena, part.formula("law"));
         let mut law = [first; 4];
         for order in 1..4 {
@@ -129,8 +129,8 @@ impl Geometry {
         let (lead, touch) = (lead(arena, mechanism, part, mounting), touch(arena, part, mounting));
         let start = start(arena, lead, touch, base, sense);
         let contact = match touch {
-            Touch::Roller(radius) => roller(arena, lead, radius, (&law, start, sense)),
-            Touch::Face(face) => flat(arena, lead, face, (&law, start, sense)),
+            FollowerTouch::Roller(radius) => roller(arena, lead, radius, (&law, start, sense)),
+            FollowerTouch::Face(face) => flat(arena, lead, face, (&law, start, sense)),
         };
         let hub = place(arena, mechanism, mounting.shaft[1]);
         let theta = arena.symbol(Symbol::Argument);
@@ -144,7 +144,7 @@ impl Geometry {
             let ([x, y], [u, v]) = (in_cam(contact.at), in_cam(contact.point));
             [x, y, u, v]
         });
-        Geometry { law, start, sense, contact: Contact { at: [x, y], point: [u, v], ..contact } }
+        CamGeometry { law, start, sense, contact: CamContact { at: [x, y], point: [u, v], ..contact } }
     }
 }
 
@@ -152,7 +152,7 @@ fn lead(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounti
     let shaft = place(arena, mechanism, mounting.shaft[0]);
     let foot = place(arena, mechanism, part.between[1]);
     match mounting.guide {
-        Guide::Slide(guide) => {
+        FollowerGuide::Slide(guide) => {
             let axis = values(arena, &guide.vector("axis"));
             let [from, to] = guide.between.map(|end| place(arena, mechanism, end));
             let angle = value(arena, guide.formula("angle"));
@@ -164,7 +164,7 @@ fn lead(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounti
             });
             Lead::Slide { axis, zero: [x, y], seat: [u, v] }
         }
-        Guide::Pivot(ends) => {
+        FollowerGuide::Pivot(ends) => {
             let [on, of] = ends.map(|end| place(arena, mechanism, end));
             let mut minus = |a: [Expr; 2], b: [Expr; 2]| [0, 1].map(|axis| arena.subtract(a[axis], b[axis]));
             Lead::Pivot { pivot: minus(on, shaft), arm: minus(foot, of) }
@@ -172,31 +172,31 @@ fn lead(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounti
     }
 }
 
-fn touch(arena: &mut Arena, part: &Part, mounting: &Mounting) -> Touch {
-    if !matches!(part.value("face"), Some(Value::Vector(_))) {
-        return Touch::Roller(value(arena, part.formula("roller")));
+fn touch(arena: &mut Arena, part: &Part, mounting: &Mounting) -> FollowerTouch {
+    if !matches!(part.value("face"), Some(KeyValue::Vector(_))) {
+        return FollowerTouch::Roller(value(arena, part.formula("roller")));
     }
     let face = values(arena, &part.vector("face"));
     match mounting.guide {
         // The follower keeps its angle: its face is known in the carrier.
-        Guide::Slide(guide) => {
+        FollowerGuide::Slide(guide) => {
             let angle = value(arena, guide.formula("angle"));
-            Touch::Face(build_all(arena, [angle], |[angle]| turned(angle, face.map(|c| angle.other(c)))))
+            FollowerTouch::Face(build_all(arena, [angle], |[angle]| turned(angle, face.map(|c| angle.other(c)))))
         }
-        Guide::Pivot(_) => Touch::Face(face),
+        FollowerGuide::Pivot(_) => FollowerTouch::Face(face),
     }
 }
 
 /// Where the guide is when the follower touches the base circle.
-fn start(arena: &mut Arena, lead: Lead, touch: Touch, base: Expr, sense: f64) -> Expr {
+fn start(arena: &mut Arena, lead: Lead, touch: FollowerTouch, base: Expr, sense: f64) -> Expr {
     build(arena, [base], |[base]| {
         let of = |pair: [Expr; 2]| pair.map(|component| base.other(component));
         match (lead, touch) {
-            (Lead::Slide { axis, zero, .. }, Touch::Roller(radius)) => {
+            (Lead::Slide { axis, zero, .. }, FollowerTouch::Roller(radius)) => {
                 let beside = cross(of(axis), of(zero));
                 ((base + base.other(radius)).square() - beside.square()).of(Unary::Sqrt)
             }
-            (Lead::Slide { axis, zero, .. }, Touch::Face(face)) => {
+            (Lead::Slide { axis, zero, .. }, FollowerTouch::Face(face)) => {
                 let (axis, m) = (of(axis), normal(of(face)));
                 let beside = cross(axis, of(zero));
                 (base - beside * dot(normal(axis), m)) / dot(axis, m)
@@ -205,12 +205,12 @@ fn start(arena: &mut Arena, lead: Lead, touch: Touch, base: Expr, sense: f64) ->
                 let (pivot, arm) = (of(pivot), of(arm));
                 let away = dot(pivot, pivot);
                 let (cosine, own) = match touch {
-                    Touch::Roller(radius) => {
+                    FollowerTouch::Roller(radius) => {
                         let (long, reach) = (dot(arm, arm), base + base.other(radius));
                         let both = (away * long).of(Unary::Sqrt);
                         ((reach.square() - away - long) / (2.0 * both), direction(arm))
                     }
-                    Touch::Face(face) => {
+                    FollowerTouch::Face(face) => {
                         let m = normal(of(face));
                         ((base - dot(arm, m)) / away.of(Unary::Sqrt), direction(m))
                     }
@@ -223,32 +223,32 @@ fn start(arena: &mut Arena, lead: Lead, touch: Touch, base: Expr, sense: f64) ->
 }
 
 /// The follower's angle about its pivot with its first two derivatives.
-fn turning<'a>(law: [Term<'a>; 3], start: Term<'a>, sense: f64) -> [Term<'a>; 3] {
+fn turning<'a>(law: [ArenaTerm<'a>; 3], start: ArenaTerm<'a>, sense: f64) -> [ArenaTerm<'a>; 3] {
     let sense = start.number(sense);
     [start + sense * law[0], sense * law[1], sense * law[2]]
 }
 
-fn path<'a>(lead: Lead, law: [Term<'a>; 3], start: Term<'a>, sense: f64) -> Path<'a> {
+fn path<'a>(lead: Lead, law: [ArenaTerm<'a>; 3], start: ArenaTerm<'a>, sense: f64) -> FollowerPath<'a> {
     let of = |pair: [Expr; 2]| pair.map(|component| start.other(component));
     match lead {
         Lead::Slide { axis, zero, .. } => {
             let axis = of(axis);
             let beside = cross(axis, of(zero));
             let at = sum(scaled(start + law[0], axis), scaled(beside, normal(axis)));
-            Path { p: [at, scaled(law[1], axis), scaled(law[2], axis)], moves: axis }
+            FollowerPath { p: [at, scaled(law[1], axis), scaled(law[2], axis)], moves: axis }
         }
         Lead::Pivot { pivot, arm } => {
             let psi = turning(law, start, sense);
             let arm = turned(psi[0], of(arm));
             let moves = normal(arm);
             let second = difference(scaled(psi[2], moves), scaled(psi[1].square(), arm));
-            Path { p: [sum(of(pivot), arm), scaled(psi[1], moves), second], moves }
+            FollowerPath { p: [sum(of(pivot), arm), scaled(psi[1], moves), second], moves }
         }
     }
 }
 
 /// What the contact exerts on the follower, and the guide beside its reaction: a force on its point and a torque; for a reaction of one.
-fn loads<'a>(lead: Lead, moves: Vector<'a>, out: Vector<'a>, reach: Term<'a>) -> [Term<'a>; 5] {
+fn loads<'a>(lead: Lead, moves: Vector<'a>, out: Vector<'a>, reach: ArenaTerm<'a>) -> [ArenaTerm<'a>; 5] {
     let leverage = dot(moves, out);
     let push = out.map(|component| component / leverage);
     match lead {
@@ -265,9 +265,9 @@ fn loads<'a>(lead: Lead, moves: Vector<'a>, out: Vector<'a>, reach: Term<'a>) ->
 /// A law, where the guide starts, and its sense.
 type Lift<'g> = (&'g [Expr; 4], Expr, f64);
 
-fn roller(arena: &mut Arena, lead: Lead, radius: Expr, (law, start, sense): Lift) -> Contact {
+fn roller(arena: &mut Arena, lead: Lead, radius: Expr, (law, start, sense): Lift) -> CamContact {
     let made = build_all(arena, [start, radius, law[0], law[1], law[2]], |[start, radius, s, v, a]| {
-        let Path { p: [p, first, second], moves } = path(lead, [s, v, a], start, sense);
+        let FollowerPath { p: [p, first, second], moves } = path(lead, [s, v, a], start, sense);
         let tangent = difference(first, normal(p));
         let bend = difference(difference(second, scaled(start.number(2.0), normal(first))), p);
         let square = dot(tangent, tangent);
@@ -284,18 +284,24 @@ fn roller(arena: &mut Arena, lead: Lead, radius: Expr, (law, start, sense): Lift
     });
     let [x, y, u, v, leverage, pressure, curvature, pitch, excess, fx, fy, gx, gy, torque] = made;
     let (push, guide, reach) = ([fx, fy], ([gx, gy], torque), Expr::ZERO);
-    Contact { at: [x, y], point: [u, v], leverage, pressure, curvature, pitch, excess, reach, push, guide }
+    CamContact { at: [x, y], point: [u, v], leverage, pressure, curvature, pitch, excess, reach, push, guide }
 }
 
-fn line<'a>(lead: Lead, face: Vector<'a>, law: [Term<'a>; 3], start: Term<'a>, sense: f64) -> Line<'a> {
+fn line<'a>(
+    lead: Lead,
+    face: Vector<'a>,
+    law: [ArenaTerm<'a>; 3],
+    start: ArenaTerm<'a>,
+    sense: f64,
+) -> FollowerFace<'a> {
     let of = |pair: [Expr; 2]| pair.map(|component| start.other(component));
-    let Path { p: [p, ..], moves } = path(lead, law, start, sense);
+    let FollowerPath { p: [p, ..], moves } = path(lead, law, start, sense);
     match lead {
         Lead::Slide { .. } => {
             let m = normal(face);
             let steep = dot(moves, m);
             let h = [dot(m, p), steep * law[1], steep * law[2]];
-            Line { h, normal: m, eta: [start.number(-1.0), start.number(0.0)], along: face, p }
+            FollowerFace { h, normal: m, eta: [start.number(-1.0), start.number(0.0)], along: face, p }
         }
         Lead::Pivot { pivot, .. } => {
             let psi = turning(law, start, sense);
@@ -303,7 +309,7 @@ fn line<'a>(lead: Lead, face: Vector<'a>, law: [Term<'a>; 3], start: Term<'a>, s
             let m = normal(along);
             let [near, beside] = [m, normal(m)].map(|axis| dot(of(pivot), axis));
             let second = psi[2] * beside - psi[1].square() * near;
-            Line {
+            FollowerFace {
                 h: [dot(m, p), psi[1] * beside, second],
                 normal: m,
                 eta: [psi[1] - start.number(1.0), psi[2]],
@@ -314,10 +320,11 @@ fn line<'a>(lead: Lead, face: Vector<'a>, law: [Term<'a>; 3], start: Term<'a>, s
     }
 }
 
-fn flat(arena: &mut Arena, lead: Lead, face: [Expr; 2], (law, start, sense): Lift) -> Contact {
+fn flat(arena: &mut Arena, lead: Lead, face: [Expr; 2], (law, start, sense): Lift) -> CamContact {
     let made = build_all(arena, [start, law[0], law[1], law[2]], |[start, s, v, a]| {
         let face = face.map(|component| start.other(component));
-        let Line { h: [h, first, second], normal: m, eta, along, p } = line(lead, face, [s, v, a], start, sense);
+        let FollowerFace { h: [h, first, second], normal: m, eta, along, p } =
+            line(lead, face, [s, v, a], start, sense);
         let slope = first / eta[0];
         let radius = h + (second * eta[0] - first * eta[1]) / (eta[0].square() * eta[0]);
         let at = sum(scaled(h, m), scaled(slope, normal(m)));
@@ -333,5 +340,5 @@ fn flat(arena: &mut Arena, lead: Lead, face: [Expr; 2], (law, start, sense): Lif
     });
     let [x, y, u, v, leverage, pressure, curvature, excess, reach, fx, fy, gx, gy, torque] = made;
     let (push, guide, pitch) = ([fx, fy], ([gx, gy], torque), Expr::ZERO);
-    Contact { at: [x, y], point: [u, v], leverage, pressure, curvature, pitch, excess, reach, push, guide }
+    CamContact { at: [x, y], point: [u, v], leverage, pressure, curvature, pitch, excess, reach, push, guide }
 }

@@ -2,7 +2,7 @@
 
 use crate::expr::{Arena, Expr, Symbol};
 use crate::model::translate::translate;
-use crate::model::{BodyId, Formula, JointId, Mechanism, Part, Place, Value};
+use crate::model::{BodyId, Formula, JointId, KeyValue, Mechanism, Part, Place};
 
 /// The joints of a cam.
 #[derive(Clone, Copy, Debug)]
@@ -11,14 +11,14 @@ pub(super) struct Mounting<'m> {
     pub carrier: Option<BodyId>,
     /// The shaft's point of the carrier, and that of the cam.
     pub shaft: [Place; 2],
-    pub guide: Guide<'m>,
+    pub guide: FollowerGuide<'m>,
     /// Both joints, and whether the cam and the follower are their second bodies.
     pub joints: [(JointId, bool); 2],
 }
 
 /// The joint in which the follower moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Guide<'m> {
+pub(super) enum FollowerGuide<'m> {
     /// It slides in a prismatic joint.
     Slide(&'m Part),
     /// It turns about these points of the carrier and of itself.
@@ -37,11 +37,13 @@ impl<'m> Mounting<'m> {
         let [cam, follower] = part.bodies();
         let name = |body: Option<BodyId>| body.map_or("ground", |body| mechanism.bodies[body.0].name.as_str());
         let joint = |key: &str| match part.value(key) {
-            Some(Value::Joint(JointId(index))) => mechanism.joints.get(*index),
+            Some(KeyValue::Joint(JointId(index))) => mechanism.joints.get(*index),
             _ => None,
         };
         let known = |key: &str, body: Option<BodyId>| match part.value(key) {
-            Some(Value::Joint(id)) => (*id, mechanism.joints.get(id.0).is_some_and(|joint| joint.bodies()[1] == body)),
+            Some(KeyValue::Joint(id)) => {
+                (*id, mechanism.joints.get(id.0).is_some_and(|joint| joint.bodies()[1] == body))
+            }
             _ => (JointId(0), false),
         };
         let turns = |joint: &&Part| joint.component().name == "revolute";
@@ -52,10 +54,10 @@ impl<'m> Mounting<'m> {
         };
         let carrier = shaft[0].body();
         let guide = joint("guide").and_then(|guide| match guide.component().name {
-            "prismatic" if guide.bodies() == [carrier, follower] => Some(Guide::Slide(guide)),
+            "prismatic" if guide.bodies() == [carrier, follower] => Some(FollowerGuide::Slide(guide)),
             "revolute" => ends_from(guide, |body| body == carrier)
                 .filter(|ends| ends.map(Place::body) == [carrier, follower])
-                .map(Guide::Pivot),
+                .map(FollowerGuide::Pivot),
             _ => None,
         });
         let misfit = || {

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use cotree_fmu::math::largest_between;
 
-use super::geometry::Geometry;
-use super::mounting::{Guide, Misfit, Mounting, place, value};
+use super::geometry::CamGeometry;
+use super::mounting::{FollowerGuide, Misfit, Mounting, place, value};
 use crate::expr::{Arena, Expr, Symbol, indicators};
 use crate::model::{BodyId, Mechanism, Part};
 
@@ -39,7 +39,7 @@ pub struct Profile {
 
 /// A cam at one of its angles \[SI\].
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
+pub struct CamSample {
     pub angle: f64,
     /// The law and its derivatives by the angle.
     pub law: [f64; 4],
@@ -91,7 +91,7 @@ impl Profile {
         let mounting = Mounting::of(part, mechanism)?;
         let mut arena = Arena::default();
         let base = arena.symbol(Symbol::Parameter(parameters.len()));
-        let Geometry { law, contact, .. } = Geometry::of(&mut arena, mechanism, part, &mounting, base);
+        let CamGeometry { law, contact, .. } = CamGeometry::of(&mut arena, mechanism, part, &mounting, base);
         let ([x, y], [u, v]) = (contact.at, contact.point);
         let of_contact = [contact.pressure, contact.curvature, contact.pitch, contact.excess];
         let mut roots = [Expr::ZERO; 13];
@@ -108,7 +108,7 @@ impl Profile {
             body: part.between[0].body(),
             follower: part.between[1].body(),
             roller: part.value("face").is_none().then_some(numbers[1]),
-            turning: matches!(mounting.guide, Guide::Pivot(_)),
+            turning: matches!(mounting.guide, FollowerGuide::Pivot(_)),
             base: numbers[0],
             hub: [numbers[2], numbers[3]],
             order: arena.reachable(roots),
@@ -129,7 +129,7 @@ impl Profile {
         other
     }
 
-    pub fn sample(&self, angle: f64) -> Sample {
+    pub fn sample(&self, angle: f64) -> CamSample {
         let known = |symbol: Symbol| match symbol {
             Symbol::Argument => angle,
             Symbol::Parameter(index) => self.values[index],
@@ -142,7 +142,7 @@ impl Profile {
             | Symbol::Missing(..) => 0.0,
         };
         let found = self.arena.evaluate_in(&self.order, &self.roots, &known);
-        Sample {
+        CamSample {
             angle,
             law: [found[0], found[1], found[2], found[3]],
             contact: [found[4], found[5]],
@@ -156,18 +156,18 @@ impl Profile {
     }
 
     /// So many samples of a turn; the last is a step before the first.
-    pub fn samples(&self, count: usize) -> Vec<Sample> {
+    pub fn samples(&self, count: usize) -> Vec<CamSample> {
         (0..count).map(|step| self.sample(TAU * step as f64 / count as f64)).collect()
     }
 
     /// A turn with samples in each piece of the law.
-    pub fn turn(&self) -> impl Iterator<Item = Sample> {
+    pub fn turn(&self) -> impl Iterator<Item = CamSample> {
         self.angles.iter().map(|&angle| self.sample(angle))
     }
 
     /// The sample with the smallest value of a quantity.
-    pub fn least(&self, of: impl Fn(&Sample) -> f64) -> Sample {
-        let samples: Vec<Sample> = self.turn().collect();
+    pub fn least(&self, of: impl Fn(&CamSample) -> f64) -> CamSample {
+        let samples: Vec<CamSample> = self.turn().collect();
         let finite = (0..samples.len()).filter(|&index| of(&samples[index]).is_finite());
         let best = finite.min_by(|&a, &b| of(&samples[a]).total_cmp(&of(&samples[b])));
         let Some(best) = best else { return self.sample(0.0) };
@@ -179,13 +179,13 @@ impl Profile {
     }
 
     /// Where the follower cannot touch the cam, or the cam cannot push it.
-    pub fn missed(&self) -> Option<Sample> {
-        let touches = |own: &Sample| own.contact.iter().all(|x| x.is_finite()) && own.pressure.cos() > PUSHES;
+    pub fn missed(&self) -> Option<CamSample> {
+        let touches = |own: &CamSample| own.contact.iter().all(|x| x.is_finite()) && own.pressure.cos() > PUSHES;
         self.turn().find(|sample| !touches(sample))
     }
 
     /// The smallest value between two angles.
-    fn narrowed(&self, range: [f64; 2], of: &impl Fn(&Sample) -> f64) -> Sample {
+    fn narrowed(&self, range: [f64; 2], of: &impl Fn(&CamSample) -> f64) -> CamSample {
         let at = |angle: f64| self.sample(angle.rem_euclid(TAU));
         at(largest_between(range, HALVINGS, |angle| -of(&at(angle))).0)
     }
@@ -212,7 +212,7 @@ impl Profile {
     }
 
     fn is_undercut(&self) -> bool {
-        let cut = |sample: &Sample| sample.excess <= 0.0;
+        let cut = |sample: &CamSample| sample.excess <= 0.0;
         self.turn().any(|sample| cut(&sample)) || cut(&self.least(|sample| sample.excess))
     }
 
@@ -224,7 +224,7 @@ impl Profile {
 
     /// The rises and returns of a turn, each between angles at which the follower stands still.
     pub fn phases(&self) -> Vec<Phase> {
-        let samples: Vec<Sample> = self.turn().collect();
+        let samples: Vec<CamSample> = self.turn().collect();
         let largest = [1, 2, 3].map(|order| samples.iter().map(|sample| sample.law[order].abs()).fold(0.0, f64::max));
         let directions: Vec<i32> = samples.iter().map(|sample| direction(sample, largest)).collect();
         let ends = (0..samples.len()).filter_map(|index| {
@@ -256,7 +256,7 @@ impl Profile {
             return None;
         }
         let peak = |order: usize| {
-            let of = |sample: &Sample| -sample.law[order].abs();
+            let of = |sample: &CamSample| -sample.law[order].abs();
             let steps = 400;
             let angle = |step: usize| from + inset + (beta - 2.0 * inset) * step as f64 / steps as f64;
             // On to the ends themselves.
@@ -327,7 +327,7 @@ fn angles(switches: &[[f64; 2]]) -> Vec<f64> {
 }
 
 /// 1 while the follower rises, -1 while it returns, 0 while it stands still with all derivatives.
-fn direction(sample: &Sample, largest: [f64; 3]) -> i32 {
+fn direction(sample: &CamSample, largest: [f64; 3]) -> i32 {
     let still = (1..4).all(|order| sample.law[order].abs() <= 1e-12 * largest[order - 1]);
     // Where a rise begins, the first derivatives may be too small for a number.
     match sample.law[1..].iter().find(|derivative| **derivative != 0.0) {

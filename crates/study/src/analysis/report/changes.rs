@@ -1,13 +1,13 @@
 //! Derivatives: of an equilibrium, of vibrations, of peaks and crossings.
 
-use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::ReliableDigits::Noise;
 use cotree::report::data::{ROUNDING, Report, Table, named, number, per, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
 use super::exact;
 use super::modes::ratio;
-use crate::analysis::{Changes, Feature, FeatureKind, ModeChanges, Sensitivities};
+use crate::analysis::{Feature, FeatureDerivatives, FeatureKind, ModeChanges, Sensitivities};
 
 /// What happens in a motion, and the parameters it is differentiated by, with their units.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,7 +115,7 @@ impl Features {
             let changes = own.changes.as_ref().ok();
             for (index, (name, si)) in self.parameters.iter().enumerate() {
                 let [value_by, time_by] =
-                    changes.map_or([f64::NAN; 2], |by: &Changes| [by.value[index], by.time[index]]);
+                    changes.map_or([f64::NAN; 2], |by: &FeatureDerivatives| [by.value[index], by.time[index]]);
                 let d_value = number(value_by, &per(of, si));
                 let d_time = number(time_by, &per("s", si)).within(Noise(0.0));
                 table.rows.push(row![output, kind, value, unit(of), time, named(name, si), d_value, d_time]);

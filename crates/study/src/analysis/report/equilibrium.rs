@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{GROUPS, at, closures_of};
 use crate::analysis::one_sided::closures;
-use crate::analysis::{Closure, Equilibrium, Point, Stability};
+use crate::analysis::{Closure, Equilibrium, OperatingPoint, Stability};
 
 /// What holds as much as it can but for this share is about to slide: an equilibrium is found to about as much.
 const VERGE: f64 = 1e-9;
@@ -45,7 +45,7 @@ pub struct Group {
 impl Statics {
     pub fn new(formulated: &mut Formulated, equilibrium: &Equilibrium) -> Self {
         let mechanism = &*formulated.equations.system.mechanism.clone();
-        let mut reader = Reader { formulated, point: &equilibrium.point };
+        let mut reader = PointReader { formulated, point: &equilibrium.point };
         let mut groups = vec![reader.coordinates(), reader.states(), reader.read("pose", mechanism.pose())];
         let efforts = [("joints", joints(mechanism)), ("drivers", mechanism.driver_efforts())];
         let weightless = efforts.iter().find_map(|(_, variables)| reader.missing_mass(variables));
@@ -134,12 +134,12 @@ impl Statics {
     }
 }
 
-struct Reader<'a> {
+struct PointReader<'a> {
     formulated: &'a mut Formulated,
-    point: &'a Point,
+    point: &'a OperatingPoint,
 }
 
-impl Reader<'_> {
+impl PointReader<'_> {
     fn values(&self, exprs: &[Expr]) -> Vec<f64> {
         self.formulated.equations.system.arena.evaluate(exprs, self.point)
     }

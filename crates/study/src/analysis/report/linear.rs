@@ -1,13 +1,13 @@
 //! Linear systems at one or many points.
 
-use cotree::report::data::Accuracy::Noise;
+use cotree::report::data::ReliableDigits::Noise;
 use cotree::report::data::{Cell, ROUNDING, Report, Table, number, per, unit};
 use cotree::row;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 use super::{at, closure_data, closure_tables, exact};
-use crate::analysis::{Failure, Signal, StateSpace};
+use crate::analysis::{AnalysisFailure, StateSpace, StateSpaceSignal};
 
 #[derive(Clone, Debug)]
 pub struct Linearization {
@@ -29,7 +29,7 @@ type Named<'a> = (&'static str, &'a DMatrix<f64>, Vec<Label<'a>>, Vec<Label<'a>>
 impl StateSpace {
     /// Rates are by the second: they have the units of their states. Of inputs that are held the rows are states of the next instant.
     fn matrices(&self, held: bool) -> [Named<'_>; 4] {
-        fn labels(signals: &[Signal]) -> Vec<Label<'_>> {
+        fn labels(signals: &[StateSpaceSignal]) -> Vec<Label<'_>> {
             signals.iter().map(|own| (own.name.clone(), &*own.unit.si)).collect()
         }
         let row = |name| if held { format!("next({name})") } else { format!("d({name})/dt") };
@@ -57,8 +57,8 @@ impl StateSpace {
         let rows = |matrix: &DMatrix<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect::<Value>()).collect::<Value>()
         };
-        let signal = |own: &Signal| json!({"name": own.name, "unit": own.unit.si, "value": own.value});
-        let signals = |signals: &[Signal]| signals.iter().map(signal).collect::<Value>();
+        let signal = |own: &StateSpaceSignal| json!({"name": own.name, "unit": own.unit.si, "value": own.value});
+        let signals = |signals: &[StateSpaceSignal]| signals.iter().map(signal).collect::<Value>();
         let [states, inputs, outputs] = [&self.states, &self.inputs, &self.outputs].map(|own| signals(own));
         let mut data =
             json!({"time": self.time, "states": states, "rates": self.rates, "inputs": inputs, "outputs": outputs});
@@ -71,8 +71,9 @@ impl StateSpace {
 
     /// Signals and matrices below the time.
     fn tables(&self, held: bool) -> Vec<Table> {
-        let signal =
-            |own: &Signal| row![own.name, number(own.value, &own.unit.si).within(Noise(ROUNDING)), unit(&own.unit.si)];
+        let signal = |own: &StateSpaceSignal| {
+            row![own.name, number(own.value, &own.unit.si).within(Noise(ROUNDING)), unit(&own.unit.si)]
+        };
         let signals = [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)];
         let signals = signals.map(|(title, signals)| Table::list(title, signals.iter().map(signal)));
         let rates = self.moves().then(|| self.rate_table());
@@ -105,7 +106,7 @@ impl StateSpace {
 
     /// What the changes are changes of.
     fn rate_table(&self) -> Table {
-        let rate = |(state, rate): (&Signal, &f64)| {
+        let rate = |(state, rate): (&StateSpaceSignal, &f64)| {
             let si = state.unit.per_second().si;
             row![format!("d({})/dt", state.name), number(*rate, &si).within(Noise(AT_REST)), unit(&si)]
         };
@@ -130,10 +131,10 @@ impl Linearization {
     ///
     /// # Errors
     /// An input's rate counts, which a held input has not, or the numbers leave their range.
-    pub fn held(self, step: f64) -> Result<Self, Failure> {
-        let rate = |own: &&Signal| own.name.contains(")/dt");
+    pub fn held(self, step: f64) -> Result<Self, AnalysisFailure> {
+        let rate = |own: &&StateSpaceSignal| own.name.contains(")/dt");
         if let Some(rate) = self.points.iter().flat_map(|point| &point.inputs).find(rate) {
-            return Err(Failure::Unknown(vec![format!(
+            return Err(AnalysisFailure::Unknown(vec![format!(
                 "a driver follows `{}`, too: an input that is held and jumps would move it without bound; let the driver follow an input that it integrates",
                 rate.name
             )]));
@@ -164,7 +165,7 @@ impl Linearization {
     /// A script of MATLAB and Octave that gives A, B, C, D and their names, in SI units; none for more points than one.
     pub fn matlab(&self) -> Option<String> {
         let [point] = &self.points[..] else { return None };
-        let names = |name: &str, signals: &[Signal]| {
+        let names = |name: &str, signals: &[StateSpaceSignal]| {
             let listed: Vec<String> = signals.iter().map(|own| format!("'{}'", own.name.replace('\'', "''"))).collect();
             format!("{name} = {{{}}};\n", listed.join(", "))
         };

@@ -14,7 +14,7 @@ use super::Closure;
 pub use changes::Features;
 pub use equilibrium::Statics;
 pub use linear::Linearization;
-pub use modes::Vibration;
+pub use modes::VibrationModes;
 
 /// `t = 2 s`
 fn at(time: f64) -> Cell {

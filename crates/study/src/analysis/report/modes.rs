@@ -11,7 +11,7 @@ use crate::analysis::{Closure, Mode};
 const STILL: f64 = 1e-9;
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Vibration {
+pub struct VibrationModes {
     pub name: String,
     /// What about \[s\]: the time, and whether the mechanism is at rest.
     pub time: f64,
@@ -26,7 +26,7 @@ pub struct Vibration {
     pub modes: Vec<Mode>,
 }
 
-impl Vibration {
+impl VibrationModes {
     pub fn report(&self) -> Report {
         let mut table = Table::new(row!["mode", "frequency [Hz]", "damping ratio", "eigenvalue [1/s]", ""], []);
         let keys = row!["mode", "real", "imaginary", "frequency", "natural_frequency", "damping_ratio"];

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, Dyn, LU};
 
-use super::super::variation::{Column, Numbers, RowBlock};
-use super::super::{Failure, decompose};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock};
+use super::super::{AnalysisFailure, decompose};
 use super::rule::NODES;
-use super::step::{At, Course, move_on, read, sides, until};
+use super::step::{At, DifferentiatedMotion, move_on, read, sides, until};
 
 /// The last coefficients of a_p may be this share of all, times the tolerance; no smaller than rounding permits.
 pub(super) const SMALLEST: f64 = 1e-12;
@@ -15,13 +15,13 @@ const SWEEPS: usize = 100;
 const SETTLED: f64 = 1e-14;
 
 /// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
-pub(super) struct Node {
+pub(super) struct CollocationNode {
     by_positions: DMatrix<f64>,
     by_rates: DMatrix<f64>,
     own: DMatrix<f64>,
 }
 
-impl Node {
+impl CollocationNode {
     /// The factors of 1 - s (d/dv) - s^2 (d/dq): the accelerations of a node have a share s in its own rates, and those in its own positions.
     fn factors(&self, share: f64) -> LU<f64, Dyn, Dyn> {
         let n = self.by_rates.nrows();
@@ -36,16 +36,16 @@ pub(super) struct Tried {
     pub excess: f64,
 }
 
-impl Course<'_> {
+impl DifferentiatedMotion<'_> {
     /// Tries a step. `None` if it does not settle.
-    pub(super) fn attempt(&mut self, length: f64) -> Result<Option<Tried>, Failure> {
+    pub(super) fn attempt(&mut self, length: f64) -> Result<Option<Tried>, AnalysisFailure> {
         (self.tried, self.points) = (self.tried + 1, self.points + NODES as u64);
         let nodes = self.nodes(length)?;
         Ok(self.solve(&nodes, length))
     }
 
     /// The equations at the nodes of a step.
-    fn nodes(&mut self, length: f64) -> Result<Vec<Node>, Failure> {
+    fn nodes(&mut self, length: f64) -> Result<Vec<CollocationNode>, AnalysisFailure> {
         let mut motion = self.motion.clone();
         let begin = motion.time();
         let (n, parameters) = self.positions.shape();
@@ -54,13 +54,17 @@ impl Course<'_> {
             move_on(&mut motion, begin + node * length)?;
             self.variational.accelerations(&mut motion, matrix.as_mut_slice())?;
             let columns = |first: usize, count: usize| matrix.columns(first, count).into_owned();
-            Ok(Node { by_positions: columns(0, n), by_rates: columns(n, n), own: columns(2 * n, parameters) })
+            Ok(CollocationNode {
+                by_positions: columns(0, n),
+                by_rates: columns(n, n),
+                own: columns(2 * n, parameters),
+            })
         });
         nodes.collect()
     }
 
     /// Collocation by sweeps from node to node, each of which solves for its own accelerations: the equations are linear, and what is stiff in them settles as fast as the rest.
-    fn solve(&self, nodes: &[Node], length: f64) -> Option<Tried> {
+    fn solve(&self, nodes: &[CollocationNode], length: f64) -> Option<Tried> {
         let (n, parameters) = self.positions.shape();
         let integrals = self.rule.integrals.transpose() * length;
         let sweep = self.rule.sweep.transpose() * length;
@@ -134,7 +138,7 @@ impl Course<'_> {
         length: f64,
         due: &mut &[f64],
         report: &mut impl FnMut(At),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), AnalysisFailure> {
         let begin = self.motion.time();
         let end = begin + length;
         let (n, parameters) = self.positions.shape();
@@ -169,19 +173,20 @@ impl Course<'_> {
         numbers: &Numbers,
         mut positions: DMatrix<f64>,
         mut rates: DMatrix<f64>,
-    ) -> Result<(DMatrix<f64>, DMatrix<f64>), Failure> {
-        let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>), AnalysisFailure> {
+        let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         if jacobian.is_empty() {
             return Ok((positions, rates));
         }
         let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let own = |row: RowBlock| self.by_parameters(&numbers.block(row, Column::Signals));
+        let own = |row: RowBlock| self.by_parameters(&numbers.block(row, ColumnBlock::Signals));
         let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
         let gap = &jacobian * &positions + own(RowBlock::Loops);
-        positions -= nearest(gap).map_err(|_| Failure::Range)?;
-        let gap =
-            &jacobian * &rates + numbers.block(RowBlock::Rates, Column::Positions) * &positions + own(RowBlock::Rates);
-        rates -= nearest(gap).map_err(|_| Failure::Range)?;
+        positions -= nearest(gap).map_err(|_| AnalysisFailure::Range)?;
+        let gap = &jacobian * &rates
+            + numbers.block(RowBlock::Rates, ColumnBlock::Positions) * &positions
+            + own(RowBlock::Rates);
+        rates -= nearest(gap).map_err(|_| AnalysisFailure::Range)?;
         Ok((positions, rates))
     }
 }

@@ -2,8 +2,10 @@
 //!
 //! At the time t_s of the switch a peak Y = y(t_s) changes by dY/dp = y_p(-) + y'(-) dt_s/dp, its time and that of a jump by dt_s/dp.
 
-use super::super::Failure;
-use super::feature::{CORNER, Changes, EQUAL, Feature, FeatureKind, ROUNDS, SHORTER, Search, Seen};
+use super::super::AnalysisFailure;
+use super::feature::{
+    CORNER, EQUAL, Feature, FeatureDerivatives, FeatureKind, FeatureSearch, ROUNDS, SHORTER, SeenMotion,
+};
 
 /// What is found within this share of an interval from its end is found at its end.
 const NEAR: f64 = 1e-9;
@@ -18,7 +20,7 @@ pub(super) struct Switched {
 }
 
 /// An output on one side of a switch.
-struct Side {
+struct SwitchSide {
     value: f64,
     /// A second.
     slope: f64,
@@ -26,14 +28,14 @@ struct Side {
     by: Vec<f64>,
 }
 
-impl Seen<'_, '_> {
+impl SeenMotion<'_, '_> {
     /// What happens in an interval in which laws switch: between two of them, or where one does.
     pub(super) fn pieces(
         &self,
-        search: &Search,
+        search: &FeatureSearch,
         named: &(String, String),
         switched: &[&Switched],
-    ) -> Result<Feature, Failure> {
+    ) -> Result<Feature, AnalysisFailure> {
         let mut found = Vec::new();
         for switch in switched {
             found.extend(self.corner(search, named, switch)?);
@@ -41,7 +43,7 @@ impl Seen<'_, '_> {
         let begins = [search.interval[0]].into_iter().chain(switched.iter().map(|own| own.times[1]));
         let ends = switched.iter().map(|own| own.times[0]).chain([search.interval[1]]);
         for interval in begins.zip(ends).map(|(low, high)| [low, high]).filter(|[low, high]| low < high) {
-            found.extend(self.piece(&Search { interval, ..search.clone() }, named)?);
+            found.extend(self.piece(&FeatureSearch { interval, ..search.clone() }, named)?);
         }
         let sign = if search.kind == FeatureKind::Smallest { -1.0 } else { 1.0 };
         let before = |one: &Feature, other: &Feature| match search.kind {
@@ -52,13 +54,13 @@ impl Seen<'_, '_> {
             return Ok(best);
         }
         let time = switched.first().map_or(search.interval[0], |own| own.times[0]);
-        let [value, _] = self.ends(&Search { interval: [time, time], ..search.clone() })?;
+        let [value, _] = self.ends(&FeatureSearch { interval: [time, time], ..search.clone() })?;
         let changes = Err(CORNER.to_owned());
         Ok(Feature { output: named.clone(), kind: search.kind, time, value, changes })
     }
 
     /// What happens between two switches; at their times it is that of the switch.
-    fn piece(&self, search: &Search, named: &(String, String)) -> Result<Option<Feature>, Failure> {
+    fn piece(&self, search: &FeatureSearch, named: &(String, String)) -> Result<Option<Feature>, AnalysisFailure> {
         let [low, high] = search.interval;
         if search.kind == FeatureKind::Crossing {
             let [first, last] = self.ends(search)?;
@@ -73,7 +75,12 @@ impl Seen<'_, '_> {
     }
 
     /// What happens at a switch, if it has derivatives.
-    fn corner(&self, search: &Search, named: &(String, String), switch: &Switched) -> Result<Option<Feature>, Failure> {
+    fn corner(
+        &self,
+        search: &FeatureSearch,
+        named: &(String, String),
+        switch: &Switched,
+    ) -> Result<Option<Feature>, AnalysisFailure> {
         let [low, high] = search.interval;
         let before = self.beside(search.output, [low, switch.times[0]], 1.0)?;
         let after = self.beside(search.output, [switch.times[1], high], -1.0)?;
@@ -95,7 +102,7 @@ impl Seen<'_, '_> {
     }
 
     /// An output at one end of an interval in which no law switches near that end.
-    fn beside(&self, output: usize, mut interval: [f64; 2], end: f64) -> Result<Option<Side>, Failure> {
+    fn beside(&self, output: usize, mut interval: [f64; 2], end: f64) -> Result<Option<SwitchSide>, AnalysisFailure> {
         for _ in 0..ROUNDS {
             let [low, high] = interval;
             if high <= low {
@@ -105,7 +112,7 @@ impl Seen<'_, '_> {
             if self.are_exact(output, &values, &derivatives) {
                 let slope = values.slope().at(end) * 2.0 / (high - low);
                 let by = derivatives.iter().map(|own| own.at(end)).collect();
-                return Ok(Some(Side { value: values.at(end), slope, by }));
+                return Ok(Some(SwitchSide { value: values.at(end), slope, by }));
             }
             let length = SHORTER * (high - low);
             interval = if end > 0.0 { [high - length, high] } else { [low, low + length] };
@@ -115,13 +122,18 @@ impl Seen<'_, '_> {
 }
 
 /// Is a value jumped over?
-fn jumped(before: &Side, after: &Side, level: f64, switch: &Switched) -> Option<(f64, Changes)> {
+fn jumped(before: &SwitchSide, after: &SwitchSide, level: f64, switch: &Switched) -> Option<(f64, FeatureDerivatives)> {
     let jumps = (before.value - level) * (after.value - level) < 0.0;
-    jumps.then(|| (level, Changes { value: vec![0.0; switch.changes.len()], time: switch.changes.clone() }))
+    jumps.then(|| (level, FeatureDerivatives { value: vec![0.0; switch.changes.len()], time: switch.changes.clone() }))
 }
 
 /// Does the output, with this sign, rise before and fall after, or jump down or up to where it does?
-fn peak([before, after]: [&Side; 2], sign: f64, extent: f64, switch: &Switched) -> Option<(f64, Changes)> {
+fn peak(
+    [before, after]: [&SwitchSide; 2],
+    sign: f64,
+    extent: f64,
+    switch: &Switched,
+) -> Option<(f64, FeatureDerivatives)> {
     let (rises, falls) = (sign * before.slope >= 0.0, sign * after.slope <= 0.0);
     let jump = sign * (after.value - before.value);
     let (side, is_peak) = if jump > EQUAL * extent {
@@ -132,5 +144,5 @@ fn peak([before, after]: [&Side; 2], sign: f64, extent: f64, switch: &Switched) 
         (before, rises && falls)
     };
     let value = || side.by.iter().zip(&switch.changes).map(|(by, time)| by + side.slope * time).collect();
-    is_peak.then(|| (side.value, Changes { value: value(), time: switch.changes.clone() }))
+    is_peak.then(|| (side.value, FeatureDerivatives { value: value(), time: switch.changes.clone() }))
 }

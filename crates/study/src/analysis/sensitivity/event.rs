@@ -4,10 +4,10 @@ use cotree::expr::Order;
 use cotree_fmu::model::State;
 use nalgebra::{DVector, RowDVector};
 
-use super::super::Failure;
-use super::super::variation::{Column, RowBlock};
+use super::super::AnalysisFailure;
+use super::super::variation::{ColumnBlock, RowBlock};
 use super::corner::Switched;
-use super::step::{Course, move_on, sides, switches};
+use super::step::{DifferentiatedMotion, move_on, sides, switches};
 
 /// Halvings of the interval that a crossing lies in.
 const HALVINGS: usize = 60;
@@ -35,14 +35,14 @@ pub struct Crossing {
     reached: f64,
 }
 
-impl Course<'_> {
+impl DifferentiatedMotion<'_> {
     /// The first crossing between two times, if a switching function has another sign at the second; `known` are the sides before, and then those after.
     pub(super) fn first_crossing(
         &self,
         known: &mut [Option<bool>],
         after: &DVector<f64>,
         [from, to]: [f64; 2],
-    ) -> Result<Option<Crossing>, Failure> {
+    ) -> Result<Option<Crossing>, AnalysisFailure> {
         let mut first: Option<Crossing> = None;
         for (switch, new) in sides(after).into_iter().enumerate() {
             let old = known[switch];
@@ -63,7 +63,7 @@ impl Course<'_> {
     }
 
     /// The last time at which a switching function is still on its side.
-    fn located(&self, switch: usize, side: bool, [mut low, mut high]: [f64; 2]) -> Result<f64, Failure> {
+    fn located(&self, switch: usize, side: bool, [mut low, mut high]: [f64; 2]) -> Result<f64, AnalysisFailure> {
         let mut before = self.motion.clone();
         for _ in 0..HALVINGS {
             let middle = low + 0.5 * (high - low);
@@ -82,12 +82,12 @@ impl Course<'_> {
     }
 
     /// How far from a crossing the law is the one before or after it: there and twice as far the accelerations are the same.
-    fn beside(&self, switch: usize, side: bool, located: f64, interval: f64) -> Result<f64, Failure> {
+    fn beside(&self, switch: usize, side: bool, located: f64, interval: f64) -> Result<f64, AnalysisFailure> {
         let shortest = ROUNDINGS * f64::EPSILON * located.abs();
         let [.., longest] = BESIDE.map(|share| (share * interval).max(shortest));
         for distance in BESIDE.map(|share| (share * interval).max(shortest)) {
             let mut motion = self.motion.clone();
-            let mut read = |shift: f64| -> Result<_, Failure> {
+            let mut read = |shift: f64| -> Result<_, AnalysisFailure> {
                 let (point, numbers) = self.at(&mut motion, (located + shift * distance).max(self.motion.time()))?;
                 let is_before = (numbers.values(RowBlock::Switches)[switch] > 0.0) == side;
                 Ok((is_before, self.values(&point, Order::Acceleration)))
@@ -109,7 +109,7 @@ impl Course<'_> {
     }
 
     /// Goes over a crossing; the motion and its derivatives are those just before it.
-    pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), Failure> {
+    pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), AnalysisFailure> {
         let Crossing { switch, time, beside, interval, reached } = *crossing;
         let mut motion = self.motion.clone();
         let (before, numbers) = self.at(&mut motion, time)?;
@@ -118,13 +118,13 @@ impl Course<'_> {
         let (rates, accelerations) = (self.values(&before, Order::Velocity), self.values(&before, Order::Acceleration));
         // How a switching function changes with the parameters, and how fast.
         let of = |switch: usize| {
-            let row = |column: Column| numbers.block(RowBlock::Switches, column).row(switch).into_owned();
-            let own = row(Column::Signals);
-            let change = row(Column::Positions) * &self.positions
-                + row(Column::Rates) * &self.rates
+            let row = |column: ColumnBlock| numbers.block(RowBlock::Switches, column).row(switch).into_owned();
+            let own = row(ColumnBlock::Signals);
+            let change = row(ColumnBlock::Positions) * &self.positions
+                + row(ColumnBlock::Rates) * &self.rates
                 + self.by_parameters(&own.rows(0, 1).into_owned());
-            let speed = (row(Column::Positions) * &rates)[0]
-                + (row(Column::Rates) * &accelerations)[0]
+            let speed = (row(ColumnBlock::Positions) * &rates)[0]
+                + (row(ColumnBlock::Rates) * &accelerations)[0]
                 + self.by_time(&own, &state);
             (change, speed)
         };
@@ -172,6 +172,6 @@ impl Course<'_> {
     }
 }
 
-fn refused(time: f64, what: &str) -> Failure {
-    Failure::NoDerivative { time, what: what.to_owned() }
+fn refused(time: f64, what: &str) -> AnalysisFailure {
+    AnalysisFailure::NoDerivative { time, what: what.to_owned() }
 }

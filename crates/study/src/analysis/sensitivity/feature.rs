@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::super::report::Features;
-use super::super::{Failure, Study, StudyError};
+use super::super::{AnalysisFailure, Study, StudyError};
 use super::corner::Switched;
 use super::{Along, At, Varying};
 
@@ -46,12 +46,12 @@ pub struct Feature {
     /// The value then, SI.
     pub value: f64,
     /// How both change; or why they have no derivatives.
-    pub changes: Result<Changes, String>,
+    pub changes: Result<FeatureDerivatives, String>,
 }
 
 /// Derivatives of a value and of the time at which it is reached, one for each parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Changes {
+pub struct FeatureDerivatives {
     /// Of the value.
     pub value: Vec<f64>,
     /// Of the time; zero at the ends of the run.
@@ -68,7 +68,7 @@ pub enum FeatureKind {
 
 /// An interval in which something happens.
 #[derive(Clone, Debug)]
-pub(super) struct Search {
+pub(super) struct FeatureSearch {
     pub output: usize,
     pub kind: FeatureKind,
     /// The value that is crossed.
@@ -91,7 +91,7 @@ impl Study {
             let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
             let Along { rows, switched, .. } = varying.along(&start, times, None, u64::MAX)?;
             varying.check_values(times, &rows)?;
-            let course = Seen { varying, start, times, rows, switched };
+            let course = SeenMotion { varying, start, times, rows, switched };
             let outputs: Vec<(String, String)> =
                 varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect();
             let mut features = Vec::new();
@@ -102,7 +102,7 @@ impl Study {
             }
             for (name, level) in levels {
                 let output = outputs.iter().position(|(own, _)| own == name);
-                let known = || Failure::Unknown(vec![format!("`{name}` is no output")]);
+                let known = || AnalysisFailure::Unknown(vec![format!("`{name}` is no output")]);
                 features.extend(course.crossings(output.ok_or_else(known)?, *level, &outputs)?);
             }
             let parameters = varying.parameters().iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect();
@@ -125,7 +125,7 @@ fn closer(times: &[f64]) -> Vec<f64> {
 }
 
 /// A motion that has been looked at.
-pub(super) struct Seen<'a, 'f> {
+pub(super) struct SeenMotion<'a, 'f> {
     varying: &'a Varying<'f>,
     start: Vec<f64>,
     times: &'a [f64],
@@ -134,7 +134,7 @@ pub(super) struct Seen<'a, 'f> {
     pub switched: Vec<Switched>,
 }
 
-impl Seen<'_, '_> {
+impl SeenMotion<'_, '_> {
     fn value(&self, row: usize, output: usize) -> f64 {
         self.rows[row].0[output]
     }
@@ -151,7 +151,7 @@ impl Seen<'_, '_> {
         (0..self.start.len()).map(size).collect()
     }
 
-    fn extreme(&self, output: usize, kind: FeatureKind, named: &(String, String)) -> Result<Feature, Failure> {
+    fn extreme(&self, output: usize, kind: FeatureKind, named: &(String, String)) -> Result<Feature, AnalysisFailure> {
         let sign = if kind == FeatureKind::Smallest { -1.0 } else { 1.0 };
         let extent = self.extent(output);
         let first = self.value(0, output);
@@ -161,11 +161,12 @@ impl Seen<'_, '_> {
         }
         let mut found = Vec::new();
         for interval in self.peaks(output, sign) {
-            found.push(self.refined(&Search { output, kind, level: 0.0, interval }, named)?);
+            found.push(self.refined(&FeatureSearch { output, kind, level: 0.0, interval }, named)?);
         }
         let highest =
             |best: Feature, other: Feature| if sign * (other.value - best.value) > 0.0 { other } else { best };
-        let nothing = || Failure::NoDerivative { time: self.begin(), what: "there is no motion to look at".into() };
+        let nothing =
+            || AnalysisFailure::NoDerivative { time: self.begin(), what: "there is no motion to look at".into() };
         let best = found.iter().cloned().reduce(highest).ok_or_else(nothing)?;
         // Of peaks that are the same the first counts.
         let mut equals: Vec<&Feature> =
@@ -200,18 +201,23 @@ impl Seen<'_, '_> {
         rows.iter().map(|&row| neighbours(row).map(|other| self.times[other])).collect()
     }
 
-    fn crossings(&self, output: usize, level: f64, outputs: &[(String, String)]) -> Result<Vec<Feature>, Failure> {
+    fn crossings(
+        &self,
+        output: usize,
+        level: f64,
+        outputs: &[(String, String)],
+    ) -> Result<Vec<Feature>, AnalysisFailure> {
         let above = |row: usize| self.value(row, output) > level;
         let rows = (1..self.rows.len()).filter(|&row| above(row - 1) != above(row));
         let search = |row: usize| {
             let interval = [self.times[row - 1], self.times[row]];
-            self.refined(&Search { output, kind: FeatureKind::Crossing, level, interval }, &outputs[output])
+            self.refined(&FeatureSearch { output, kind: FeatureKind::Crossing, level, interval }, &outputs[output])
         };
         rows.map(search).collect()
     }
 
     /// Finds what happens in an interval: between the times at which laws switch, or at one of them.
-    fn refined(&self, search: &Search, named: &(String, String)) -> Result<Feature, Failure> {
+    fn refined(&self, search: &FeatureSearch, named: &(String, String)) -> Result<Feature, AnalysisFailure> {
         let [low, high] = search.interval;
         let switched: Vec<&Switched> =
             self.switched.iter().filter(|own| low < own.times[0] && own.times[1] < high).collect();
@@ -219,8 +225,8 @@ impl Seen<'_, '_> {
     }
 
     /// The same where no law switches; where the polynomial is not exact the interval becomes shorter.
-    pub(super) fn smooth(&self, search: &Search, named: &(String, String)) -> Result<Feature, Failure> {
-        let Search { output, kind, level, interval } = search.clone();
+    pub(super) fn smooth(&self, search: &FeatureSearch, named: &(String, String)) -> Result<Feature, AnalysisFailure> {
+        let FeatureSearch { output, kind, level, interval } = search.clone();
         let [begin, end] = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
         let mut interval = interval;
         let feature = |time, value, changes| Feature { output: named.clone(), kind, time, value, changes };
@@ -266,13 +272,13 @@ impl Seen<'_, '_> {
                 FeatureKind::Crossing => (level, vec![0.0; values_by.len()]),
                 _ => (values.at(place), values_by),
             };
-            return Ok(feature(time, value, Ok(Changes { value: values_by, time: times_by })));
+            return Ok(feature(time, value, Ok(FeatureDerivatives { value: values_by, time: times_by })));
         }
         Ok(feature(near, seen, Err(CORNER.to_owned())))
     }
 
     /// The values at both ends of an interval.
-    pub(super) fn ends(&self, search: &Search) -> Result<[f64; 2], Failure> {
+    pub(super) fn ends(&self, search: &FeatureSearch) -> Result<[f64; 2], AnalysisFailure> {
         let rows = self.varying.at(&self.start, &search.interval)?;
         let value = |row: Option<&At>| row.map_or(f64::NAN, |row| row.0[search.output]);
         Ok([value(rows.first()), value(rows.last())])
@@ -294,7 +300,7 @@ impl Seen<'_, '_> {
         &self,
         output: usize,
         [low, high]: [f64; 2],
-    ) -> Result<(Polynomial, Vec<Polynomial>), Failure> {
+    ) -> Result<(Polynomial, Vec<Polynomial>), AnalysisFailure> {
         let place = |index: usize| -(PI * index as f64 / DEGREE as f64).cos();
         let mut times: Vec<f64> = (0..=DEGREE).map(|index| low + 0.5 * (place(index) + 1.0) * (high - low)).collect();
         (times[0], times[DEGREE]) = (low, high);

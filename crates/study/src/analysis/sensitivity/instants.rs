@@ -8,20 +8,20 @@ use cotree_fmu::instance::Happening;
 use cotree_fmu::program::Program;
 use nalgebra::DMatrix;
 
-use super::super::variation::{Column, Numbers, RowBlock};
-use super::super::{Failure, Point};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock};
+use super::super::{AnalysisFailure, OperatingPoint};
 use super::corner::Switched;
-use super::step::{At, Course, sides, switches};
+use super::step::{At, DifferentiatedMotion, sides, switches};
 
 /// The time just before an instant is so many roundings earlier.
 const ROUNDINGS: f64 = 64.0;
 
-impl Course<'_> {
+impl DifferentiatedMotion<'_> {
     /// What happens at the start, before the derivatives are followed.
-    pub(super) fn begin_instants(&mut self, numbers: &Numbers) -> Result<(), Failure> {
+    pub(super) fn begin_instants(&mut self, numbers: &Numbers) -> Result<(), AnalysisFailure> {
         let Some(guide) = &mut self.guide else { return Ok(()) };
         let (happened, state, time) = (guide.take_record(), guide.state(), guide.time());
-        let refused = |what: String| Failure::NoDerivative { time, what };
+        let refused = |what: String| AnalysisFailure::NoDerivative { time, what };
         let contacts = self.model.program().instants.contacts();
         let struck = contacts.iter().find(|contact| state.parameters()[contact.closed as usize + 1] != 0.0);
         if let Some(contact) = struck {
@@ -30,7 +30,7 @@ impl Course<'_> {
         let first = self.parameters + 1 + self.driven.inputs().len();
         let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
         for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
-            let block = numbers.block(row, Column::Signals);
+            let block = numbers.block(row, ColumnBlock::Signals);
             if block.columns(first, inputs).iter().any(|entry| *entry != 0.0) {
                 return Err(refused("the start depends on values that ticks and events change".to_owned()));
             }
@@ -65,7 +65,7 @@ impl Course<'_> {
         [end, span]: [f64; 2],
         most: u64,
         report: &mut impl FnMut(At),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), AnalysisFailure> {
         let mut due = times;
         while let Some((time, happened)) = self.next_instant(end)? {
             let (now, later) = due.split_at(due.partition_point(|&own| own < time));
@@ -77,7 +77,7 @@ impl Course<'_> {
     }
 
     /// What happens next, up to a time.
-    fn next_instant(&mut self, end: f64) -> Result<Option<(f64, Vec<Happening>)>, Failure> {
+    fn next_instant(&mut self, end: f64) -> Result<Option<(f64, Vec<Happening>)>, AnalysisFailure> {
         let Some(guide) = &mut self.guide else { return Ok(None) };
         while guide.time() < end {
             guide.step_towards(end)?;
@@ -90,7 +90,7 @@ impl Course<'_> {
     }
 
     /// The derivatives jump with the motion.
-    fn pass_instant(&mut self, time: f64, happened: &[Happening]) -> Result<(), Failure> {
+    fn pass_instant(&mut self, time: f64, happened: &[Happening]) -> Result<(), AnalysisFailure> {
         let changes = self.pass(happened)?;
         let before = time - ROUNDINGS * f64::EPSILON * time.abs();
         self.switched.push(Switched { times: [before, time], changes });
@@ -98,13 +98,13 @@ impl Course<'_> {
     }
 
     /// Takes the derivatives over what has happened, and goes on from there.
-    fn pass(&mut self, happened: &[Happening]) -> Result<Vec<f64>, Failure> {
+    fn pass(&mut self, happened: &[Happening]) -> Result<Vec<f64>, AnalysisFailure> {
         let Some(guide) = &self.guide else { return Ok(Vec::new()) };
         let time = guide.time();
         self.motion = guide.without_instants();
         let state = [self.positions.as_mut_slice(), self.rates.as_mut_slice()];
         let moves = self.variational.pass(&self.model, happened, state, self.tolerance);
-        let moves = moves.map_err(|what| Failure::NoDerivative { time, what })?;
+        let moves = moves.map_err(|what| AnalysisFailure::NoDerivative { time, what })?;
         self.go_on_anew()?;
         self.reach();
         self.check_corners(time)?;
@@ -112,19 +112,19 @@ impl Course<'_> {
     }
 
     /// Refuses to go on from the very corner of a law that the motion does not leave, but a changed value would: derivatives differ on both sides.
-    fn check_corners(&self, time: f64) -> Result<(), Failure> {
+    fn check_corners(&self, time: f64) -> Result<(), AnalysisFailure> {
         if self.sides.iter().all(Option::is_some) {
             return Ok(());
         }
-        let point = Point::moving(&self.model, &self.motion.state())?;
+        let point = OperatingPoint::moving(&self.model, &self.motion.state())?;
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         let (rates, accelerations) = (self.values(&point, Order::Velocity), self.values(&point, Order::Acceleration));
-        let of = |column: Column| numbers.block(RowBlock::Switches, column);
-        let changes = of(Column::Positions) * &self.positions
-            + of(Column::Rates) * &self.rates
-            + self.by_parameters(&of(Column::Signals));
-        let speeds = of(Column::Positions) * rates + of(Column::Rates) * accelerations;
-        let by_time = of(Column::Signals).columns(self.parameters, 1 + self.driven.inputs().len()).into_owned();
+        let of = |column: ColumnBlock| numbers.block(RowBlock::Switches, column);
+        let changes = of(ColumnBlock::Positions) * &self.positions
+            + of(ColumnBlock::Rates) * &self.rates
+            + self.by_parameters(&of(ColumnBlock::Signals));
+        let speeds = of(ColumnBlock::Positions) * rates + of(ColumnBlock::Rates) * accelerations;
+        let by_time = of(ColumnBlock::Signals).columns(self.parameters, 1 + self.driven.inputs().len()).into_owned();
         let stays = |switch: &usize| {
             let moves = changes.row(*switch).iter().any(|change| *change != 0.0);
             let still = speeds[*switch] == 0.0 && by_time.row(*switch).iter().all(|by| *by == 0.0);
@@ -132,13 +132,13 @@ impl Course<'_> {
         };
         if (0..self.sides.len()).any(|switch| stays(&switch)) {
             let what = "a law stays at its corner, where derivatives differ on both sides; begin beside it".to_owned();
-            return Err(Failure::NoDerivative { time, what });
+            return Err(AnalysisFailure::NoDerivative { time, what });
         }
         Ok(())
     }
 
     /// Laws may be others from here on.
-    pub(super) fn go_on_anew(&mut self) -> Result<(), Failure> {
+    pub(super) fn go_on_anew(&mut self) -> Result<(), AnalysisFailure> {
         self.begun = None;
         if !self.sides.is_empty() {
             self.sides = sides(&switches(&mut self.motion)?);

@@ -31,15 +31,15 @@ use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Condition;
 use nalgebra::{DMatrix, DVector};
 
-use super::driven::Driven;
-use super::kept::Key;
+use super::driven::DrivenInputs;
+use super::kept::DerivativesKey;
 use super::variation::Variation;
-use super::{Failure, Study, StudyError};
+use super::{AnalysisFailure, Study, StudyError};
 use corner::Switched;
-pub use feature::{Changes, Feature, FeatureKind};
+pub use feature::{Feature, FeatureDerivatives, FeatureKind};
 pub use rest::ModeChanges;
 pub use step::At;
-use step::Course;
+use step::DifferentiatedMotion;
 pub(super) use step::counts_as_imposed;
 
 /// A guess that is further away from what has become of it, in units of its scale, is written anew.
@@ -96,7 +96,7 @@ pub struct Varying<'f> {
     parameters: Vec<Varied>,
     /// What else has other values than the program, SI.
     set: Vec<(String, f64)>,
-    driven: Driven,
+    driven: DrivenInputs,
 }
 
 /// Equations and their derivatives, for motions with any values.
@@ -125,10 +125,10 @@ pub struct Varied {
 }
 
 impl Differentiated {
-    fn new(mut formulated: Formulated, driven: &Driven, to: &[String]) -> Result<Self, Failure> {
+    fn new(mut formulated: Formulated, driven: &DrivenInputs, to: &[String]) -> Result<Self, AnalysisFailure> {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
-        let refused = |what: String| Failure::NoDerivative { time: program.experiment.start, what };
+        let refused = |what: String| AnalysisFailure::NoDerivative { time: program.experiment.start, what };
         let given =
             |own: &&Varied| matches!(own.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
         if let Some(own) = parameters.iter().find(given) {
@@ -174,7 +174,7 @@ impl Differentiated {
 }
 
 impl<'f> Varying<'f> {
-    fn new(own: &'f Differentiated, settings: &[(String, f64)], driven: Driven) -> Self {
+    fn new(own: &'f Differentiated, settings: &[(String, f64)], driven: DrivenInputs) -> Self {
         let set = |name: &str| settings.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
         let started =
             |parameter: &Varied| Varied { start: set(&parameter.name).unwrap_or(parameter.start), ..parameter.clone() };
@@ -199,7 +199,7 @@ impl<'f> Varying<'f> {
     ///
     /// # Errors
     /// A motion that cannot be continued, or derivatives that do not exist.
-    pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, Failure> {
+    pub fn at(&self, values: &[f64], times: &[f64]) -> Result<Vec<At>, AnalysisFailure> {
         let rows = self.along(values, times, None, u64::MAX)?.rows;
         self.check_values(times, &rows)?;
         Ok(rows)
@@ -209,12 +209,12 @@ impl<'f> Varying<'f> {
     ///
     /// # Errors
     /// The first that has none.
-    fn check_values(&self, times: &[f64], rows: &[At]) -> Result<(), Failure> {
+    fn check_values(&self, times: &[f64], rows: &[At]) -> Result<(), AnalysisFailure> {
         for (&time, (values, derivatives)) in times.iter().zip(rows) {
             let missing = (0..values.len()).find(|&output| !is_finite(values, derivatives, output));
             let named = missing.and_then(|output| self.outputs().nth(output));
             if let Some((name, _)) = named {
-                return Err(Failure::NotFinite { time, what: name.to_owned() });
+                return Err(AnalysisFailure::NotFinite { time, what: name.to_owned() });
             }
         }
         Ok(())
@@ -224,7 +224,13 @@ impl<'f> Varying<'f> {
     ///
     /// # Errors
     /// As of [`Varying::at`], or the work is more.
-    pub fn along(&self, values: &[f64], times: &[f64], from: Option<&State>, most: u64) -> Result<Along, Failure> {
+    pub fn along(
+        &self,
+        values: &[f64],
+        times: &[f64],
+        from: Option<&State>,
+        most: u64,
+    ) -> Result<Along, AnalysisFailure> {
         let mut course = self.begin(values, from)?;
         let start = course.motion.state();
         let mut rows = Vec::with_capacity(times.len());
@@ -233,18 +239,23 @@ impl<'f> Varying<'f> {
     }
 
     /// The motion and its derivatives at the start, with the parameters at these values \[SI\].
-    fn begin(&self, values: &[f64], from: Option<&State>) -> Result<Course<'_>, Failure> {
+    fn begin(&self, values: &[f64], from: Option<&State>) -> Result<DifferentiatedMotion<'_>, AnalysisFailure> {
         let changed = self.own.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
         let changed = changed.map(|(own, &value)| (own.name.as_str(), value));
         let set = self.set.iter().map(|(name, value)| (name.as_str(), *value));
-        Course::new(self.own, (&self.parameters, &self.driven), &set.chain(changed).collect::<Vec<_>>(), from)
+        DifferentiatedMotion::new(
+            self.own,
+            (&self.parameters, &self.driven),
+            &set.chain(changed).collect::<Vec<_>>(),
+            from,
+        )
     }
 
     /// The guesses, and what has become of them at a start.
     ///
     /// # Errors
     /// A program that is none.
-    pub fn guesses(&self, start: &State) -> Result<Vec<Guess>, Failure> {
+    pub fn guesses(&self, start: &State) -> Result<Vec<Guess>, AnalysisFailure> {
         let model = &self.own.model;
         let initial = &model.program().initial;
         let mut machine = Machine::new(model);
@@ -275,7 +286,7 @@ impl Varying<'_> {
     ///
     /// # Errors
     /// A program that is none.
-    pub fn moved_guesses(&self, start: &State) -> Result<Vec<Guess>, Failure> {
+    pub fn moved_guesses(&self, start: &State) -> Result<Vec<Guess>, AnalysisFailure> {
         let mut guesses = self.guesses(start)?;
         guesses.retain(|own| (own.found - own.guessed).abs() > MOVED * own.scale);
         Ok(guesses)
@@ -314,7 +325,7 @@ impl Study {
     pub fn varying<T>(
         &mut self,
         to: &[String],
-        then: impl FnOnce(&Varying) -> Result<T, Failure>,
+        then: impl FnOnce(&Varying) -> Result<T, AnalysisFailure>,
     ) -> Result<T, StudyError> {
         let own = self.differentiated(to)?;
         Ok(then(&self.varying_of(&own))?)
@@ -345,7 +356,7 @@ impl Study {
 
     fn kept_or_made(&mut self, written: &Mechanism, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
         let driven = self.driven().inputs().to_vec();
-        let key = Key { to: to.to_vec(), driven, experiment: written.experiment };
+        let key = DerivativesKey { to: to.to_vec(), driven, experiment: written.experiment };
         if let Some(found) = self.kept.find(&key) {
             return Ok(found);
         }
@@ -373,8 +384,8 @@ pub(crate) fn is_finite(values: &DVector<f64>, derivatives: &DMatrix<f64>, outpu
 }
 
 /// The parameters, inputs or initial values behind names.
-fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, Failure> {
-    every(names.iter().map(|name| parameter(formulated, name))).map_err(Failure::Unknown)
+fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, AnalysisFailure> {
+    every(names.iter().map(|name| parameter(formulated, name))).map_err(AnalysisFailure::Unknown)
 }
 
 /// The parameter, input or initial value behind a name; or that there is none.

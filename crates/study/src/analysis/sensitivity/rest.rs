@@ -16,8 +16,8 @@ use super::super::decompose::{null_vector, svd};
 use super::super::modes::{Mode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
-use super::super::variation::{Column, Numbers, RowBlock, Variation};
-use super::super::{Equilibrium, Failure, Point, Study, StudyError, saddle};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
+use super::super::{AnalysisFailure, Equilibrium, OperatingPoint, Study, StudyError, saddle};
 use super::start::{check_repeated, stacked};
 use super::{Sensitivities, Varied, varied};
 
@@ -41,7 +41,7 @@ pub struct ModeChanges {
 }
 
 /// The equilibrium and its change: a column for each parameter.
-struct Rest {
+struct VariedRest {
     variation: Variation,
     positions: DMatrix<f64>,
     reactions: DMatrix<f64>,
@@ -57,11 +57,12 @@ impl Study {
         can_differentiate(&self.mechanism)?;
         self.rest(|formulated, _, equilibrium| {
             let parameters = varied(formulated, to)?;
-            let rest = Rest::new(formulated, &equilibrium.point, &parameters)?;
+            let rest = VariedRest::new(formulated, &equilibrium.point, &parameters)?;
             let numbers = rest.variation.at(&formulated.equations, &equilibrium.point)?;
-            let of = |column: Column| numbers.block(RowBlock::Outputs, column);
-            let derivatives =
-                of(Column::Positions) * &rest.positions + of(Column::Reactions) * &rest.reactions + of(Column::Signals);
+            let of = |column: ColumnBlock| numbers.block(RowBlock::Outputs, column);
+            let derivatives = of(ColumnBlock::Positions) * &rest.positions
+                + of(ColumnBlock::Reactions) * &rest.reactions
+                + of(ColumnBlock::Signals);
             let outputs = &formulated.outputs;
             Ok(Sensitivities {
                 times: vec![equilibrium.point.time()],
@@ -84,7 +85,7 @@ impl Study {
             let Equilibrium { point, .. } = equilibrium;
             let modes = modes(formulated, &StateSpace::new(formulated, variation, point, None)?)?;
             let parameters = varied(formulated, to)?;
-            let rest = Rest::new(formulated, point, &parameters)?;
+            let rest = VariedRest::new(formulated, point, &parameters)?;
             let derivatives = rest.eigenvalues(formulated, point, &modes)?;
             let name = formulated.equations.system.mechanism.name.clone();
             Ok(ModeChanges { name, parameters: named(&parameters), modes, derivatives })
@@ -93,28 +94,32 @@ impl Study {
 }
 
 /// What is held wherever it stands keeps its place, and slides where a parameter takes it past its level.
-fn can_differentiate(mechanism: &Mechanism) -> Result<(), Failure> {
+fn can_differentiate(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     let Some(held) = mechanism.first_held_anywhere() else { return Ok(()) };
     let what = format!(
         "{held} holds wherever it stands: such a rest does not follow its parameters; compare rests with other values instead, with `--set`, or give friction a `velocity`"
     );
-    Err(Failure::NoDerivative { time: mechanism.experiment.start, what })
+    Err(AnalysisFailure::NoDerivative { time: mechanism.experiment.start, what })
 }
 
 fn named(parameters: &[Varied]) -> Vec<(String, String)> {
     parameters.iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect()
 }
 
-impl Rest {
-    fn new(formulated: &mut Formulated, point: &Point, parameters: &[Varied]) -> Result<Self, Failure> {
+impl VariedRest {
+    fn new(
+        formulated: &mut Formulated,
+        point: &OperatingPoint,
+        parameters: &[Varied],
+    ) -> Result<Self, AnalysisFailure> {
         let variation = Variation::by(formulated, parameters.iter().map(|own| own.symbol).collect());
         let numbers = variation.at(&formulated.equations, point)?;
-        let refused = |what: &str| Failure::NoDerivative { time: point.time(), what: what.to_owned() };
+        let refused = |what: &str| AnalysisFailure::NoDerivative { time: point.time(), what: what.to_owned() };
         let stiff = stiffness(&numbers);
         let n = stiff.nrows() - numbers.rows().count();
         let change = stacked(
-            &numbers.block(RowBlock::Motion, Column::Signals),
-            &numbers.block(RowBlock::Loops, Column::Signals),
+            &numbers.block(RowBlock::Motion, ColumnBlock::Signals),
+            &numbers.block(RowBlock::Loops, ColumnBlock::Signals),
         );
         let units = units(formulated, &stiff, n);
         let scaled = DMatrix::from_fn(stiff.nrows(), stiff.ncols(), |i, j| stiff[(i, j)] * units[i] * units[j]);
@@ -134,23 +139,23 @@ impl Rest {
         check_repeated(&numbers, parameters.len(), &positions)
             .map_err(|_| refused("redundant joints fit together for these very values only"))?;
         drop(numbers);
-        Ok(Rest { variation, positions, reactions })
+        Ok(VariedRest { variation, positions, reactions })
     }
 
     /// The derivatives of each eigenvalue.
     fn eigenvalues(
         &self,
         formulated: &mut Formulated,
-        point: &Point,
+        point: &OperatingPoint,
         modes: &[Mode],
-    ) -> Result<Vec<Option<Vec<Complex<f64>>>>, Failure> {
+    ) -> Result<Vec<Option<Vec<Complex<f64>>>>, AnalysisFailure> {
         let changes = self.changes(formulated, point)?;
         let numbers = self.variation.at(&formulated.equations, point)?;
         let stiffness = stiffness(&numbers);
         let (size, n) = (stiffness.nrows(), stiffness.nrows() - numbers.rows().count());
-        let [mass, damping] = [Column::Accelerations, Column::Rates]
+        let [mass, damping] = [ColumnBlock::Accelerations, ColumnBlock::Rates]
             .map(|column| numbers.block(RowBlock::Motion, column).resize(size, size, 0.0));
-        let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, Failure> {
+        let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, AnalysisFailure> {
             let s = mode.eigenvalue;
             let twice = |other: &&Mode| (other.eigenvalue - s).norm() <= SAME * s.norm();
             if mode.is_free() || modes.iter().filter(twice).count() > 1 {
@@ -180,9 +185,13 @@ impl Rest {
     }
 
     /// The whole derivatives of mass, damping and \[H Phi_q^T; Phi_q 0\] for each parameter: the pose moves too.
-    fn changes(&self, formulated: &mut Formulated, point: &Point) -> Result<Vec<[DMatrix<f64>; 3]>, Failure> {
+    fn changes(
+        &self,
+        formulated: &mut Formulated,
+        point: &OperatingPoint,
+    ) -> Result<Vec<[DMatrix<f64>; 3]>, AnalysisFailure> {
         let numbers = self.variation.at(&formulated.equations, point)?;
-        let all: Vec<Symbol> = [Column::Positions, Column::Reactions, Column::Signals]
+        let all: Vec<Symbol> = [ColumnBlock::Positions, ColumnBlock::Reactions, ColumnBlock::Signals]
             .into_iter()
             .flat_map(|column| numbers.symbols(column))
             .collect();
@@ -200,12 +209,13 @@ impl Rest {
             for (matrix, share) in second[..moving].iter().zip(shares) {
                 sum += matrix * share;
             }
-            let of = |row: RowBlock, column: Column| numbers.block_of(&sum, row, column);
+            let of = |row: RowBlock, column: ColumnBlock| numbers.block_of(&sum, row, column);
             let (n, m) = (self.positions.nrows(), self.reactions.nrows());
-            let [mass, damping] = [Column::Accelerations, Column::Rates]
+            let [mass, damping] = [ColumnBlock::Accelerations, ColumnBlock::Rates]
                 .map(|column| of(RowBlock::Motion, column).resize(n + m, n + m, 0.0));
-            let [stiff, reactions] = [Column::Positions, Column::Reactions].map(|column| of(RowBlock::Motion, column));
-            [mass, damping, saddle(&stiff, &reactions, &of(RowBlock::Loops, Column::Positions))]
+            let [stiff, reactions] =
+                [ColumnBlock::Positions, ColumnBlock::Reactions].map(|column| of(RowBlock::Motion, column));
+            [mass, damping, saddle(&stiff, &reactions, &of(RowBlock::Loops, ColumnBlock::Positions))]
         };
         Ok((0..self.positions.ncols()).map(change).collect())
     }
@@ -214,8 +224,8 @@ impl Rest {
 /// \[H Phi_q^T; Phi_q 0\]
 fn stiffness(numbers: &Numbers) -> DMatrix<f64> {
     let [stiff, reactions] =
-        [Column::Positions, Column::Reactions].map(|column| numbers.block(RowBlock::Motion, column));
-    saddle(&stiff, &reactions, &numbers.block(RowBlock::Loops, Column::Positions))
+        [ColumnBlock::Positions, ColumnBlock::Reactions].map(|column| numbers.block(RowBlock::Motion, column));
+    saddle(&stiff, &reactions, &numbers.block(RowBlock::Loops, ColumnBlock::Positions))
 }
 
 /// Units of rows and columns in which the matrix has entries of one size.

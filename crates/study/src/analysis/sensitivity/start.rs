@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::Failure;
+use super::super::AnalysisFailure;
 use super::super::decompose::svd;
-use super::super::variation::{Column, Numbers, RowBlock};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock};
 
 /// Singular values count as zero below this share of the largest.
 const RANK: f64 = 1e-10;
@@ -17,12 +17,12 @@ pub fn start(
     parameters: usize,
     rates: &DVector<f64>,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), String> {
-    let of = |row: RowBlock, column: Column| numbers.block(row, column);
-    let by = |row: RowBlock| numbers.block(row, Column::Signals).columns(0, parameters).into_owned();
-    let known = stacked(&of(RowBlock::Loops, Column::Positions), &of(RowBlock::Starts, Column::Positions));
+    let of = |row: RowBlock, column: ColumnBlock| numbers.block(row, column);
+    let by = |row: RowBlock| numbers.block(row, ColumnBlock::Signals).columns(0, parameters).into_owned();
+    let known = stacked(&of(RowBlock::Loops, ColumnBlock::Positions), &of(RowBlock::Starts, ColumnBlock::Positions));
     let (positions, _) = least(&known, &-stacked(&by(RowBlock::Loops), &by(RowBlock::Starts)))?;
-    let turning = |row: RowBlock| product(&of(row, Column::Positions), &positions) + by(row);
-    let known = stacked(&of(RowBlock::Rates, Column::Rates), &of(RowBlock::StartRates, Column::Rates));
+    let turning = |row: RowBlock| product(&of(row, ColumnBlock::Positions), &positions) + by(row);
+    let known = stacked(&of(RowBlock::Rates, ColumnBlock::Rates), &of(RowBlock::StartRates, ColumnBlock::Rates));
     let (changes, full) = least(&known, &-stacked(&turning(RowBlock::Rates), &turning(RowBlock::StartRates)))?;
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
     if !full && rates.norm() > 0.0 {
@@ -33,8 +33,8 @@ pub fn start(
 
 /// Of loop equations that repeat others: do they still do so when parameters change?
 pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<f64>) -> Result<(), usize> {
-    let own = numbers.block(RowBlock::Repeated, Column::Signals).columns(0, parameters).into_owned();
-    let followed = numbers.block(RowBlock::Repeated, Column::Positions) * positions;
+    let own = numbers.block(RowBlock::Repeated, ColumnBlock::Signals).columns(0, parameters).into_owned();
+    let followed = numbers.block(RowBlock::Repeated, ColumnBlock::Positions) * positions;
     let left = &own + &followed;
     let contradicts = |&column: &usize| {
         left.column(column).amax() > CONTRADICTION * (1.0 + own.column(column).amax() + followed.column(column).amax())
@@ -43,14 +43,14 @@ pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<
 }
 
 /// True if the loop equations that repeat others still do so: with other lengths they may not.
-pub fn still_repeat(numbers: &Numbers) -> Result<bool, Failure> {
-    let of = |row: RowBlock| numbers.block(row, Column::Positions);
+pub fn still_repeat(numbers: &Numbers) -> Result<bool, AnalysisFailure> {
+    let of = |row: RowBlock| numbers.block(row, ColumnBlock::Positions);
     let (imposed, repeated) = (of(RowBlock::Loops), of(RowBlock::Repeated));
     if imposed.is_empty() || repeated.is_empty() {
         return Ok(repeated.iter().all(|entry| *entry == 0.0));
     }
     let parts = svd(imposed, false, true)?;
-    let Some(along) = parts.v_t else { return Err(Failure::Range) };
+    let Some(along) = parts.v_t else { return Err(AnalysisFailure::Range) };
     let left = &repeated - (&repeated * along.transpose()) * along;
     Ok((0..left.nrows()).all(|row| left.row(row).amax() <= CONTRADICTION * repeated.row(row).amax()))
 }
@@ -61,7 +61,7 @@ fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), Str
     if a.nrows() == 0 || n == 0 {
         return Ok((DMatrix::zeros(n, b.ncols()), n == 0));
     }
-    let parts = svd(a.clone(), true, true).map_err(|error: Failure| error.to_string())?;
+    let parts = svd(a.clone(), true, true).map_err(|error: AnalysisFailure| error.to_string())?;
     let limit = RANK * parts.singular_values.max();
     let rank = parts.singular_values.iter().filter(|value| **value > limit).count();
     let mut solution = DMatrix::zeros(n, b.ncols());

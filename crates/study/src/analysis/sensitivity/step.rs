@@ -8,10 +8,10 @@ use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
 use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
-use super::super::driven::Driven;
-use super::super::point::Point;
-use super::super::variation::{Column, Numbers, RowBlock, Variation, unknown};
-use super::super::{Failure, decompose};
+use super::super::driven::DrivenInputs;
+use super::super::point::OperatingPoint;
+use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
+use super::super::{AnalysisFailure, decompose};
 use super::collocation::SMALLEST;
 use super::corner::Switched;
 use super::event::Crossing;
@@ -46,10 +46,10 @@ const SHORTER: f64 = 0.6;
 pub type At = (DVector<f64>, DMatrix<f64>);
 
 /// The motion and its derivatives at a time.
-pub struct Course<'f> {
+pub struct DifferentiatedMotion<'f> {
     pub(super) formulated: &'f Formulated,
     pub(super) variation: &'f Variation,
-    pub(super) driven: &'f Driven,
+    pub(super) driven: &'f DrivenInputs,
     pub(super) model: Arc<Model>,
     /// The motion at the time that the derivatives belong to; nothing happens in it by itself.
     pub(super) motion: Instance,
@@ -96,14 +96,14 @@ struct Before {
     rates: DMatrix<f64>,
 }
 
-impl<'f> Course<'f> {
+impl<'f> DifferentiatedMotion<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
         own: &'f Differentiated,
-        (varied, driven): (&[Varied], &'f Driven),
+        (varied, driven): (&[Varied], &'f DrivenInputs),
         changed: &[(&str, f64)],
         from: Option<&State>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, AnalysisFailure> {
         let Differentiated { formulated, variation, model, .. } = own;
         let (program, model) = (model.program(), Arc::clone(model));
         let (experiment, kinematic) = (program.experiment, program.is_driven());
@@ -114,7 +114,7 @@ impl<'f> Course<'f> {
         motion.record_instants();
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
-            let unknown = || Failure::Unknown(vec![format!("`{name}` cannot be set")]);
+            let unknown = || AnalysisFailure::Unknown(vec![format!("`{name}` cannot be set")]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
         if let Some(pose) = from {
@@ -130,7 +130,7 @@ impl<'f> Course<'f> {
         let least = ROUNDING / experiment.tolerance.max(SMALLEST);
         let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
         let rows = formulated.lowered.table.rows.iter().enumerate();
-        let mut course = Course {
+        let mut course = DifferentiatedMotion {
             formulated,
             variation,
             driven,
@@ -158,15 +158,15 @@ impl<'f> Course<'f> {
         Ok(course)
     }
 
-    fn begin(&mut self) -> Result<(), Failure> {
-        let mut point = Point::moving(&self.model, &self.motion.state())?;
+    fn begin(&mut self) -> Result<(), AnalysisFailure> {
+        let mut point = OperatingPoint::moving(&self.model, &self.motion.state())?;
         // What holds wherever it stands holds nothing of the start.
         for contact in self.model.program().instants.contacts().iter().filter(|contact| contact.place().is_some()) {
             point.set_parameter((contact.closed as usize, 0.0));
         }
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         let rates = self.values(&point, Order::Velocity);
-        let refused = |what: String| Failure::NoDerivative { time: point.time(), what };
+        let refused = |what: String| AnalysisFailure::NoDerivative { time: point.time(), what };
         let (positions, changes) = start(&numbers, self.parameters, &rates).map_err(refused)?;
         check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
             refused(
@@ -195,7 +195,7 @@ impl<'f> Course<'f> {
     }
 
     /// q, v or a of the coordinates.
-    pub(super) fn values(&self, point: &Point, order: Order) -> DVector<f64> {
+    pub(super) fn values(&self, point: &OperatingPoint, order: Order) -> DVector<f64> {
         let mechanical = self.formulated.equations.coordinates.len();
         DVector::from_fn(self.model.coordinates(), |index, _| match index < mechanical || order != Order::Position {
             true => point.value(unknown(mechanical, index, order)),
@@ -204,9 +204,13 @@ impl<'f> Course<'f> {
     }
 
     /// Moves a motion on to a time, and varies the loops there.
-    pub(super) fn at(&self, motion: &mut Instance, time: f64) -> Result<(Point, Numbers<'_>), Failure> {
+    pub(super) fn at(
+        &self,
+        motion: &mut Instance,
+        time: f64,
+    ) -> Result<(OperatingPoint, Numbers<'_>), AnalysisFailure> {
         move_on(motion, time)?;
-        let point = Point::moving(&self.model, &motion.state())?;
+        let point = OperatingPoint::moving(&self.model, &motion.state())?;
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         Ok((point, numbers))
     }
@@ -218,7 +222,7 @@ impl<'f> Course<'f> {
     }
 
     /// Hands over the outputs at these times and their derivatives; no more than so much work may be done for them.
-    pub fn run(&mut self, times: &[f64], most: u64, mut report: impl FnMut(At)) -> Result<(), Failure> {
+    pub fn run(&mut self, times: &[f64], most: u64, mut report: impl FnMut(At)) -> Result<(), AnalysisFailure> {
         let begin = self.motion.time();
         let end = times.last().copied().unwrap_or(begin);
         let mut due = times;
@@ -232,7 +236,7 @@ impl<'f> Course<'f> {
     }
 
     /// Sets the inputs anew where they bend or jump. That happens at the same time for all parameters: q_p and v_p go on as they are.
-    fn pass_knot(&mut self, time: f64, stops: bool) -> Result<(), Failure> {
+    fn pass_knot(&mut self, time: f64, stops: bool) -> Result<(), AnalysisFailure> {
         self.driven.set(&mut self.motion, time, stops)?;
         self.guide.as_mut().map_or(Ok(()), |guide| self.driven.set(guide, time, stops))?;
         self.go_on_anew()
@@ -245,7 +249,7 @@ impl<'f> Course<'f> {
         [end, span]: [f64; 2],
         most: u64,
         mut report: impl FnMut(At),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), AnalysisFailure> {
         let begin = self.motion.time();
         let (begun, mut due) = times.split_at(if self.kinematic { times.len() } else { until(times, begin) });
         for &time in begun {
@@ -276,7 +280,7 @@ impl<'f> Course<'f> {
     }
 
     /// Fails when the derivatives cost too much.
-    fn check_work(&self, most: u64) -> Result<(), Failure> {
+    fn check_work(&self, most: u64) -> Result<(), AnalysisFailure> {
         if self.tried > FREE_STEPS + DEAREST * self.motion.statistics().steps {
             return Err(self.stuck(format!(
                 "they take more than {DEAREST} times the steps of the motion: a law is too steep or not smooth; ask for a larger tolerance"
@@ -284,7 +288,7 @@ impl<'f> Course<'f> {
         }
         if self.work() > most {
             let what = format!("they are more work than was permitted, {most} steps");
-            return Err(Failure::NoDerivative { time: self.motion.time(), what });
+            return Err(AnalysisFailure::NoDerivative { time: self.motion.time(), what });
         }
         Ok(())
     }
@@ -295,7 +299,7 @@ impl<'f> Course<'f> {
         [last, span]: [f64; 2],
         due: &mut &[f64],
         report: &mut impl FnMut(At),
-    ) -> Result<bool, Failure> {
+    ) -> Result<bool, AnalysisFailure> {
         let begin = self.motion.time();
         let begun = self.begun.take().filter(|begun| begun.time == begin);
         let mut length = match begun {
@@ -329,14 +333,14 @@ impl<'f> Course<'f> {
     }
 
     /// Begins the series at the present time; says how long a step they permit.
-    fn begin_series(&mut self, last: f64) -> Result<Option<f64>, Failure> {
+    fn begin_series(&mut self, last: f64) -> Result<Option<f64>, AnalysisFailure> {
         let state = [self.positions.as_slice(), self.rates.as_slice()];
         let left = last - self.motion.time();
         Ok(self.variational.begin(&mut self.motion, state, &self.reached, left)?)
     }
 
     /// Moves on along the series to the end of a step; gives the outputs at these times in it.
-    fn follow_series(&mut self, due: &[f64], end: f64) -> Result<Vec<At>, Failure> {
+    fn follow_series(&mut self, due: &[f64], end: f64) -> Result<Vec<At>, AnalysisFailure> {
         let Self { variational, motion, outputs, positions, rates, .. } = self;
         let begin = motion.time();
         let mut found = Vec::with_capacity(due.len());
@@ -351,24 +355,24 @@ impl<'f> Course<'f> {
     }
 
     /// Why the steps are so short: most likely a singular pose is near, which the motion itself passes; otherwise this.
-    fn stuck(&self, otherwise: String) -> Failure {
+    fn stuck(&self, otherwise: String) -> AnalysisFailure {
         let time = self.motion.time();
         let here = self.at(&mut self.motion.clone(), time);
         match here.and_then(|(_, numbers)| is_singular(&numbers)) {
             Err(failure) => failure,
             Ok(true) => singular_pose(time),
-            Ok(false) => Failure::NoDerivative { time, what: otherwise },
+            Ok(false) => AnalysisFailure::NoDerivative { time, what: otherwise },
         }
     }
 
     /// True if the loop equations count in the present pose as the program imposes them.
-    pub(super) fn counts_as_imposed(&self) -> Result<bool, Failure> {
+    pub(super) fn counts_as_imposed(&self) -> Result<bool, AnalysisFailure> {
         let (_, numbers) = self.at(&mut self.motion.clone(), self.motion.time())?;
         counts_as_imposed(&numbers)
     }
 
     /// Tries a step; gives the length of the next.
-    fn advance(&mut self, length: f64, due: &mut &[f64], report: &mut impl FnMut(At)) -> Result<f64, Failure> {
+    fn advance(&mut self, length: f64, due: &mut &[f64], report: &mut impl FnMut(At)) -> Result<f64, AnalysisFailure> {
         let begin = self.motion.time();
         if let Some(crossing) = self.next_crossing(begin + length)? {
             let before = crossing.time - begin;
@@ -391,7 +395,7 @@ impl<'f> Course<'f> {
 
     /// The first crossing of a switching function up to a time. Where laws switch the motion takes steps of its own: signs are looked at in each of them, so that none passes
     /// unseen, however soon the next one follows.
-    fn next_crossing(&self, end: f64) -> Result<Option<Crossing>, Failure> {
+    fn next_crossing(&self, end: f64) -> Result<Option<Crossing>, AnalysisFailure> {
         if self.sides.is_empty() {
             return Ok(None);
         }
@@ -419,7 +423,7 @@ pub(super) fn until(times: &[f64], end: f64) -> usize {
 }
 
 /// Moves a motion on to a time, not before its own.
-pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), Failure> {
+pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), AnalysisFailure> {
     if time > motion.time() {
         motion.step_to(time)?;
     }
@@ -432,7 +436,7 @@ pub(super) fn read(
     motion: &mut Instance,
     outputs: &[usize],
     [positions, rates]: [&DMatrix<f64>; 2],
-) -> Result<At, Failure> {
+) -> Result<At, AnalysisFailure> {
     let mut derivatives = DMatrix::zeros(outputs.len(), positions.ncols());
     variational.outputs(motion, [positions.as_slice(), rates.as_slice()], outputs, derivatives.as_mut_slice())?;
     let values = outputs.iter().map(|&output| motion.reading(output)).collect::<Result<_, _>>()?;
@@ -440,7 +444,7 @@ pub(super) fn read(
 }
 
 /// The switching functions of the laws.
-pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
+pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, AnalysisFailure> {
     let program = motion.model().program();
     let (laws, all) = (program.tapes.indicators.results.len(), program.indicators());
     let mut values = vec![0.0; all];
@@ -451,13 +455,13 @@ pub(super) fn switches(motion: &mut Instance) -> Result<DVector<f64>, Failure> {
 }
 
 /// True if the loop equations count in a pose as the program imposes them: with other lengths than its own some may depend on others, or repeat them no more.
-pub(in super::super) fn counts_as_imposed(numbers: &Numbers) -> Result<bool, Failure> {
+pub(in super::super) fn counts_as_imposed(numbers: &Numbers) -> Result<bool, AnalysisFailure> {
     Ok(!is_singular(numbers)? && still_repeat(numbers)?)
 }
 
 /// True if loop equations nearly depend on each other.
-fn is_singular(numbers: &Numbers) -> Result<bool, Failure> {
-    let jacobian = numbers.block(RowBlock::Loops, Column::Positions);
+fn is_singular(numbers: &Numbers) -> Result<bool, AnalysisFailure> {
+    let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
     if jacobian.is_empty() {
         return Ok(false);
     }
@@ -465,9 +469,9 @@ fn is_singular(numbers: &Numbers) -> Result<bool, Failure> {
     Ok(parts.singular_values.min() < SINGULAR * parts.singular_values.max())
 }
 
-fn singular_pose(time: f64) -> Failure {
+fn singular_pose(time: f64) -> AnalysisFailure {
     let what = "the motion passes a singular pose, where changed lengths part the branches".to_owned();
-    Failure::NoDerivative { time, what }
+    AnalysisFailure::NoDerivative { time, what }
 }
 
 /// On which side of zero values are; none for zero.

@@ -2,14 +2,14 @@
 //! relation), times the slope where an angle is the argument of a function.
 
 use cotree::expr::{Expr, Symbol};
-use cotree::network::{Direction, Element, ElementId, Port, Term};
+use cotree::network::{CouplingTerm, Direction, Element, ElementId, Port};
 
-use super::{Terminal, sum};
+use super::{TerminalWriter, sum};
 use crate::name::symbol_name;
 use crate::steps::projection::Rows;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
-impl Terminal<'_> {
+impl TerminalWriter<'_> {
     /// The first across variable by the others: their factors change sides, and that of the first divides them.
     pub fn relation(&mut self, id: ElementId, element: &Element) -> Rows {
         let Some((first, others)) = element.coupling.as_ref().and_then(|own| own.terms.split_first()) else {
@@ -34,9 +34,9 @@ impl Terminal<'_> {
         terms.push((self.formula(offset), None));
         let mut rows = vec![(self.across(id, element, 0, first), sum(terms))];
         // A function of an angle repeats every turn.
-        let turn = || Tree::product(vec![Tree::Number(2.0), Tree::Pi]);
-        let theta = || Tree::Name(symbol_name(self.equations, Symbol::Argument));
-        rows.extend(within.into_iter().map(|angle| (theta(), Tree::Call("mod", vec![angle, turn()]))));
+        let turn = || FormulaTree::product(vec![FormulaTree::Number(2.0), FormulaTree::Pi]);
+        let theta = || FormulaTree::Name(symbol_name(self.equations, Symbol::Argument));
+        rows.extend(within.into_iter().map(|angle| (theta(), FormulaTree::Call("mod", vec![angle, turn()]))));
         // The axis of a rolling disc is among its own rows.
         for term in std::iter::once(first).chain(others).filter(|_| element.translation.is_none()) {
             if let Port::Along(_, along @ Direction::Fixed(body, axis)) = term.port {
@@ -49,18 +49,18 @@ impl Terminal<'_> {
     pub fn loads(&mut self, id: ElementId, element: &Element) -> Rows {
         let index = self.equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());
         let (Some(coupling), Some(index)) = (&element.coupling, index) else { return Rows::new() };
-        let multiplier = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
+        let multiplier = FormulaTree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
         let gap = self.equations.constraints[index].one_sided.clone();
         let reaction = match gap.and_then(|gap| gap.slip) {
             Some(slip) => {
-                let level = Tree::Name(symbol_name(self.equations, Symbol::Reaction(index + 1)));
-                Tree::Sum(vec![(false, multiplier), (false, self.times(slip.direction, level))])
+                let level = FormulaTree::Name(symbol_name(self.equations, Symbol::Reaction(index + 1)));
+                FormulaTree::Sum(vec![(false, multiplier), (false, self.times(slip.direction, level))])
             }
             None => multiplier,
         };
-        let row = |(number, term): (usize, &Term)| {
+        let row = |(number, term): (usize, &CouplingTerm)| {
             let label = self.label(id, element, number);
-            let times = |vector: Tree| Tree::product(vec![reaction.clone(), vector]);
+            let times = |vector: FormulaTree| FormulaTree::product(vec![reaction.clone(), vector]);
             let (force, torque) = (self.letters.force(label), self.letters.torque(label));
             match term.port {
                 Port::Angle(_) => (torque, self.times(term.factor, reaction.clone())),
@@ -77,9 +77,9 @@ impl Terminal<'_> {
                 }
                 Port::Length(_) => (force, self.times(term.factor, times(self.unit(label)))),
                 Port::Heading(_) => {
-                    let across = Tree::Call("turned", vec![self.unit(label)]);
-                    let length = Tree::Call("abs", vec![self.letters.displacement(label)]);
-                    (force, self.times(term.factor, times(Tree::quotient(vec![across], vec![length]))))
+                    let across = FormulaTree::Call("turned", vec![self.unit(label)]);
+                    let length = FormulaTree::Call("abs", vec![self.letters.displacement(label)]);
+                    (force, self.times(term.factor, times(FormulaTree::quotient(vec![across], vec![length]))))
                 }
             }
         };
@@ -87,14 +87,14 @@ impl Terminal<'_> {
     }
 
     /// theta, r . u, or |r|; a rolling disc's r . u is its slide.
-    fn across(&self, id: ElementId, element: &Element, number: usize, term: &Term) -> Tree {
+    fn across(&self, id: ElementId, element: &Element, number: usize, term: &CouplingTerm) -> FormulaTree {
         let label = self.label(id, element, number);
         match term.port {
             Port::Angle(_) | Port::Curve(..) => self.letters.angle(label),
             Port::Along(..) if element.translation.is_some() => self.letters.slide(label),
             Port::Along(_, along) => self.letters.projected(self.letters.displacement(label), along, element, true),
-            Port::Length(_) => Tree::Call("abs", vec![self.letters.displacement(label)]),
-            Port::Heading(_) => Tree::Call("heading", vec![self.letters.displacement(label)]),
+            Port::Length(_) => FormulaTree::Call("abs", vec![self.letters.displacement(label)]),
+            Port::Heading(_) => FormulaTree::Call("heading", vec![self.letters.displacement(label)]),
         }
     }
 

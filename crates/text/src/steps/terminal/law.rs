@@ -8,20 +8,20 @@ use cotree::network::Origin;
 
 use crate::name::{Name, symbol_name};
 use crate::steps::letters::Letters;
-use crate::tree::Tree;
+use crate::tree::FormulaTree;
 
 /// A law as a tree; what is zero is left out.
-pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree {
+pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> FormulaTree {
     let of = |formula: &Formula| tree(equations, letters, formula);
     match formula {
-        Formula::Number(value) => Tree::number(*value),
-        Formula::Time => Tree::Name(Name::word("t")),
-        Formula::Parameter(id) => Tree::Name(symbol_name(equations, cotree::expr::Symbol::Parameter(id.0))),
+        Formula::Number(value) => FormulaTree::number(*value),
+        Formula::Time => FormulaTree::Name(Name::word("t")),
+        Formula::Parameter(id) => FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::Parameter(id.0))),
         Formula::Input(id) => {
-            Tree::Name(symbol_name(equations, cotree::expr::Symbol::Input(id.0, cotree::expr::Order::Position)))
+            FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::Input(id.0, cotree::expr::Order::Position)))
         }
         Formula::State(id) => {
-            Tree::Name(symbol_name(equations, cotree::expr::Symbol::State(id.0, cotree::expr::Order::Position)))
+            FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::State(id.0, cotree::expr::Order::Position)))
         }
         Formula::Variable(own) => variable(equations, letters, *own),
         Formula::Call(function, arguments) => call(*function, arguments.iter().map(of).collect()),
@@ -33,26 +33,26 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Tree 
                 Comparison::Greater => ("<", [right, left]),
                 Comparison::GreaterEqual => ("<=", [right, left]),
             };
-            Tree::Call("if", vec![Tree::Relation(sign, Box::new(sides)), then, otherwise])
+            FormulaTree::Call("if", vec![FormulaTree::Relation(sign, Box::new(sides)), then, otherwise])
         }
     }
 }
 
 /// |r| and its rate, theta and omega of the load's own edge; other variables by their names.
-fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
+fn variable(equations: &Equations, letters: Letters, own: Variable) -> FormulaTree {
     let label = match own.owner {
         Owner::Load(load) => equations.system.find(Origin::Load(load)),
         Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::System => None,
     };
     let plane = letters.has_two_components();
-    let named = || Tree::Name(Name::variable(&equations.system.mechanism.variable_name(own)));
+    let named = || FormulaTree::Name(Name::variable(&equations.system.mechanism.variable_name(own)));
     let Some(label) = label.map(|id| equations.system.element(id).label.as_str()) else { return named() };
     match (own.quantity.aspect(), plane) {
-        (Aspect::Length(Order::Position), true) => Tree::Call("abs", vec![letters.displacement(label)]),
+        (Aspect::Length(Order::Position), true) => FormulaTree::Call("abs", vec![letters.displacement(label)]),
         (Aspect::Length(Order::Position), false) => letters.displacement(label),
         (Aspect::Length(Order::Velocity), true) => {
             let name = Name::edge("r", label, false);
-            Tree::Name(Name { plain: format!("abs({})'", name.plain), dots: 1, ..name })
+            FormulaTree::Name(Name { plain: format!("abs({})'", name.plain), dots: 1, ..name })
         }
         (Aspect::Length(Order::Velocity), false) => letters.velocity(label),
         (Aspect::Angle(Order::Position), _) => letters.angle(label),
@@ -65,47 +65,47 @@ fn variable(equations: &Equations, letters: Letters, own: Variable) -> Tree {
     }
 }
 
-fn is_negative(tree: &Tree) -> bool {
-    matches!(tree, Tree::Sum(terms) if matches!(terms.as_slice(), [(true, _)]))
+fn is_negative(tree: &FormulaTree) -> bool {
+    matches!(tree, FormulaTree::Sum(terms) if matches!(terms.as_slice(), [(true, _)]))
 }
 
-fn negated(tree: Tree) -> Tree {
+fn negated(tree: FormulaTree) -> FormulaTree {
     match tree {
-        Tree::Sum(terms) if terms.len() == 1 => terms
+        FormulaTree::Sum(terms) if terms.len() == 1 => terms
             .into_iter()
-            .map(|(minus, term)| if minus { term } else { Tree::Sum(vec![(true, term)]) })
+            .map(|(minus, term)| if minus { term } else { FormulaTree::Sum(vec![(true, term)]) })
             .collect::<Vec<_>>()
             .remove(0),
-        tree if tree == Tree::zero() => tree,
-        tree => Tree::Sum(vec![(true, tree)]),
+        tree if tree == FormulaTree::zero() => tree,
+        tree => FormulaTree::Sum(vec![(true, tree)]),
     }
 }
 
-fn call(function: Function, mut arguments: Vec<Tree>) -> Tree {
+fn call(function: Function, mut arguments: Vec<FormulaTree>) -> FormulaTree {
     match (function, arguments.len()) {
         (Function::One(Unary::Negate), 1) => negated(arguments.remove(0)),
         (Function::Two(operator), 2) => {
             let b = arguments.remove(1);
             binary(operator, arguments.remove(0), b)
         }
-        _ => Tree::Call(function.name(), arguments),
+        _ => FormulaTree::Call(function.name(), arguments),
     }
 }
 
-fn binary(operator: Binary, a: Tree, b: Tree) -> Tree {
-    let zero = Tree::zero();
+fn binary(operator: Binary, a: FormulaTree, b: FormulaTree) -> FormulaTree {
+    let zero = FormulaTree::zero();
     match operator {
         Binary::Add if a == zero => b,
         Binary::Add | Binary::Subtract if b == zero => a,
         Binary::Subtract if a == zero => negated(b),
-        Binary::Add => Tree::Sum(vec![(false, a), (false, b)]),
-        Binary::Subtract => Tree::Sum(vec![(false, a), (true, b)]),
+        Binary::Add => FormulaTree::Sum(vec![(false, a), (false, b)]),
+        Binary::Subtract => FormulaTree::Sum(vec![(false, a), (true, b)]),
         Binary::Multiply if a == zero || b == zero => zero,
-        Binary::Multiply if a == Tree::Number(1.0) => b,
+        Binary::Multiply if a == FormulaTree::Number(1.0) => b,
         Binary::Multiply if is_negative(&a) => negated(binary(operator, negated(a), b)),
-        Binary::Multiply => Tree::product(vec![a, b]),
-        Binary::Divide => Tree::Quotient(Box::new([a, b])),
-        Binary::Power => Tree::power(a, b),
-        function => Tree::Call(function.definition().name, vec![a, b]),
+        Binary::Multiply => FormulaTree::product(vec![a, b]),
+        Binary::Divide => FormulaTree::Quotient(Box::new([a, b])),
+        Binary::Power => FormulaTree::power(a, b),
+        function => FormulaTree::Call(function.definition().name, vec![a, b]),
     }
 }

@@ -14,23 +14,23 @@ use super::labels::number;
 use super::letters::Letters;
 use super::parts::kind;
 use super::projection::{Rows, is_free};
-use super::view::View;
+use super::view::GraphView;
 use super::{Lesson, heading, thinned, words};
-use crate::document::{Block, Piece};
+use crate::document::{DocumentBlock, Piece};
 use crate::name::Name;
-use crate::tree::{Tree, plain};
+use crate::tree::{FormulaTree, plain};
 
 /// What writes the terminal equations of an element.
-struct Terminal<'l> {
+struct TerminalWriter<'l> {
     equations: &'l mut Equations,
     letters: Letters,
-    translation: &'l View<Translation>,
-    rotation: &'l View<Rotation>,
+    translation: &'l GraphView<Translation>,
+    rotation: &'l GraphView<Rotation>,
 }
 
 impl Lesson<'_> {
     /// Section 5: what each element says by itself.
-    pub fn terminal(&mut self) -> Vec<Block> {
+    pub fn terminal(&mut self) -> Vec<DocumentBlock> {
         let count = self.equations.system.elements.len();
         let mut rows = Vec::new();
         for id in (0..count).map(ElementId) {
@@ -49,7 +49,7 @@ impl Lesson<'_> {
         blocks.extend(self.gravity());
         if self.letters.has_two_components() {
             blocks.push(words("What is fixed in a body, arms and axes, turns with it:"));
-            blocks.push(Block::Equations(turning()));
+            blocks.push(DocumentBlock::Equations(turning()));
         }
         blocks.push(words(self.count_of_equations()));
         blocks
@@ -57,7 +57,7 @@ impl Lesson<'_> {
 
     /// Its equations behind each other: those of all modes, then what holds in one only.
     fn sentence(&mut self, id: ElementId, element: &Element) -> Piece {
-        let equation = |(left, right)| Piece::Math(Tree::Relation("=", Box::new([left, right])));
+        let equation = |(left, right)| Piece::Math(FormulaTree::Relation("=", Box::new([left, right])));
         let list = |rows: Rows| Piece::list(";  ", rows.into_iter().map(equation));
         let mut rows = self.says(id);
         let when = match (element.origin, &element.slip) {
@@ -72,7 +72,7 @@ impl Lesson<'_> {
     }
 
     /// What is to be known of terminal equations that switch.
-    fn switching(&self) -> Option<Block> {
+    fn switching(&self) -> Option<DocumentBlock> {
         let modes = !self.equations.system.mechanism.unilaterals.is_empty();
         modes.then(|| {
             words(
@@ -84,19 +84,19 @@ impl Lesson<'_> {
     }
 
     /// The components of gravity, if it acts.
-    fn gravity(&mut self) -> Option<Block> {
+    fn gravity(&mut self) -> Option<DocumentBlock> {
         let mechanism = &*self.equations.system.mechanism.clone();
         let gravity = mechanism.gravity.each_ref().map(|component| self.equations.system.value(component));
         let vector = self.letters.components(plain(&self.equations, &gravity));
         let acts = self.dynamic && gravity != [Expr::ZERO; 2];
-        acts.then(|| Block::Equations(vec![(self.letters.gravity(), vector)]))
+        acts.then(|| DocumentBlock::Equations(vec![(self.letters.gravity(), vector)]))
     }
 
     /// The terminal equations of one element, forces and torques only if there are masses.
     pub fn says(&mut self, id: ElementId) -> Rows {
         let element = self.equations.system.element(id).clone();
         let Lesson { equations, letters, translation, rotation, .. } = self;
-        let mut terminal = Terminal { equations, letters: *letters, translation, rotation };
+        let mut terminal = TerminalWriter { equations, letters: *letters, translation, rotation };
         let mut rows = terminal.displacement(&element);
         rows.extend(terminal.angle(&element));
         rows.extend(terminal.relation(id, &element));
@@ -152,7 +152,7 @@ impl Lesson<'_> {
     }
 }
 
-impl Terminal<'_> {
+impl TerminalWriter<'_> {
     fn displacement(&mut self, element: &Element) -> Rows {
         let Some(row) = &element.translation else { return Rows::new() };
         let own = self.letters.displacement(&element.label);
@@ -162,21 +162,21 @@ impl Terminal<'_> {
             }
             Direction::X | Direction::Y => None,
         });
-        let slide = |axis: &Tree| Tree::product(vec![self.letters.slide(&element.label), axis.clone()]);
+        let slide = |axis: &FormulaTree| FormulaTree::product(vec![self.letters.slide(&element.label), axis.clone()]);
         match (&row.known, axis) {
             (Known::Zero, Some(axis)) => vec![(own, slide(&axis.0)), axis],
-            (Known::Zero, None) if matches!(element.origin, Origin::Joint(_)) => vec![(own, Tree::zero())],
+            (Known::Zero, None) if matches!(element.origin, Origin::Joint(_)) => vec![(own, FormulaTree::zero())],
             (Known::Zero, None) => Rows::new(),
             // A rolling disc: along the line, and a radius beside it.
             (Known::Fixed(body, at), Some(axis)) => {
-                let beside = Tree::Name(Name::edge("h", &element.label, true));
-                let both = Tree::Sum(vec![(false, slide(&axis.0)), (false, beside.clone())]);
+                let beside = FormulaTree::Name(Name::edge("h", &element.label, true));
+                let both = FormulaTree::Sum(vec![(false, slide(&axis.0)), (false, beside.clone())]);
                 vec![(own, both), axis, (beside, self.turned(*body, *at))]
             }
             (Known::Fixed(body, at), None) => vec![(own, self.turned(*body, *at))],
             (Known::Given([x, y]), _) => vec![(own, self.components([x.value, y.value]))],
             (Known::Along(body, axis, signal), _) => {
-                let name = Tree::Name(Name::edge("u", &element.label, true));
+                let name = FormulaTree::Name(Name::edge("u", &element.label, true));
                 vec![(own, self.times(signal.value, name.clone())), (name, self.turned(*body, *axis))]
             }
         }
@@ -190,7 +190,7 @@ impl Terminal<'_> {
         let right = match &row.through {
             // The free direction of a rolling disc belongs to its coupling.
             Force::None if element.coupling.is_some() => return Rows::new(),
-            Force::None => return motion.map(|projected| (projected, Tree::zero())).collect(),
+            Force::None => return motion.map(|projected| (projected, FormulaTree::zero())).collect(),
             Force::Inertia(body) => self.inertia_force(element, *body),
             Force::Resistance(law) => {
                 let speed = self.letters.rate_of_slide(&element.label);
@@ -202,7 +202,7 @@ impl Terminal<'_> {
             }
             Force::InBody(body, vector) => {
                 let vector = self.letters.components(vector.iter().map(|component| self.law(component)).collect());
-                Tree::product(vec![Tree::Call("R", vec![self.angle_of(*body)]), vector])
+                FormulaTree::product(vec![FormulaTree::Call("R", vec![self.angle_of(*body)]), vector])
             }
             Force::Line(law) if self.letters.has_two_components() => {
                 sum(vec![(self.law(law), Some(self.unit(&element.label)))])
@@ -213,7 +213,7 @@ impl Terminal<'_> {
     }
 
     /// -m (a - g); a body that opts out of gravity has no g.
-    fn inertia_force(&mut self, element: &Element, body: BodyId) -> Tree {
+    fn inertia_force(&mut self, element: &Element, body: BodyId) -> FormulaTree {
         let mass = self.value_name(body, "mass");
         let system = &mut self.equations.system;
         let mechanism = &*system.mechanism.clone();
@@ -221,19 +221,22 @@ impl Terminal<'_> {
             || mechanism.gravity.each_ref().map(|component| system.value(component)) == [Expr::ZERO; 2];
         let acceleration = self.letters.acceleration(&element.label);
         match weightless {
-            _ if mass == Tree::zero() => mass,
-            true => Tree::Sum(vec![(true, Tree::product(vec![mass, acceleration]))]),
-            false => Tree::product(vec![mass, Tree::sum(vec![(true, acceleration), (false, self.letters.gravity())])]),
+            _ if mass == FormulaTree::zero() => mass,
+            true => FormulaTree::Sum(vec![(true, FormulaTree::product(vec![mass, acceleration]))]),
+            false => FormulaTree::product(vec![
+                mass,
+                FormulaTree::sum(vec![(true, acceleration), (false, self.letters.gravity())]),
+            ]),
         }
     }
 
     /// The direction from one end of an element to the other.
-    fn unit(&self, label: &str) -> Tree {
-        let size = Tree::Call("abs", vec![self.letters.displacement(label)]);
-        Tree::Quotient(Box::new([self.letters.displacement(label), size]))
+    fn unit(&self, label: &str) -> FormulaTree {
+        let size = FormulaTree::Call("abs", vec![self.letters.displacement(label)]);
+        FormulaTree::Quotient(Box::new([self.letters.displacement(label), size]))
     }
 
-    fn angle(&self, element: &Element) -> Option<(Tree, Tree)> {
+    fn angle(&self, element: &Element) -> Option<(FormulaTree, FormulaTree)> {
         let value = match element.rotation.as_ref()?.angle {
             Angle::Free(_) => return None,
             Angle::Constant(value) => value,
@@ -242,9 +245,9 @@ impl Terminal<'_> {
         Some((self.letters.angle(&element.label), self.formula(value)))
     }
 
-    fn torque(&mut self, element: &Element) -> Option<(Tree, Tree)> {
+    fn torque(&mut self, element: &Element) -> Option<(FormulaTree, FormulaTree)> {
         let right = match &element.rotation.as_ref()?.through {
-            Torque::None if is_free(element) && element.coupling.is_none() => Tree::zero(),
+            Torque::None if is_free(element) && element.coupling.is_none() => FormulaTree::zero(),
             Torque::None => return None,
             Torque::Inertia(body) => self.inertia_torque(element, *body),
             Torque::Resistance(law) => {
@@ -256,26 +259,26 @@ impl Terminal<'_> {
     }
 
     /// -I alpha - k . sum r x F over the edges that turn with the body (6).
-    fn inertia_torque(&mut self, element: &Element, body: BodyId) -> Tree {
+    fn inertia_torque(&mut self, element: &Element, body: BodyId) -> FormulaTree {
         let inertia = self.value_name(body, "inertia");
         let mut terms = Vec::new();
-        if inertia != Tree::zero() {
-            terms.push((true, Tree::product(vec![inertia, self.letters.alpha(&element.label)])));
+        if inertia != FormulaTree::zero() {
+            terms.push((true, FormulaTree::product(vec![inertia, self.letters.alpha(&element.label)])));
         }
         let carried = self.translation.record.edges.iter().filter(|edge| edge.carrier == Some(body));
         let moments = carried.map(|edge| {
             let moment = [self.letters.displacement(&edge.label), self.letters.force(&edge.label)];
-            (false, Tree::Relation("x", Box::new(moment)))
+            (false, FormulaTree::Relation("x", Box::new(moment)))
         });
-        let moments: Vec<(bool, Tree)> = moments.collect();
+        let moments: Vec<(bool, FormulaTree)> = moments.collect();
         if !moments.is_empty() {
-            terms.push((true, self.letters.out_of_plane(Tree::Sum(moments))));
+            terms.push((true, self.letters.out_of_plane(FormulaTree::Sum(moments))));
         }
-        Tree::sum(terms)
+        FormulaTree::sum(terms)
     }
 
     /// -c v; with friction the whole law of the joint's velocity.
-    fn resisting(&mut self, element: &Element, law: Resistance, speed: Tree, quantity: Quantity) -> Tree {
+    fn resisting(&mut self, element: &Element, law: Resistance, speed: FormulaTree, quantity: Quantity) -> FormulaTree {
         match (law.damper(), element.origin) {
             (None, Origin::Joint(joint)) => {
                 let velocity = self.equations.variable(Variable { owner: Owner::Joint(joint), quantity });
@@ -289,34 +292,34 @@ impl Terminal<'_> {
         }
     }
 
-    fn law(&self, law: &Formula) -> Tree {
+    fn law(&self, law: &Formula) -> FormulaTree {
         law::tree(self.equations, self.letters, law)
     }
 
-    fn formula(&self, expr: Expr) -> Tree {
-        plain(self.equations, &[expr]).pop().unwrap_or_else(Tree::zero)
+    fn formula(&self, expr: Expr) -> FormulaTree {
+        plain(self.equations, &[expr]).pop().unwrap_or_else(FormulaTree::zero)
     }
 
-    fn times(&self, factor: Expr, tree: Tree) -> Tree {
+    fn times(&self, factor: Expr, tree: FormulaTree) -> FormulaTree {
         sum(vec![(self.formula(factor), Some(tree))])
     }
 
     /// R(theta) (x, y); the ground does not turn, nor does anything on a line.
-    fn turned(&self, body: Option<BodyId>, at: [Expr; 2]) -> Tree {
+    fn turned(&self, body: Option<BodyId>, at: [Expr; 2]) -> FormulaTree {
         match body {
             Some(body) if self.letters.has_two_components() => {
-                Tree::product(vec![Tree::Call("R", vec![self.angle_of(body)]), self.components(at)])
+                FormulaTree::product(vec![FormulaTree::Call("R", vec![self.angle_of(body)]), self.components(at)])
             }
             _ => self.components(at),
         }
     }
 
-    fn components(&self, vector: [Expr; 2]) -> Tree {
+    fn components(&self, vector: [Expr; 2]) -> FormulaTree {
         self.letters.components(vector.map(|component| self.formula(component)).into())
     }
 
     /// The symbol of a body's mass or inertia.
-    fn value_name(&mut self, body: BodyId, word: &str) -> Tree {
+    fn value_name(&mut self, body: BodyId, word: &str) -> FormulaTree {
         let own = &self.equations.system.mechanism.clone().bodies[body.0];
         let (formula, letter) = if word == "mass" { (&own.mass, "m") } else { (&own.inertia, "I") };
         match formula {
@@ -328,13 +331,13 @@ impl Terminal<'_> {
             None => {
                 let system = &self.equations.system;
                 let number = system.find(Origin::Body(body)).map(|id| number(system, id));
-                Tree::Name(Name::symbol(&format!("{letter}_{}", number.unwrap_or_default())))
+                FormulaTree::Name(Name::symbol(&format!("{letter}_{}", number.unwrap_or_default())))
             }
         }
     }
 
     /// theta of the edge of a body.
-    fn angle_of(&self, body: BodyId) -> Tree {
+    fn angle_of(&self, body: BodyId) -> FormulaTree {
         let system = &self.equations.system;
         let id = system.find(Origin::Body(body));
         self.letters.angle(id.map_or("", |id| &system.element(id).label))
@@ -342,28 +345,30 @@ impl Terminal<'_> {
 }
 
 /// v = omega k x r, a = alpha k x r - omega^2 r
-fn turning() -> Vec<(Tree, Tree)> {
-    let [k, r, v, a] = ["k", "r", "v", "a"].map(|letter| Tree::Name(Name::bold(letter, "")));
-    let [omega, alpha] = ["omega", "alpha"].map(|letter| Tree::Name(Name::word(letter)));
-    let across = |rate: &Tree| Tree::Relation("x", Box::new([Tree::product(vec![rate.clone(), k.clone()]), r.clone()]));
-    let square = Tree::product(vec![Tree::power(omega.clone(), Tree::Number(2.0)), r.clone()]);
-    vec![(v, across(&omega)), (a, Tree::Sum(vec![(false, across(&alpha)), (true, square)]))]
+fn turning() -> Vec<(FormulaTree, FormulaTree)> {
+    let [k, r, v, a] = ["k", "r", "v", "a"].map(|letter| FormulaTree::Name(Name::bold(letter, "")));
+    let [omega, alpha] = ["omega", "alpha"].map(|letter| FormulaTree::Name(Name::word(letter)));
+    let across = |rate: &FormulaTree| {
+        FormulaTree::Relation("x", Box::new([FormulaTree::product(vec![rate.clone(), k.clone()]), r.clone()]))
+    };
+    let square = FormulaTree::product(vec![FormulaTree::power(omega.clone(), FormulaTree::Number(2.0)), r.clone()]);
+    vec![(v, across(&omega)), (a, FormulaTree::Sum(vec![(false, across(&alpha)), (true, square)]))]
 }
 
 /// Products with their signs in front; ones and zeros are left out.
-fn sum(terms: Vec<(Tree, Option<Tree>)>) -> Tree {
-    let one = Tree::Number(1.0);
-    let term = |(factor, tree): (Tree, Option<Tree>)| {
+fn sum(terms: Vec<(FormulaTree, Option<FormulaTree>)>) -> FormulaTree {
+    let one = FormulaTree::Number(1.0);
+    let term = |(factor, tree): (FormulaTree, Option<FormulaTree>)| {
         let (minus, factor) = match factor {
-            Tree::Sum(mut only) if only.len() == 1 => only.remove(0),
+            FormulaTree::Sum(mut only) if only.len() == 1 => only.remove(0),
             other => (false, other),
         };
         let product = match tree {
             Some(tree) if factor == one => tree,
-            Some(tree) if factor != Tree::zero() => Tree::product(vec![factor, tree]),
+            Some(tree) if factor != FormulaTree::zero() => FormulaTree::product(vec![factor, tree]),
             _ => factor,
         };
         (minus, product)
     };
-    Tree::sum(terms.into_iter().map(term).filter(|(_, tree)| *tree != Tree::zero()).collect())
+    FormulaTree::sum(terms.into_iter().map(term).filter(|(_, tree)| *tree != FormulaTree::zero()).collect())
 }
