@@ -3,17 +3,18 @@
 //! The motion is followed in short parts. A part that no pose closes is halved; what stays open however short it is, while the independent equations close next to where the
 //! motion was going, is contradicted. In a pose where more equations than usual depend on each other nothing is said: the independent ones do not tell where the motion goes.
 
+use cotree_fmu::constraints::poses::{Loops, rows_of, scaled};
+use cotree_fmu::linalg::least_squares::Equations;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::math;
+use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::close;
-use super::poses::{Loops, rows_of, scaled};
-use crate::linalg::least_squares::Equations;
-use crate::machine::Machine;
-use crate::math;
-use crate::model::{Model, State};
 
-/// Into so many parts the experiment is divided, and each by so much at most.
+/// Into so many parts the experiment is divided.
 const PARTS: f64 = 200.0;
+/// The shortest piece of such a part, as a share of it.
 const FINEST: f64 = 1e-5;
 /// Equations hold that are open by less than this, relative to their scales: lengths may be typed with few digits.
 const OPEN: f64 = 1e-6;
@@ -42,7 +43,7 @@ pub struct Contradiction {
 }
 
 /// The first contradiction within the experiment, from a consistent state on. `kept`: the independent loop equations; `all`: these and those that they imply at the start.
-pub fn contradiction(model: &Model, state: &State, kept: &[usize], all: &[usize]) -> Option<Contradiction> {
+pub fn first_contradiction(model: &Model, state: &State, kept: &[usize], all: &[usize]) -> Option<Contradiction> {
     if kept.len() == all.len() || model.coordinates() > LARGEST {
         return None;
     }
