@@ -11,6 +11,7 @@
 
 use cotree_fmu::constraints::poses::{Loops, scaled, sparse_jacobian};
 use cotree_fmu::linalg::least_squares::Equations;
+use cotree_fmu::linalg::singular_values::svd;
 use cotree_fmu::linalg::sparse::{self, SparseRow};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::math::{Random, maximum};
@@ -251,7 +252,7 @@ impl<'a> Study<'a> {
 
     fn decompose(&mut self, pose: &Pose, flat: f64) -> Decomposed {
         let n = self.model.coordinates();
-        let svd = self.jacobian(pose).svd(false, true);
+        let svd = svd(self.jacobian(pose), false, true);
         let values = &svd.singular_values;
         let is_free = |place: &usize| values[*place] <= flat;
         let directions: Vec<usize> = (0..n).filter(is_free).collect();
@@ -378,7 +379,7 @@ impl<'a> Study<'a> {
                 slopes[(row, column)] = (ahead.x[row] - behind.x[row]) / (2.0 * STEP);
             }
         }
-        let svd = free.tr_mul(&slopes).svd(true, false);
+        let svd = svd(free.tr_mul(&slopes), true, false);
         let values = &svd.singular_values;
         if values.iter().any(|value| BACK.contains(value) || !value.is_finite()) {
             return None;
@@ -430,10 +431,10 @@ impl<'a> Study<'a> {
         /// Singular values below it are of directions that nothing determines.
         const RANK: f64 = 1e-4;
         let m = self.order.len();
-        let svd = self.jacobian(pose).svd(true, false);
-        let Some(u) = &svd.u else { return };
+        let here = svd(self.jacobian(pose), true, false);
+        let Some(u) = &here.u else { return };
         let left: Vec<DVector<f64>> = (0..u.ncols())
-            .filter(|&column| svd.singular_values[column] <= flat)
+            .filter(|&column| here.singular_values[column] <= flat)
             .map(|column| u.column(column).into_owned())
             .collect();
         let mut polished = pose.clone();
@@ -455,7 +456,7 @@ impl<'a> Study<'a> {
                 }
             }
             let matrix = DMatrix::from_fn(rows.len(), jacobian.ncols(), |row, column| rows[row][column]);
-            let Ok(step) = matrix.svd(true, true).solve(&DVector::from_vec(right), RANK) else { return };
+            let Ok(step) = svd(matrix, true, true).solve(&DVector::from_vec(right), RANK) else { return };
             polished.x.iter_mut().zip(step.iter()).for_each(|(x, step)| *x += step);
         }
         if apart(&polished, pose) < STEP {

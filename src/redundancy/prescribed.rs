@@ -5,6 +5,7 @@
 
 use cotree_fmu::constraints::poses::{Loops, rows_of, scaled};
 use cotree_fmu::linalg::least_squares::Equations;
+use cotree_fmu::linalg::singular_values::svd;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::math;
 use cotree_fmu::model::{Model, State};
@@ -167,7 +168,7 @@ impl Course<'_> {
             let sparse = rows_of(model, &state, rows);
             DMatrix::from_fn(columns, rows.len(), |column, row| sparse[row].get(&column).copied().unwrap_or_default())
         };
-        let svd = dense(self.kept).svd(true, true);
+        let svd = svd(dense(self.kept), true, true);
         let regular = svd.singular_values.min() > REGULAR;
         let own: DVector<f64> = dense(&[row]).column(0).into_owned();
         let shares = svd.solve(&own, REGULAR).ok().filter(|_| regular)?;
