@@ -33,11 +33,11 @@ const LARGEST: usize = 400;
 /// Loop equations that cannot all hold along the motion that drivers prescribe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    /// Until when they all hold, and a time at which they do not [s].
+    /// Until when they all hold, and a time at which they do not \[s\].
     pub times: [f64; 2],
     /// The one that is open most then.
     pub row: usize,
-    /// By how much [m or rad].
+    /// By how much \[m or rad\].
     pub gap: f64,
     /// Those that cannot all hold.
     pub rows: Vec<usize>,
