@@ -157,6 +157,8 @@ pub mod network;
 #[doc(hidden)]
 pub mod program;
 #[doc(hidden)]
+pub mod redundancy;
+#[doc(hidden)]
 pub mod report;
 #[doc(hidden)]
 pub mod resolve;

@@ -5,7 +5,12 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use cotree::compile::compile;
+use cotree::redundancy::independence::independence;
+use cotree::redundancy::matrices::{constraint, jacobian};
+use cotree::redundancy::nearby::consistent_poses;
 use cotree::scene::{Faults, Scene, Source};
+use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::model::Model;
 
 /// The scenes, in alphabetical order.
 fn scenes() -> Vec<PathBuf> {
@@ -46,6 +51,27 @@ fn redundant_joints_are_solved() {
     assert!(compiled.warnings.is_some());
     let active = compiled.program.constraints.iter().filter(|row| row.is_imposed()).count();
     assert_eq!(compiled.program.coordinates.len() - active, 1, "one degree of freedom");
+}
+
+/// The same with a motor: nothing moves while time stands still.
+#[test]
+fn redundant_equations_are_found_at_every_pose_or_not_at_all() {
+    let path = Path::new(ROOT).join("tests/faults/equations/redundant_rod.toml");
+    let motor = "[drivers.motor]\njoint = \"left_foot\"\nangle = \"pi/3 + 2*t\"\n\n[initial]\n";
+    let text = std::fs::read_to_string(&path).unwrap().replace("[initial]\n\"left.angle\" = \"60 deg\"\n", motor);
+    let scene = Scene::from_source(Source::new("driven.toml", text), false).unwrap();
+    let model = Model::of_positions(compile(&scene).unwrap().program).unwrap();
+    let mut state = model.default_state(0.0);
+    solve_initial(&model, &mut state).unwrap();
+    let poses = consistent_poses(&model, &state, 8, 0.3, 1);
+    assert!(poses.len() > 4);
+    for pose in &poses {
+        assert!(constraint(&model, pose).amax() < 1e-9);
+    }
+    assert_eq!(jacobian(&model, &state).shape(), (4, 3));
+    let found = independence(&model, &state, Vec::new, &[]).unwrap();
+    assert_eq!((found.mobility, found.independent.len()), (0, 3));
+    assert_eq!(poses, consistent_poses(&model, &state, 8, 0.3, 1), "the same every time");
 }
 
 fn free_bodies(count: usize) -> String {

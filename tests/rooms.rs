@@ -56,6 +56,7 @@ const CRATES: [Crate; 8] = [
             "solve",
             "arms",
             "program",
+            "redundancy",
             "formulate",
             "export",
             "report",

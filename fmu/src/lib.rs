@@ -34,7 +34,7 @@ pub mod fmi3;
 pub(crate) mod hybrid;
 pub mod instance;
 pub mod integrator;
-mod linalg;
+pub mod linalg;
 pub mod machine;
 pub mod math;
 pub mod model;

@@ -1,12 +1,8 @@
 //! Consistent initial states, and what is said when there is none.
 
 use crate::support::*;
-use cotree_fmu::constraints::independence::independence;
-use cotree_fmu::constraints::initial::solve_initial;
-use cotree_fmu::constraints::poses::{consistent_poses, constraint, jacobian};
 use cotree_fmu::failure::Failure;
 use cotree_fmu::instance::{Instance, InstanceError};
-use cotree_fmu::model::Model;
 use cotree_fmu::program::*;
 
 /// The slider-crank with other initial positions (register offset, known, value) and velocities.
@@ -219,21 +215,4 @@ fn thousands_of_coordinates_with_direct_values_are_no_trouble() {
     initial.position_jacobian.tape.results = vec![first + count; count as usize];
     let instance = started(program);
     assert_eq!(instance.state().positions()[4999], 4.999);
-}
-
-#[test]
-fn redundant_equations_are_found_at_every_pose_or_not_at_all() {
-    let program = four_bar(Drive::Time, true);
-    let model = Model::of_positions(program).expect("sound");
-    let mut state = model.default_state(0.0);
-    solve_initial(&model, &mut state).expect("closes");
-    let poses = consistent_poses(&model, &state, 8, 0.3, 1);
-    assert!(poses.len() > 4);
-    for pose in &poses {
-        assert!(constraint(&model, pose).amax() < 1e-9);
-    }
-    assert_eq!((jacobian(&model, &state).nrows(), jacobian(&model, &state).ncols()), (3, 2));
-    let found = independence(&model, &state, Vec::new, &[]).expect("decided");
-    assert_eq!((found.mobility, found.independent), (0, vec![0, 1]));
-    assert_eq!(poses, consistent_poses(&model, &state, 8, 0.3, 1), "the same every time");
 }

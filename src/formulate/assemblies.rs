@@ -3,7 +3,6 @@
 use std::f64::consts::{PI, TAU};
 
 use cotree_fmu::constraints::initial::solve_initial;
-use cotree_fmu::constraints::poses::constraint;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Program;
 
@@ -12,6 +11,7 @@ use super::{equations, typical_length};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Coordinate, Equations};
 use crate::model::{Class, Coordinates, Formula, Initial, Mechanism, Owner, Variable};
+use crate::redundancy::matrices::constraint;
 
 /// More poses than this are no set of single ones.
 const MOST: usize = 64;

@@ -2,14 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use cotree_fmu::constraints::contradiction::contradiction as first_contradiction;
-
 use super::explain::assembly::{circuit_names, owner_span, show};
 use super::restrictions::{Restrictions, owners};
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
 use crate::equations::Standing;
 use crate::network::Held;
+use crate::redundancy::prescribed::first_contradiction;
 use crate::typeset::rounded;
 
 /// Loop equations that were left out because they repeat others at the start must hold along the motion, too.

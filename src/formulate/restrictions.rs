@@ -4,7 +4,6 @@
 //! constant angle of a body, a constant sum or difference of two, or a constant coordinate of a mass centre. Planar angles add up linearly, so this says "level", "parallel" and "in line";
 //! a direction that turns with the mechanism cannot be said so, and is refused.
 
-use cotree_fmu::constraints::independence::{Independence, independence};
 use cotree_fmu::model::{Model, State};
 use nalgebra::DVector;
 
@@ -17,6 +16,7 @@ use crate::equations::{Equations, Standing};
 use crate::expr::Expr;
 use crate::model::{BodyId, Dimension, Owner, Place, Quantity, Variable};
 use crate::network::{Implied, Measured, System};
+use crate::redundancy::independence::{Independence, independence};
 
 /// How far a sum of coordinates may deviate where it counts as constant: poses lie within the root of what is left of the loops, on a way of about 1.
 const CONSTANT: f64 = 1e-4;

@@ -52,7 +52,7 @@ impl Nearby<'_> {
     fn close(&self, state: &mut State) {
         let (model, tapes) = (self.model, &self.model.program().tapes);
         // Rows of what is open, free or slides are empty.
-        let here = cotree_fmu::constraints::poses::jacobian(model, state);
+        let here = cotree::redundancy::matrices::jacobian(model, state);
         let holds = |row: &usize| here.row(*row).amax() > 0.0;
         let active = &model.active().iter().copied().filter(holds).collect::<Vec<usize>>()[..];
         if active.is_empty() {
@@ -66,7 +66,7 @@ impl Nearby<'_> {
             machine.run(tape);
             let residuals: Vec<f64> = tape.results(machine.registers()).collect();
             let right = DVector::from_iterator(active.len(), active.iter().map(|&row| -residuals[row]));
-            let jacobian = cotree_fmu::constraints::poses::jacobian(model, state);
+            let jacobian = cotree::redundancy::matrices::jacobian(model, state);
             jacobian.select_rows(active).select_columns(&dependent).lu().solve(&right).unwrap()
         };
         for _ in 0..8 {

@@ -5,14 +5,10 @@
 //! * [`expansion`], [`tangent`]: derivatives of the motion by time and by the independent inputs.
 //! * `reciprocals`: how close loop equations are to depending on each other.
 //! * `domains`: which law has no value.
-//! * [`poses`], `closing`, [`independence`]: nearby consistent poses, and what each loop equation restricts.
-//! * [`contradiction`]: whether drivers contradict what is left out.
+//! * [`poses`]: the loop equations as equations for the pose.
 
-mod closing;
-pub mod contradiction;
 pub(crate) mod domains;
 pub mod expansion;
-pub mod independence;
 pub mod initial;
 pub mod poses;
 pub mod projection;

@@ -1,52 +1,24 @@
-//! Loop equations as matrices, and random poses that fulfil them: for the exporter, which studies a mechanism before its kernels exist.
+//! Loop equations as equations for the pose, and the rows of their Jacobian, in units of the scales.
 
-use nalgebra::{DMatrix, DVector};
-
-use super::initial::FULFILLED;
-use crate::linalg::least_squares::{Entry, Equations, project};
+use crate::linalg::least_squares::{Entry, Equations};
 use crate::linalg::sparse::SparseRow;
 use crate::machine::Machine;
-use crate::math::Random;
 use crate::model::{Model, State};
 
-/// {Phi} at a state.
-pub fn constraint(model: &Model, state: &State) -> DVector<f64> {
-    let mut machine = Machine::new(model);
-    machine.load(model, state);
-    let tape = &model.program().tapes.constraint;
-    machine.run(tape);
-    DVector::from_iterator(tape.results.len(), tape.results(machine.registers()))
-}
-
-/// Phi_q at a state, m x n.
-pub fn jacobian(model: &Model, state: &State) -> DMatrix<f64> {
-    let mut machine = Machine::new(model);
-    machine.load(model, state);
-    let jacobian = &model.program().tapes.jacobian;
-    machine.run(&jacobian.tape);
-    let mut matrix = DMatrix::zeros(model.program().constraints.len(), model.coordinates());
-    for (&(row, column), value) in jacobian.entries.iter().zip(jacobian.tape.results(machine.registers())) {
-        if (column as usize) < matrix.ncols() {
-            matrix[(row as usize, column as usize)] = value;
-        }
-    }
-    matrix
-}
-
 /// The rows of Phi_q at a state, in units of the scales.
-pub(crate) fn sparse_jacobian(model: &Model, state: &State) -> Vec<SparseRow> {
+pub fn sparse_jacobian(model: &Model, state: &State) -> Vec<SparseRow> {
     let mut machine = Machine::new(model);
     Loops { model, machine: &mut machine, state: &mut state.clone(), only: None }.rows(&scaled(model, state))
 }
 
 /// The coordinates of a state in units of their scales.
-pub(crate) fn scaled(model: &Model, state: &State) -> Vec<f64> {
+pub fn scaled(model: &Model, state: &State) -> Vec<f64> {
     let coordinates = state.positions().iter().zip(&model.program().coordinates);
     coordinates.map(|(q, coordinate)| q / coordinate.scale).collect()
 }
 
 /// Those of some loop equations.
-pub(crate) fn rows_of(model: &Model, state: &State, imposed: &[usize]) -> Vec<SparseRow> {
+pub fn rows_of(model: &Model, state: &State, imposed: &[usize]) -> Vec<SparseRow> {
     let mut rows = sparse_jacobian(model, state);
     imposed.iter().map(|&row| std::mem::take(&mut rows[row])).collect()
 }
@@ -92,51 +64,15 @@ fn take_off(row: &mut SparseRow, direction: &SparseRow, square: f64) {
     }
 }
 
-/// Consistent poses near a state, the state itself first: random moves in all coordinates (up to `reach` in units of
-/// their scales) and in time (up to `reach` seconds), then back to the loops, in so many parts of the way. The same every time; moves from which there is
-/// no way back are left out.
-pub fn consistent_poses(model: &Model, state: &State, samples: usize, reach: f64, parts: usize) -> Vec<State> {
-    let mut random = Random::new(2);
-    let mut machine = Machine::new(model);
-    let mut poses = vec![state.clone()];
-    for _ in 0..samples {
-        let time = reach * random.symmetric().abs();
-        let moves: Vec<f64> = (0..model.coordinates()).map(|_| reach * random.symmetric()).collect();
-        poses.extend(moved(model, &mut machine, state, (time, &moves), reach.min(0.5), parts));
-    }
-    poses
-}
-
-/// The pose after a move in so many parts, each followed by the way back to the loops; none if there is no way back.
-fn moved(
-    model: &Model,
-    machine: &mut Machine,
-    state: &State,
-    (time, moves): (f64, &[f64]),
-    longest: f64,
-    parts: usize,
-) -> Option<State> {
-    let mut pose = state.clone();
-    let mut x = scaled(model, state);
-    for part in 1..=parts {
-        model.advance_signals(state, state.time() + time * part as f64 / parts as f64, pose.registers_mut());
-        x.iter_mut().zip(moves).for_each(|(x, way)| *x += way / parts as f64);
-        let mut loops = Loops { model, machine: &mut *machine, state: &mut pose, only: None };
-        let r = project(&mut loops, &mut x, longest);
-        // Written so that NaN is no way back.
-        if !r.iter().all(|r| r.abs() <= FULFILLED) {
-            return None;
-        }
-        loops.load(&x);
-    }
-    Some(pose)
-}
-
 /// Loop equations with q as the unknown, all of them unless only some are named.
-pub(crate) struct Loops<'a> {
+pub struct Loops<'a> {
+    /// Whose equations they are.
     pub model: &'a Model,
+    /// On which their tapes run.
     pub machine: &'a mut Machine,
+    /// Where time and what drives stand; its coordinates are those that were loaded last.
     pub state: &'a mut State,
+    /// In ascending order.
     pub only: Option<&'a [usize]>,
 }
 

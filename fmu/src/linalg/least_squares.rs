@@ -30,10 +30,10 @@ const PATIENCE: usize = 6;
 const PROGRESS: f64 = 0.99;
 
 /// A nonzero of a sparse matrix: row, column, value.
-pub(crate) type Entry = (usize, usize, f64);
+pub type Entry = (usize, usize, f64);
 
 /// r(x) = 0, with x and r scaled so that 1 is a natural size.
-pub(crate) trait Equations {
+pub trait Equations {
     /// Writes r(x).
     fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>);
     /// Writes the nonzeros of dr/dx.
@@ -47,7 +47,7 @@ pub(crate) fn solve(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64
 
 /// The same with steps that are damped by what is left of the residuals: x ends next to where it began even if the solutions there have a common singular
 /// point, to which undamped steps lead. The order of convergence is the same, whatever the rank is (Yamashita and Fukushima, 2001, theorem 2.2).
-pub(crate) fn project(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
+pub fn project(equations: &mut impl Equations, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
     search(equations, x, reach, f64::sqrt)
 }
 

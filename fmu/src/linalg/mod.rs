@@ -2,10 +2,10 @@
 //!
 //! * `dense`: LU factors of a square matrix.
 //! * `elimination`: rows with few entries, solved for as many unknowns as are independent.
-//! * `sparse`, `factors`: sparse factors, of normal equations and of a symmetric matrix with a static pattern.
+//! * [`sparse`], `factors`: sparse factors, of normal equations and of a symmetric matrix with a static pattern.
 //! * `inverse`, `matrix`: the matrix of a pose, as a whole or by its entries.
 //! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
-//! * `least_squares`, `spectrum`: minimum-norm solutions, and the ends of a spectrum.
+//! * [`least_squares`], [`singular_values`], `spectrum`: minimum-norm solutions, the decomposition of a matrix, and the ends of a spectrum.
 //! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`, `varied`: numbers alone, numbers and matrices with their
 //!   derivatives.
 
@@ -17,10 +17,11 @@ pub(crate) mod elimination;
 pub(crate) mod factors;
 pub(crate) mod inverse;
 pub(crate) mod lane;
-pub(crate) mod least_squares;
+pub mod least_squares;
 pub(crate) mod matrix;
 pub(crate) mod number;
-pub(crate) mod sparse;
+pub mod singular_values;
+pub mod sparse;
 pub(crate) mod spectrum;
 pub(crate) mod tree;
 pub(crate) mod turn;

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A row of a matrix: column and value.
-pub(crate) type SparseRow = BTreeMap<usize, f64>;
+pub type SparseRow = BTreeMap<usize, f64>;
 
 /// L D L^T of a symmetric, positive definite matrix, rows with the fewest neighbours first.
 #[derive(Clone, Debug)]
-pub(crate) struct Factors {
+pub struct Factors {
     steps: Vec<Pivot>,
 }
 
@@ -68,7 +68,7 @@ pub(crate) fn columns(rows: &[SparseRow]) -> BTreeMap<usize, Vec<(usize, f64)>> 
 }
 
 /// J J^T of the rows of J.
-pub(crate) fn product_with_transposed(rows: &[SparseRow]) -> Vec<SparseRow> {
+pub fn product_with_transposed(rows: &[SparseRow]) -> Vec<SparseRow> {
     let mut product = vec![SparseRow::new(); rows.len()];
     for entries in columns(rows).values() {
         for &(row, a) in entries {
@@ -80,7 +80,7 @@ pub(crate) fn product_with_transposed(rows: &[SparseRow]) -> Vec<SparseRow> {
 
 /// Which rows are independent of those before them: those of which a share of more than `new` is left when the rows before are taken out, by
 /// Gauss elimination with the largest entry as the pivot. Also whether more than a share of `clear` was left of each.
-pub(crate) fn independent_rows(rows: Vec<SparseRow>, new: f64, clear: f64) -> (bool, Vec<usize>) {
+pub fn independent_rows(rows: Vec<SparseRow>, new: f64, clear: f64) -> (bool, Vec<usize>) {
     let mut pivots: Vec<(usize, SparseRow)> = Vec::new();
     let mut place: HashMap<usize, usize> = HashMap::new();
     let mut independent = Vec::new();

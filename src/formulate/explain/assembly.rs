@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::initial::solve_initial;
-use cotree_fmu::constraints::poses::jacobian;
 use cotree_fmu::failure::Failure;
 use cotree_fmu::failure::Gap;
 use cotree_fmu::machine::Machine;
@@ -18,6 +17,7 @@ use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::Symbol;
 use crate::model::{Mechanism, Part};
 use crate::network::{ElementId, Held, Origin, SignedRow, Topology};
+use crate::redundancy::matrices::jacobian;
 use crate::typeset::rounded;
 
 /// The fault behind a failure of the first assembly.

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{column_scale, solve_initial};
 use crate::failure::Failure;
+use crate::linalg::singular_values::svd;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::{Condition, FollowerOrder, SparseTape};
@@ -77,7 +78,7 @@ impl Level<'_> {
         self.fill(model, machine, &model.program().tapes.jacobian, Some, &mut matrix);
         let place = |row: usize| known.iter().position(|&index| index == row).map(|row| loops + row);
         self.fill(model, machine, self.condition_jacobian, place, &mut matrix);
-        let svd = matrix.svd(true, true);
+        let svd = svd(matrix, true, true);
         let limit = RANK * svd.singular_values.max();
         // Both factors were asked for, so there is a solution.
         let Ok(step) = svd.solve(&right, limit) else { return false };

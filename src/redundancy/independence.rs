@@ -9,15 +9,17 @@
 //! Rigidity theory has the conditions of second order (Connelly and Whiteley 1996); for several dependences at once they are a search for a definite combination. The finite
 //! test sees all orders, and refuses what it cannot decide: a direction that comes back in fourth order.
 
+use cotree_fmu::constraints::poses::{Loops, scaled, sparse_jacobian};
+use cotree_fmu::linalg::least_squares::Equations;
+use cotree_fmu::linalg::singular_values::svd;
+use cotree_fmu::linalg::sparse::{self, SparseRow};
+use cotree_fmu::machine::Machine;
+use cotree_fmu::math::{Random, maximum};
+use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::close;
-use super::poses::{Loops, consistent_poses, scaled, sparse_jacobian};
-use crate::linalg::least_squares::Equations;
-use crate::linalg::sparse::{self, SparseRow};
-use crate::machine::Machine;
-use crate::math::Random;
-use crate::model::{Model, State};
+use super::nearby::consistent_poses;
 
 /// A row counts as dependent when less than this share of it is new.
 const NEW: f64 = 1e-8;
@@ -40,8 +42,9 @@ const BACK: std::ops::Range<f64> = 0.03..0.5;
 const OPEN: f64 = 100.0;
 /// Random directions in which a pose is left.
 const THROWS: usize = 6;
-/// Times after the start for poses of driven mechanisms \[s\], and shares of [`HOP`] by which what drives is changed.
+/// Times after the start for poses of driven mechanisms \[s\].
 const TIMES: [f64; 5] = [1e-3, 1e-2, 0.05, 0.15, 0.3];
+/// Shares of [`HOP`] by which what drives is changed.
 const SHARES: [f64; 4] = [1.0, -1.0, 0.2, -0.2];
 
 /// What the loop equations mean for the motion from a pose on.
@@ -249,7 +252,7 @@ impl<'a> Study<'a> {
 
     fn decompose(&mut self, pose: &Pose, flat: f64) -> Decomposed {
         let n = self.model.coordinates();
-        let svd = self.jacobian(pose).svd(false, true);
+        let svd = svd(self.jacobian(pose), false, true);
         let values = &svd.singular_values;
         let is_free = |place: &usize| values[*place] <= flat;
         let directions: Vec<usize> = (0..n).filter(is_free).collect();
@@ -325,6 +328,7 @@ impl<'a> Study<'a> {
                 model.follow(pose.state.registers_mut());
                 pose
             };
+            /// A step of a slope by differences, of whatever unit.
             const SMALL: f64 = 1e-6;
             let slope = changes(self, &moved(SMALL)) / SMALL;
             if slope > 0.0 && slope.is_finite() {
@@ -375,7 +379,7 @@ impl<'a> Study<'a> {
                 slopes[(row, column)] = (ahead.x[row] - behind.x[row]) / (2.0 * STEP);
             }
         }
-        let svd = free.tr_mul(&slopes).svd(true, false);
+        let svd = svd(free.tr_mul(&slopes), true, false);
         let values = &svd.singular_values;
         if values.iter().any(|value| BACK.contains(value) || !value.is_finite()) {
             return None;
@@ -422,13 +426,15 @@ impl<'a> Study<'a> {
     /// Makes a pose exact in the directions that are forbidden in second order: there, loops that are closed to rounding leave the root of it. The gradient of what restricts, l Phi_q w with
     /// l from the left null space and w forbidden, has a simple root where the loop equations have a double one.
     fn polish(&mut self, pose: &mut Pose, forbidden: &DMatrix<f64>, flat: f64) {
+        /// Newton steps from next to a simple root: the digits double with each, so that four reach rounding.
         const STEPS: usize = 4;
+        /// Singular values below it are of directions that nothing determines.
         const RANK: f64 = 1e-4;
         let m = self.order.len();
-        let svd = self.jacobian(pose).svd(true, false);
-        let Some(u) = &svd.u else { return };
+        let here = svd(self.jacobian(pose), true, false);
+        let Some(u) = &here.u else { return };
         let left: Vec<DVector<f64>> = (0..u.ncols())
-            .filter(|&column| svd.singular_values[column] <= flat)
+            .filter(|&column| here.singular_values[column] <= flat)
             .map(|column| u.column(column).into_owned())
             .collect();
         let mut polished = pose.clone();
@@ -450,7 +456,7 @@ impl<'a> Study<'a> {
                 }
             }
             let matrix = DMatrix::from_fn(rows.len(), jacobian.ncols(), |row, column| rows[row][column]);
-            let Ok(step) = matrix.svd(true, true).solve(&DVector::from_vec(right), RANK) else { return };
+            let Ok(step) = svd(matrix, true, true).solve(&DVector::from_vec(right), RANK) else { return };
             polished.x.iter_mut().zip(step.iter()).for_each(|(x, step)| *x += step);
         }
         if apart(&polished, pose) < STEP {
@@ -501,5 +507,5 @@ impl<'a> Study<'a> {
 
 /// The largest difference of two poses.
 fn apart(a: &Pose, b: &Pose) -> f64 {
-    a.x.iter().zip(&b.x).fold(0.0, |largest, (a, b)| crate::math::maximum(largest, (a - b).abs()))
+    a.x.iter().zip(&b.x).fold(0.0, |largest, (a, b)| maximum(largest, (a - b).abs()))
 }

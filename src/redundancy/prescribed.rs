@@ -3,17 +3,19 @@
 //! The motion is followed in short parts. A part that no pose closes is halved; what stays open however short it is, while the independent equations close next to where the
 //! motion was going, is contradicted. In a pose where more equations than usual depend on each other nothing is said: the independent ones do not tell where the motion goes.
 
+use cotree_fmu::constraints::poses::{Loops, rows_of, scaled};
+use cotree_fmu::linalg::least_squares::Equations;
+use cotree_fmu::linalg::singular_values::svd;
+use cotree_fmu::machine::Machine;
+use cotree_fmu::math;
+use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::close;
-use super::poses::{Loops, rows_of, scaled};
-use crate::linalg::least_squares::Equations;
-use crate::machine::Machine;
-use crate::math;
-use crate::model::{Model, State};
 
-/// Into so many parts the experiment is divided, and each by so much at most.
+/// Into so many parts the experiment is divided.
 const PARTS: f64 = 200.0;
+/// The shortest piece of such a part, as a share of it.
 const FINEST: f64 = 1e-5;
 /// Equations hold that are open by less than this, relative to their scales: lengths may be typed with few digits.
 const OPEN: f64 = 1e-6;
@@ -31,18 +33,18 @@ const LARGEST: usize = 400;
 /// Loop equations that cannot all hold along the motion that drivers prescribe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    /// Until when they all hold, and a time at which they do not [s].
+    /// Until when they all hold, and a time at which they do not \[s\].
     pub times: [f64; 2],
     /// The one that is open most then.
     pub row: usize,
-    /// By how much [m or rad].
+    /// By how much \[m or rad\].
     pub gap: f64,
     /// Those that cannot all hold.
     pub rows: Vec<usize>,
 }
 
 /// The first contradiction within the experiment, from a consistent state on. `kept`: the independent loop equations; `all`: these and those that they imply at the start.
-pub fn contradiction(model: &Model, state: &State, kept: &[usize], all: &[usize]) -> Option<Contradiction> {
+pub fn first_contradiction(model: &Model, state: &State, kept: &[usize], all: &[usize]) -> Option<Contradiction> {
     if kept.len() == all.len() || model.coordinates() > LARGEST {
         return None;
     }
@@ -166,7 +168,7 @@ impl Course<'_> {
             let sparse = rows_of(model, &state, rows);
             DMatrix::from_fn(columns, rows.len(), |column, row| sparse[row].get(&column).copied().unwrap_or_default())
         };
-        let svd = dense(self.kept).svd(true, true);
+        let svd = svd(dense(self.kept), true, true);
         let regular = svd.singular_values.min() > REGULAR;
         let own: DVector<f64> = dense(&[row]).column(0).into_owned();
         let shares = svd.solve(&own, REGULAR).ok().filter(|_| regular)?;

@@ -3,11 +3,12 @@
 //! Gauss-Newton steps of least norm, damped by the square of what is left (Yamashita and Fukushima 2001). A loop equation that restricts in second order only has a
 //! double root there, towards which steps halve; a doubled one reaches it.
 
-use super::poses::Loops;
-use crate::linalg::least_squares::Equations;
-use crate::linalg::sparse::{Factors, SparseRow, product_with_transposed};
+use cotree_fmu::constraints::poses::Loops;
+use cotree_fmu::linalg::least_squares::Equations;
+use cotree_fmu::linalg::sparse::{Factors, SparseRow, product_with_transposed};
+use cotree_fmu::math;
 
-/// Most steps.
+/// Most steps: what halves from 0.3 on is rounding after fifty.
 const ITERATIONS: usize = 60;
 /// Residuals of this size are rounding.
 const ROUNDING: f64 = 1e-15;
@@ -50,7 +51,7 @@ pub(super) fn close(loops: &mut Loops, x: &mut Vec<f64>) -> f64 {
         }
     }
     loops.residuals(x, &mut r);
-    r.iter().fold(0.0, |largest, r| crate::math::maximum(largest, r.abs()))
+    r.iter().fold(0.0, |largest, r| math::maximum(largest, r.abs()))
 }
 
 /// -J^T (J J^T + damping)^-1 r, refined once.
@@ -78,6 +79,7 @@ fn step(rows: &[SparseRow], r: &[f64], size: f64, unknowns: usize) -> Option<Vec
 
 /// With more damping where rounding makes a pivot negative.
 fn factors(product: &[SparseRow], mut damping: f64) -> Option<Factors> {
+    /// The last damping is ten thousand times the first.
     const TRIES: usize = 3;
     for _ in 0..TRIES {
         let mut damped = product.to_vec();
