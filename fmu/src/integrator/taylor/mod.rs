@@ -30,6 +30,8 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) where the series begins, on the loops.
     closed: Vec<f64>,
+    /// What the last start began with.
+    begun: Begun,
     /// Series of q, order 2, on branches that are left at once.
     left: Vec<f64>,
     /// Accelerations at the end of a step, and those that are demanded there.
@@ -54,6 +56,16 @@ enum Start {
     Singular,
 }
 
+/// What a start began with: where the jet has looked elsewhere since, it is begun again with the same bits.
+#[derive(Clone, Debug)]
+struct Begun {
+    time: f64,
+    /// (q, v) of the pose that the series are of.
+    motion: Vec<f64>,
+    /// How close loop equations are to depending on each other at the end of the step.
+    next: Vec<f64>,
+}
+
 /// What comes of a state that the last step has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
@@ -76,6 +88,7 @@ impl Taylor {
             layers,
             next: vec![0.0; size],
             closed: vec![0.0; size],
+            begun: Begun { time: f64::NAN, motion: vec![0.0; size], next: guard.next.clone() },
             left: vec![0.0; model.coordinates()],
             residuals: vec![0.0; size],
             guard,
@@ -211,17 +224,39 @@ impl Taylor {
         self.jet.least_rate = settings.least_rate;
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.reciprocal_pivots(&mut self.guard.next);
+        self.begun.time = time;
+        self.begun.next.copy_from_slice(&self.guard.next);
+        self.begun.motion.copy_from_slice(&self.next);
         self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
         if self.tight {
             // The series must come from the matrix of the very pose in which the loops are closed.
             self.jet.close_tightly();
             self.take_closed(model);
+            self.begun.motion.copy_from_slice(&self.closed);
             self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
             self.jet.close_tightly();
             self.take_closed(model);
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
+    }
+
+    /// Starts the series once more that the last start has started at this time, after the jet has looked elsewhere. False if that was another one.
+    fn start_again(&mut self, context: &mut Context, run: &Run, time: f64) -> bool {
+        let Context { model, machine, settings, .. } = context;
+        if self.begun.time != time {
+            return false;
+        }
+        model.forget_integrals(&mut self.next);
+        machine.load_signals(model, &run.signals.origin, time);
+        self.jet.update(machine.registers());
+        let begun = self.jet.begin(model, machine.registers(), order_for(settings.tolerance), &self.begun.motion);
+        if self.tight {
+            self.jet.close_tightly();
+        }
+        self.take_closed(model);
+        self.guard.next.copy_from_slice(&self.begun.next);
+        begun.is_ok()
     }
 
     fn take_closed(&mut self, model: &Model) {

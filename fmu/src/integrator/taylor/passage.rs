@@ -247,6 +247,8 @@ impl Taylor {
     /// Begins the series at the end of the step again, after looking elsewhere.
     fn restore_end(&mut self, context: &mut Context, run: &Run, end: f64) {
         self.jet.evaluate(&run.last.dense, run.last.order as usize, end - run.last.end_time, &mut self.next);
-        self.start(context, run, end, false);
+        if !self.start_again(context, run, end) {
+            self.start(context, run, end, false);
+        }
     }
 }
