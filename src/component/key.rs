@@ -2,6 +2,7 @@
 
 pub(super) use crate::model::Range;
 pub(super) use crate::scene::key::{Form, Key};
+pub(super) use crate::scene::record::Record;
 
 use crate::model::measure::{ANGLE, LENGTH};
 

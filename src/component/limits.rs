@@ -1,19 +1,24 @@
 //! Limits of what a joint leaves free, or of what its relation may be off by: stops at either end, with a restitution.
 
-use super::key::{Form, Key};
+use super::key::{Form, Key, Record};
 use crate::model::measure::{ANGLE, LENGTH};
 use crate::model::{Mechanism, OneSided, Part};
 use crate::network::{Coupling, Direction, Port, System};
 
-pub(super) const OF_ANGLE: Key = Key::optional("limits", Form::Limits(ANGLE), "stops at the ends of its motion");
-pub(super) const OF_SLIDE: Key = Key::optional("limits", Form::Limits(LENGTH), "stops at the ends of its motion");
+pub(super) const OF_ANGLE: Key =
+    Key::optional("limits", Form::Record(Record::Limits(ANGLE)), "stops at the ends of its motion");
+pub(super) const OF_SLIDE: Key =
+    Key::optional("limits", Form::Record(Record::Limits(LENGTH)), "stops at the ends of its motion");
 pub(super) const PLAY_OF_ANGLE: Key = Key::optional(
     "backlash",
-    Form::Play(ANGLE),
+    Form::Record(Record::Play(ANGLE)),
     "the play of the second wheel against the first, and how flanks rebound",
 );
-pub(super) const PLAY_OF_SLIDE: Key =
-    Key::optional("backlash", Form::Play(LENGTH), "the play of the displacement, and how flanks rebound");
+pub(super) const PLAY_OF_SLIDE: Key = Key::optional(
+    "backlash",
+    Form::Record(Record::Play(LENGTH)),
+    "the play of the displacement, and how flanks rebound",
+);
 
 /// What the limits of a joint hold.
 pub(super) fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {

@@ -242,8 +242,9 @@ pub(super) fn unit(form: Form) -> String {
         Form::Curve(_, [sliding, turning]) => format!("{} or {}", sliding.si, turning.si),
         Form::UnitOf(wanted) => wanted.si.to_string(),
         Form::Motion([motion, ..]) => motion.si.to_string(),
-        Form::Limits(wanted) | Form::Play(wanted) => wanted.si.to_string(),
-        Form::Friction([level, velocity], _) => format!("{}, {}", level.si, velocity.si),
+        Form::Record(record) => {
+            record.measures().iter().map(|wanted| wanted.si.to_string()).collect::<Vec<_>>().join(", ")
+        }
         Form::NamedPoints | Form::Corner | Form::Corners(..) => "m".to_string(),
         _ => String::new(),
     }
@@ -259,11 +260,9 @@ fn range(form: Form) -> String {
         Form::Constant(_, Share) => ", from 0 to 1".to_string(),
         Form::Constant(_, FromOne) => ", 1 or more".to_string(),
         Form::Law(_) | Form::Curve(..) | Form::Vector(_) => ", an expression".to_string(),
-        Form::Limits(_) => ": `{ min = ..., max = ..., restitution = ... }`".to_string(),
-        Form::Play(_) => ": `{ play = ..., restitution = ... }`".to_string(),
-        Form::Rebound => ": `{ restitution = ... }`".to_string(),
-        Form::Friction(..) => {
-            ": `{ coulomb = ..., mu = ..., static = ... }`, or `{ coulomb = ..., velocity = ... }`".to_string()
+        Form::Record(record) => {
+            let patterns: Vec<String> = record.patterns().iter().map(|pattern| format!("`{pattern}`")).collect();
+            format!(": {}", patterns.join(", or "))
         }
         Form::Motion(_) => ", an expression or `{ input = ..., as = ... }`".to_string(),
         Form::Choice(words, _) => {

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::{Component, Section, body, shape, transfer};
 use crate::model::Range;
 use crate::scene::key::{Form, Key, Need};
+use crate::scene::record::Record;
 use crate::scene::tables;
 
 /// The schema of scene files (JSON Schema, draft 2020-12).
@@ -166,34 +167,7 @@ fn form(key: &Key) -> Value {
         Form::Names => json!({ "type": "array", "items": { "type": "string" } }),
         Form::Switch => json!({ "type": "boolean" }),
         Form::Choice(words, _) => json!({ "enum": words }),
-        Form::Friction(..) => json!({
-            "type": "object",
-            "properties": {
-                "coulomb": reference("quantity"), "velocity": reference("quantity"), "mu": constant(Range::NotNegative),
-                "static": constant(Range::FromOne), "radius": reference("quantity"), "length": reference("quantity"),
-            },
-            "anyOf": [{ "required": ["coulomb"] }, { "required": ["mu"] }],
-            "additionalProperties": false,
-        }),
-        Form::Limits(_) => json!({
-            "type": "object",
-            "properties": {
-                "min": reference("quantity"), "max": reference("quantity"), "restitution": constant(Range::Share),
-            },
-            "anyOf": [{ "required": ["min"] }, { "required": ["max"] }],
-            "additionalProperties": false,
-        }),
-        Form::Play(_) => json!({
-            "type": "object",
-            "properties": { "play": constant(Range::Positive), "restitution": constant(Range::Share) },
-            "required": ["play"],
-            "additionalProperties": false,
-        }),
-        Form::Rebound => json!({
-            "type": "object",
-            "properties": { "restitution": constant(Range::Share) },
-            "additionalProperties": false,
-        }),
+        Form::Record(record) => self::record(record),
         Form::Motion(_) => json!({
             "anyOf": [reference("quantity"), {
                 "type": "object",
@@ -213,6 +187,23 @@ fn form(key: &Key) -> Value {
         Form::Shape => reference("shape"),
         Form::Table => section(key.name),
     }
+}
+
+/// A table with the keys of a record.
+fn record(record: Record) -> Value {
+    let properties: Map<String, Value> =
+        record.entries().iter().map(|entry| (entry.name.to_owned(), constant(entry.range))).collect();
+    let mut value = json!({ "type": "object", "properties": properties });
+    match record.needed() {
+        [] => {}
+        [one] => value["required"] = json!([one]),
+        several => {
+            let any: Vec<Value> = several.iter().map(|key| json!({ "required": [key] })).collect();
+            value["anyOf"] = json!(any);
+        }
+    }
+    value["additionalProperties"] = json!(false);
+    value
 }
 
 /// A number, within its bounds where it is written as one.

@@ -1,6 +1,6 @@
 //! What slides along an axis: r = s u with u fixed in the first body, F . u resists (Eqs 3, 4).
 
-use super::key::{Form, Key};
+use super::key::{Form, Key, Record};
 use crate::model::measure::{FORCE, VELOCITY};
 use crate::model::{Part, Pressed, Quantity, Range, measure};
 use crate::network::{Direction, Force, Known, Resistance, System, TranslationalRow, table2};
@@ -11,7 +11,7 @@ pub(super) const FRICTION: Key = friction(Pressed::Guide { holds_angle: false })
 pub(super) const FRICTION_OF_GUIDE: Key = friction(Pressed::Guide { holds_angle: true });
 
 const fn friction(pressed: Pressed) -> Key {
-    Key::optional("friction", Form::Friction([FORCE, VELOCITY], pressed), "dry friction")
+    Key::optional("friction", Form::Record(Record::Friction([FORCE, VELOCITY], pressed)), "dry friction")
 }
 
 /// The row of a joint with the keys `axis`, `damping` and `friction`.

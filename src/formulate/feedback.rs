@@ -4,7 +4,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::formulate::impulses;
 use crate::laws::Jump;
-use crate::model::{Class, Formula, KeyValue, Mechanism, Part, Variable};
+use crate::model::{Class, Formula, Mechanism, Part, Variable};
 use crate::solve::Shared;
 
 /// A law that reads accelerations or reactions: whose it is, what is read, and where it stands.
@@ -91,7 +91,8 @@ fn reads_reaction(variable: &Variable) -> bool {
 fn readings(mechanism: &Mechanism) -> Vec<ReadingLaw<'_>> {
     let mut all = Vec::new();
     for load in &mechanism.loads {
-        let read: Vec<Variable> = formulas(load).flat_map(read).collect();
+        let formulas = load.values.iter().flat_map(|(_, value)| value.formulas());
+        let read: Vec<Variable> = formulas.flat_map(read).collect();
         let what = format!("load `{}`", load.name);
         all.push(ReadingLaw { what, read, load: Some(load), span: load.span });
     }
@@ -101,23 +102,6 @@ fn readings(mechanism: &Mechanism) -> Vec<ReadingLaw<'_>> {
     }
     all.retain(|reading| !reading.read.is_empty());
     all
-}
-
-/// What its keys say.
-fn formulas(load: &Part) -> impl Iterator<Item = &Formula> {
-    load.values.iter().flat_map(|(_, value)| -> Vec<&Formula> {
-        match value {
-            KeyValue::Formula(law) => vec![law],
-            KeyValue::Vector(both) => both.iter().collect(),
-            KeyValue::Friction(friction) => friction.formulas().collect(),
-            KeyValue::Limits(limits) => limits.formulas().collect(),
-            KeyValue::Place(_)
-            | KeyValue::Joint(_)
-            | KeyValue::Motion(_)
-            | KeyValue::Choice(_)
-            | KeyValue::Switch(_) => Vec::new(),
-        }
-    })
 }
 
 /// The accelerations and reactions in a law.

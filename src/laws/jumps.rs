@@ -119,20 +119,7 @@ pub(crate) fn laws(part: &Part) -> impl Iterator<Item = &Formula> {
 
 /// All formulas of a load or driver.
 pub(crate) fn formulas(part: &Part) -> Vec<&Formula> {
-    fn own(value: &KeyValue) -> Vec<&Formula> {
-        match value {
-            KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => vec![formula],
-            KeyValue::Vector(both) => both.iter().collect(),
-            KeyValue::Friction(friction) => vec![&friction.coulomb],
-            KeyValue::Limits(limits) => limits.formulas().collect(),
-            KeyValue::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
-            | KeyValue::Place(_)
-            | KeyValue::Joint(_)
-            | KeyValue::Choice(_)
-            | KeyValue::Switch(_) => Vec::new(),
-        }
-    }
-    part.values.iter().flat_map(|(_, value)| own(value)).collect()
+    part.values.iter().flat_map(|(_, value)| value.formulas()).collect()
 }
 
 /// When a law of time jumps first, or its rate does, and from where to where.

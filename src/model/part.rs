@@ -48,6 +48,23 @@ pub enum Motion {
     Acceleration(InputId),
 }
 
+impl KeyValue {
+    /// The formulas in it.
+    pub fn formulas(&self) -> Vec<&Formula> {
+        match self {
+            Self::Formula(formula) | Self::Motion(Motion::Given(formula)) => vec![formula],
+            Self::Vector(both) => both.iter().collect(),
+            Self::Friction(friction) => friction.formulas().collect(),
+            Self::Limits(limits) => limits.formulas().collect(),
+            Self::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
+            | Self::Place(_)
+            | Self::Joint(_)
+            | Self::Choice(_)
+            | Self::Switch(_) => Vec::new(),
+        }
+    }
+}
+
 static ZERO: Formula = Formula::Number(0.0);
 
 impl Part {
@@ -106,19 +123,7 @@ impl Part {
     /// Calls `visit` with every parameter that its keys use.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         for (_, value) in &self.values {
-            match value {
-                KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => {
-                    formula.visit_parameters(visit)
-                }
-                KeyValue::Vector(both) => both.iter().for_each(|formula| formula.visit_parameters(visit)),
-                KeyValue::Friction(own) => own.formulas().for_each(|formula| formula.visit_parameters(visit)),
-                KeyValue::Limits(limits) => limits.formulas().for_each(|formula| formula.visit_parameters(visit)),
-                KeyValue::Motion(_)
-                | KeyValue::Place(_)
-                | KeyValue::Joint(_)
-                | KeyValue::Choice(_)
-                | KeyValue::Switch(_) => {}
-            }
+            value.formulas().into_iter().for_each(|formula| formula.visit_parameters(visit));
         }
     }
 

@@ -9,12 +9,13 @@ use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
 use crate::model::measure::{ANYTHING, LENGTH, NUMBER, Wanted};
-use crate::model::{Formula, Friction, InputId, Limits, Motion, Pressed, Range};
+use crate::model::{Formula, Friction, InputId, KeyValue, Limits, Motion, Pressed, Range};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, DocumentNode};
 use crate::scene::model::{InputAs, Vector};
 use crate::scene::quantity::Quantity;
+use crate::scene::record::Record;
 use crate::scene::unit::from_exponents;
 
 impl Resolver<'_> {
@@ -37,8 +38,21 @@ impl Resolver<'_> {
             }
         }
     }
+
+    /// The values of a record.
+    pub(super) fn record(&mut self, record: Record, node: &DocumentNode, what: &str, user: &str) -> Option<KeyValue> {
+        match record {
+            Record::Friction(wanted, pressed) => {
+                self.friction(node, what, user, (&wanted, pressed)).map(KeyValue::Friction)
+            }
+            Record::Limits(wanted) => self.stops(node, what, user, &wanted).map(KeyValue::Limits),
+            Record::Play(wanted) => self.play(node, what, user, &wanted).map(KeyValue::Limits),
+            Record::Rebound => self.rebound(node, what, user).map(KeyValue::Limits),
+        }
+    }
+
     /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks.
-    pub(super) fn friction(
+    fn friction(
         &mut self,
         node: &DocumentNode,
         what: &str,
@@ -124,8 +138,8 @@ impl Resolver<'_> {
     }
 
     /// `{ min = -0.1, max = 0.2, restitution = 0.5 }`
-    pub(super) fn stops(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
-        let fields = Fields::open(node, what, node.span, &["min", "max", "restitution"], self.faults)?;
+    fn stops(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
+        let fields = Fields::open(node, what, node.span, &Record::Limits(*wanted).names(), self.faults)?;
         let of = |key: &str| format!("`{key}` of the limits of {user}");
         let mut quantity = |key: &str| match fields.get(key) {
             Some(node) => self.faults.quantity(node, &of(key)).map(Some),
@@ -140,8 +154,8 @@ impl Resolver<'_> {
     }
 
     /// `{ play = "0.5 deg", restitution = 0.4 }`: a relation that may be off by half of the play either way.
-    pub(super) fn play(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
-        let fields = Fields::open(node, what, node.span, &["play", "restitution"], self.faults)?;
+    fn play(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
+        let fields = Fields::open(node, what, node.span, &Record::Play(*wanted).names(), self.faults)?;
         let of = |key: &str| format!("`{key}` of the backlash of {user}");
         let play = self.faults.required_quantity(
             &fields,
@@ -158,8 +172,8 @@ impl Resolver<'_> {
     }
 
     /// `{ restitution = 0.4 }`: a relation that presses only.
-    pub(super) fn rebound(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<Limits> {
-        let fields = Fields::open(node, what, node.span, &["restitution"], self.faults)?;
+    fn rebound(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<Limits> {
+        let fields = Fields::open(node, what, node.span, &Record::Rebound.names(), self.faults)?;
         let of = format!("`restitution` of {user}");
         let restitution = match fields.get("restitution") {
             Some(node) => Some(self.faults.quantity(node, &of)?),

@@ -335,12 +335,7 @@ impl<'s> Resolver<'s> {
                 let vector = self.faults.vector(node, &written)?;
                 Some(KeyValue::Vector(self.axis(&vector, &what)))
             }
-            Form::Friction(wanted, pressed) => {
-                self.friction(node, &written, user, (&wanted, pressed)).map(KeyValue::Friction)
-            }
-            Form::Limits(wanted) => self.stops(node, &written, user, &wanted).map(KeyValue::Limits),
-            Form::Play(wanted) => self.play(node, &written, user, &wanted).map(KeyValue::Limits),
-            Form::Rebound => self.rebound(node, &written, user).map(KeyValue::Limits),
+            Form::Record(record) => self.record(record, node, &written, user),
             Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(KeyValue::Motion),
             Form::Choice(words, help) => self.choice(node, fields, key.name, words, help),
             Form::CarrierBody | Form::CarrierPoint => {

@@ -13,6 +13,7 @@ use crate::model::{Aspect, Contact, Owner, Place, Quantity, Variable};
 use crate::scene::document::Content;
 use crate::scene::key::Form;
 use crate::scene::part::Part;
+use crate::scene::record::Record;
 
 pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let component = part.component(section)?;
@@ -25,14 +26,15 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
         _ => true,
     };
     let is_free = is_understood && limits.is_some_and(|key| part.get(key.name).is_none());
-    let sticks = component.keys.iter().find(|key| matches!(key.form, Form::Friction(..)));
+    let sticks = component.keys.iter().find(|key| matches!(key.form, Form::Record(Record::Friction(..))));
     let sticks = sticks.and_then(|key| part.get(key.name)).is_some_and(|node| match &node.kind {
         Content::Table(entries) => entries.iter().all(|(key, _)| key.text != "velocity"),
         _ => false,
     });
     let sticks = sticks || !is_understood;
     // A brake rubs without a key for it; a rolling disc has no impacts.
-    let rubs = component.keys.iter().all(|key| !matches!(key.form, Form::Friction(..))) && component.rubs.is_some();
+    let rubs = component.keys.iter().all(|key| !matches!(key.form, Form::Record(Record::Friction(..))))
+        && component.rubs.is_some();
     let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
     let is_one_sided = !is_free && (limits.is_some() || component.variables.iter().any(|own| impulses.contains(own)));
     let has = |quantity: &Quantity| match quantity.aspect() {

@@ -1,6 +1,6 @@
 //! The keys of a scene: how each is written, in which unit, and what it says.
 
-use crate::model::Pressed;
+use super::record::Record;
 pub use crate::model::Range;
 use crate::model::measure::Wanted;
 
@@ -60,14 +60,8 @@ pub enum Form {
     ConstantVector(Wanted),
     /// A direction.
     Axis,
-    /// Dry friction: the measures of its level and of the velocity below which it fades, and what presses.
-    Friction([Wanted; 2], Pressed),
-    /// Where a motion of this measure ends, and how it rebounds there.
-    Limits(Wanted),
-    /// By how much a relation of this measure gives way, and how it rebounds at either end.
-    Play(Wanted),
-    /// That a relation presses only, and how it rebounds.
-    Rebound,
+    /// Several values together, in a table with keys of its own.
+    Record(Record),
     /// A prescribed motion, its rate and its acceleration.
     Motion([Wanted; 3]),
     /// One of several words, the first by default; what to say of them, and what one of them is called.
@@ -101,7 +95,7 @@ impl Form {
 
     /// Does it make a joint hold something on one side only?
     pub fn is_one_sided(self) -> bool {
-        matches!(self, Form::Limits(_) | Form::Play(_) | Form::Rebound)
+        matches!(self, Form::Record(record) if record.is_one_sided())
     }
 
     /// Does it name a third body?

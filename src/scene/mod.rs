@@ -18,6 +18,7 @@ pub(crate) mod lookalike;
 pub(crate) mod model;
 pub(crate) mod part;
 pub mod quantity;
+pub mod record;
 mod slips;
 pub(crate) mod tables;
 pub(crate) mod unit;

@@ -22,8 +22,8 @@ use crate::pace::Pace;
 use crate::program::Engine;
 use crate::program::domain::Limit;
 use crate::singular::branch;
-use crate::singular::detect::SIGHTED;
 use crate::singular::dependence::{end_of_reach, not_passed, singular_ahead};
+use crate::singular::detect::SIGHTED;
 
 /// Steps before the first test of the fastest rate. After each test that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;

@@ -3,7 +3,7 @@
 
 use super::gear;
 use crate::component::frame::Placed;
-use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
+use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Record};
 use crate::component::{Component, Icon, Rubs, limits};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, LENGTH, TORQUE};
 use crate::model::{Part, Pressed, Quantity as Q, Range};
@@ -43,7 +43,7 @@ pub(crate) const BELT: Component = Component {
         ),
         Key::optional(
             "friction",
-            Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Nothing),
+            Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Nothing)),
             "the torque on the second pulley against which the belt slips; without it, it does not",
         ),
         limits::PLAY_OF_ANGLE,

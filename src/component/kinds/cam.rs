@@ -13,7 +13,7 @@ pub use profile::Phase;
 pub use profile::Profile;
 
 use crate::component::frame::Placed;
-use crate::component::key::{BODY_AND_POINT, Form, Key};
+use crate::component::key::{BODY_AND_POINT, Form, Key, Record};
 use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::{ANGLE, LENGTH};
@@ -79,7 +79,7 @@ pub(crate) const CAM: Component = Component {
         ),
         Key::optional(
             "unilateral",
-            Form::Rebound,
+            Form::Record(Record::Rebound),
             "lets the follower lift off where it would have to be pulled; it rebounds with the share `restitution` of its speed",
         ),
         Key::required(

@@ -2,7 +2,7 @@
 //! never pulls: fn >= 0, and fn = 0 while it is open. Impacts follow Newton's law: it leaves with the share `restitution` of the speed with which it came.
 
 use crate::component::frame::{Placed, minus, sum};
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::key::{BETWEEN_POINTS, Form, Key, Record};
 use crate::component::{Component, Icon, IconStroke, Rubs};
 use crate::diagnostic::Fault;
 use crate::expr::Expr;
@@ -35,7 +35,7 @@ pub(crate) const CONTACT: Component = Component {
         ),
         Key::optional(
             "friction",
-            Form::Friction([FORCE, VELOCITY], Pressed::Contact),
+            Form::Record(Record::Friction([FORCE, VELOCITY], Pressed::Contact)),
             "dry friction along the line or the circle",
         ),
         Key::optional(

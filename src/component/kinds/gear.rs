@@ -2,7 +2,7 @@
 //! -ratio times as much and the carrier the rest. With `backlash` the relation may be off by half of the play either way.
 
 use crate::component::frame::{Placed, minus, sum, times};
-use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key};
+use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Record};
 use crate::component::{Component, Icon, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, NUMBER, TORQUE};
@@ -25,7 +25,7 @@ pub(crate) const GEAR: Component = Component {
         Key::optional("angle", Form::Constant(ANGLE, Range::Any), "the second wheel's angle where the first's is zero"),
         Key::optional(
             "friction",
-            Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Reaction(Q::Torque)),
+            Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Reaction(Q::Torque))),
             "friction of the mesh: `mu` is its torque on the first wheel by that of the mesh; from 1 on it locks itself",
         ),
         limits::PLAY_OF_ANGLE,

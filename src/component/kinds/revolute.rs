@@ -1,7 +1,7 @@
 //! Revolute joint (h): r = 0, T resists.
 
 use crate::component::frame::Placed;
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::key::{BETWEEN_POINTS, Form, Key, Record};
 use crate::component::{Component, Icon, Room, Rubs, limits};
 use crate::model::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
 use crate::model::{Part, Pressed, Quantity as Q, Range};
@@ -14,7 +14,11 @@ pub(crate) const REVOLUTE: Component = Component {
     keys: &[
         BETWEEN_POINTS,
         Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "viscous friction"),
-        Key::optional("friction", Form::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Pin), "dry friction"),
+        Key::optional(
+            "friction",
+            Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Pin)),
+            "dry friction",
+        ),
         limits::OF_ANGLE,
     ],
     variables: &[

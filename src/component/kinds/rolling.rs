@@ -3,7 +3,7 @@
 //! the tangential force that of the coupling: with the torque radius x force it acts at the contact.
 
 use crate::component::frame::{Placed, sum, times};
-use crate::component::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key};
+use crate::component::key::{AXIS, BETWEEN_POINTS, DISPLACEMENT, Form, Key, Record};
 use crate::component::{Component, Icon, Rubs};
 use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, VELOCITY};
@@ -32,7 +32,7 @@ pub(crate) const ROLLING: Component = Component {
         DISPLACEMENT,
         Key::optional(
             "friction",
-            Form::Friction([FORCE, VELOCITY], Pressed::Guide { holds_angle: false }),
+            Form::Record(Record::Friction([FORCE, VELOCITY], Pressed::Guide { holds_angle: false })),
             "the friction against which the disc slides; without it, it does not",
         ),
         Key::optional(

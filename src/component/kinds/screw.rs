@@ -3,7 +3,7 @@
 
 use super::rack;
 use crate::component::frame::Placed;
-use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
+use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Record};
 use crate::component::{Component, Icon, IconStroke, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{FORCE, LENGTH, VELOCITY};
@@ -27,7 +27,7 @@ pub(crate) const SCREW: Component = Component {
         DISPLACEMENT,
         Key::optional(
             "friction",
-            Form::Friction([FORCE, VELOCITY], Pressed::Reaction(Q::Force)),
+            Form::Record(Record::Friction([FORCE, VELOCITY], Pressed::Reaction(Q::Force))),
             "friction of a square thread at `radius`, along its helix",
         ),
         limits::PLAY_OF_SLIDE,

@@ -188,7 +188,7 @@ impl Walk<'_> {
     fn value(&mut self, node: &mut DocumentNode, form: Form, own: &[Variable]) {
         use Form::{
             Axis, Bodies, Body, BodyAndPoint, CarrierBody, CarrierPoint, Constant, ConstantVector, Corner, Corners,
-            Curve, Friction, Joint, Law, Limits, Motion, NamedPoints, Names, OtherJoint, Play, Point, Points, Rebound,
+            Curve, Joint, Law, Motion, NamedPoints, Names, OtherJoint, Point, Points, Record,
         };
         match (form, &mut node.kind) {
             (Points | Bodies | BodyAndPoint | Names, Content::Array(items)) => {
@@ -204,7 +204,7 @@ impl Walk<'_> {
                 let input = entries.iter_mut().find(|(key, _)| key.text == "input");
                 input.into_iter().for_each(|(_, node)| self.value(node, Point, own));
             }
-            (Friction(..) | Limits(_) | Play(_) | Rebound, Content::Table(entries)) => {
+            (Record(_), Content::Table(entries)) => {
                 entries.iter_mut().for_each(|(_, node)| self.value(node, ANY, own));
             }
             (NamedPoints, Content::Table(entries)) => {

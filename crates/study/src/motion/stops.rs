@@ -6,6 +6,7 @@ use cotree::model::{Formula, JointId, Mechanism, Output, Part, Quantity, Unilate
 use cotree::report::data::shown;
 use cotree::scene::constant::evaluate;
 use cotree::scene::key::Form;
+use cotree::scene::record::Record;
 use serde::Serialize;
 
 use super::drive::{self, COUNT, DrivenMechanism, InputTable, Moved};
@@ -97,7 +98,7 @@ fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<St
     }
     let variable = |quantity: Quantity| Formula::Variable(Variable { owner: part.owner, quantity });
     let turns = part.component().keys.iter().find_map(|key| match key.form {
-        Form::Limits(wanted) => Some(wanted.is_turning()),
+        Form::Record(Record::Limits(wanted)) => Some(wanted.is_turning()),
         _ => None,
     });
     let (value, turns) = match turns {
@@ -124,7 +125,8 @@ impl Obstacles {
         let parts = stops.filter_map(|own| Some((own, mechanism.parts().find(|part| part.owner == own.owner)?)));
         let gaps = parts.filter_map(|(own, part)| gap(mechanism, own, part).transpose()).collect::<Result<_, _>>()?;
         let has_play = |joint: &Part| {
-            joint.limits().is_some() && joint.component().keys.iter().any(|key| matches!(key.form, Form::Play(_)))
+            joint.limits().is_some()
+                && joint.component().keys.iter().any(|key| matches!(key.form, Form::Record(Record::Play(_))))
         };
         let joints = mechanism.joints.iter().enumerate().filter(|(_, joint)| has_play(joint));
         Ok(Obstacles { gaps, plays: joints.map(|(index, _)| JointId(index)).collect() })

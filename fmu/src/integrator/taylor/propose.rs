@@ -1,7 +1,7 @@
 //! How long the next step may be, and along which series.
 
-use super::{Start, Taylor};
 use super::step::PREDICTED;
+use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::{Choices, half_width};
 use crate::failure::Failure;
