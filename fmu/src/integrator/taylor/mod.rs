@@ -30,7 +30,7 @@ pub struct Taylor {
     next: Vec<f64>,
     /// (q, v) where the series begins, on the loops.
     closed: Vec<f64>,
-    /// What the last start began with.
+    /// The last start with the loops closed tightly.
     begun: Begun,
     /// Series of q, order 2, on branches that are left at once.
     left: Vec<f64>,
@@ -56,7 +56,7 @@ enum Start {
     Singular,
 }
 
-/// What a start began with: where the jet has looked elsewhere since, it is begun again with the same bits.
+/// What a start with the loops closed tightly has ended with: where the jet has looked elsewhere since, that is begun again, with the same bits.
 #[derive(Clone, Debug)]
 struct Begun {
     time: f64,
@@ -224,16 +224,16 @@ impl Taylor {
         self.jet.least_rate = settings.least_rate;
         let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
         self.jet.reciprocal_pivots(&mut self.guard.next);
-        self.begun.time = time;
-        self.begun.next.copy_from_slice(&self.guard.next);
-        self.begun.motion.copy_from_slice(&self.next);
         self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
+        self.begun.time = f64::NAN;
         if self.tight {
             // The series must come from the matrix of the very pose in which the loops are closed.
             self.jet.close_tightly();
             self.take_closed(model);
+            self.begun.time = time;
             self.begun.motion.copy_from_slice(&self.closed);
+            self.begun.next.copy_from_slice(&self.guard.next);
             self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
             self.jet.close_tightly();
             self.take_closed(model);
@@ -241,7 +241,8 @@ impl Taylor {
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
 
-    /// Starts the series once more that the last start has started at this time, after the jet has looked elsewhere. False if that was another one.
+    /// Starts the series once more that the last start has started at this time, after the jet has looked elsewhere. False if that was another one, or one that is
+    /// started with a single pose.
     fn start_again(&mut self, context: &mut Context, run: &Run, time: f64) -> bool {
         let Context { model, machine, settings, .. } = context;
         if self.begun.time != time {
@@ -251,9 +252,7 @@ impl Taylor {
         machine.load_signals(model, &run.signals.origin, time);
         self.jet.update(machine.registers());
         let begun = self.jet.begin(model, machine.registers(), order_for(settings.tolerance), &self.begun.motion);
-        if self.tight {
-            self.jet.close_tightly();
-        }
+        self.jet.close_tightly();
         self.take_closed(model);
         self.guard.next.copy_from_slice(&self.begun.next);
         begun.is_ok()

@@ -99,8 +99,6 @@ impl Taylor {
     ) -> Result<Proposal<Step>, Failure> {
         let (time, tolerance) = (run.last.end_time, share(context.settings.tolerance));
         let (shortest, following) = (shortest(time), run.following());
-        // Only what this step begins at its end may be begun again there.
-        self.begun.time = f64::NAN;
         let predicted = predict(run);
         // No step ends in the zone, whoever asks for it: the polynomial serves what lies there.
         let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
