@@ -5,6 +5,7 @@
 use super::initial::FULFILLED;
 use crate::constraints::reciprocals::is_within;
 use crate::failure::{Failure, Gap};
+use crate::linalg::SPACINGS;
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::tape::Tape;
@@ -104,7 +105,7 @@ impl Projection {
         bend: &mut dyn FnMut(&mut [f64]),
     ) -> Result<f64, Failure> {
         // Rounding of q itself makes a gap.
-        let noise = 4.0 * f64::EPSILON * largest(model, q);
+        let noise = SPACINGS * largest(model, q);
         let idle = IDLE.max(noise);
         let goal = idle.max(SHARE_OF_TOLERANCE * tolerance);
         let moved = self.newton(model, machine, Level::Position, q, [idle, goal, reach], bend)?;
@@ -138,7 +139,7 @@ impl Projection {
         if near {
             return Ok(());
         }
-        let noise = 4.0 * f64::EPSILON * largest(model, state.positions());
+        let noise = SPACINGS * largest(model, state.positions());
         let (closed, size) = (TIGHT * IDLE.max(noise), 1.0 + largest(model, state.rates()));
         let limits = [noise, closed, f64::INFINITY];
         self.newton(model, machine, Level::Position, state.positions_mut(), limits, &mut |_| ())?;

@@ -291,18 +291,8 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
-        let Self {
-            explicit,
-            implicit,
-            taylor,
-            projection,
-            work,
-            reprojection,
-            statistics,
-            masses,
-            accuracy,
-            ..
-        } = self;
+        let Self { explicit, implicit, taylor, projection, work, reprojection, statistics, masses, accuracy, .. } =
+            self;
         let context = &mut Context { model, machine, projection, statistics, settings };
         // What nobody has asked for until now is not reported any more, but for what makes the motion inexact.
         accuracy.note_passages(run.take_passages(state.time()));

@@ -1,12 +1,12 @@
 //! Laws along the polynomial of a step: where they are steep, and where their smooth branches end.
 
-use super::propose::ROUNDING;
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
 use crate::events::sliding::pushed;
 use crate::failure::Failure;
 use crate::integrator::control::Progress;
+use crate::machine::ROUNDING;
 use crate::math;
 use crate::motion::Run;
 

@@ -1,11 +1,12 @@
 //! How long the next step may be, and along which series.
 
-use super::{Start, Taylor};
 use super::step::PREDICTED;
+use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::{Choices, half_width};
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress, Proposal, STRETCH, shortest};
+use crate::machine::ROUNDING;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
@@ -32,7 +33,6 @@ pub(super) const GROW: f64 = 4.0;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
-pub(super) const ROUNDING: f64 = 1e-12;
 const SPACINGS: f64 = 8.0;
 /// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
 /// those before.
