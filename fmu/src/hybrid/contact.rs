@@ -15,10 +15,9 @@ use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Contact, Contacts, Slip};
 
-/// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion.
+/// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion. A rate is zero within the same share of the rates before an impact, and
+/// of those that the accelerations give it.
 pub(crate) const TOUCHING: f64 = 1e-11;
-/// A rate is zero within this share of the rates before an impact, and of those that the accelerations give it.
-pub(crate) const RESTING: f64 = 1e-11;
 /// Forces within a step are known to so many tolerances of what is usual.
 const FOUND: f64 = 10.0;
 /// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
@@ -502,7 +501,7 @@ impl ContactValues {
     /// A rate of a gap that is rounding errors.
     fn least_rate(&self, context: &Place, index: usize) -> f64 {
         let fastest = self.before.iter().chain(&self.rates).fold(0.0, |most, rate| maximum(most, rate.abs()));
-        RESTING * maximum(fastest, context.scale(index))
+        TOUCHING * maximum(fastest, context.scale(index))
     }
 }
 

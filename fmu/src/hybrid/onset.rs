@@ -3,6 +3,7 @@
 //! The excess of one side over the other is looked at in places so close that they tell what it is between them, which is checked at others; then it has at most one extremum between
 //! three of them. Where an extremum could cross zero it is sought.
 
+use crate::events::SECTIONS;
 use crate::linalg::SPACINGS;
 use crate::machine::ROUNDING;
 use crate::math::{largest_between, maximum, minimum};
@@ -19,8 +20,6 @@ const AWAY: f64 = 0.1;
 const HALVINGS: usize = 60;
 /// A place is nearer to the middle than the secant by this share of the width, times the share to which the width has shrunk: so the root is soon closed in from both sides.
 const CENTRED: f64 = 0.2;
-/// Steps of the golden section: after these an extremum is known to the root of rounding errors, and its value to rounding errors.
-const SECTIONS: usize = 40;
 
 /// What a comparison does in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]

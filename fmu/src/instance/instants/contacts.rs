@@ -8,7 +8,7 @@ use super::super::{Computed, Instance, InstanceError};
 use super::events::LOCATED;
 use super::{Distance, Instants};
 use crate::failure::Failure;
-use crate::hybrid::contact::{RESTING, TOUCHING, direction, is_closed};
+use crate::hybrid::contact::{TOUCHING, direction, is_closed};
 use crate::hybrid::onset::CHECKS;
 use crate::machine::{CANCELLED, ROUNDING};
 use crate::math::{maximum, minimum};
@@ -16,8 +16,6 @@ use crate::program::{Constraint, Contact, Contacts, Program};
 
 /// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
 const OVERLOOKED: f64 = 100.0;
-/// What slides the wrong way by so many turns there: it has begun to slide for less than the method resolves.
-const TURNED: f64 = 1.0;
 /// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within rounding errors, where an importer sees none.
 const SHORTEST_SEEN: f64 = 1e-4;
 /// A force that is smaller than rounding errors of the largest one is none, nor is one that is smaller than this \[N\].
@@ -93,7 +91,7 @@ impl Instance {
         let program = self.model.program();
         let contact = event.checked_sub(program.instants.events.len());
         let contact = contact.and_then(|index| program.instants.contacts().get(index));
-        RESTING * contact.map_or(0.0, |contact| row_of(program, contact).scale) * (end - begin)
+        TOUCHING * contact.map_or(0.0, |contact| row_of(program, contact).scale) * (end - begin)
     }
 
     /// What an importer sees below zero of the indicator of a contact that has just been left: there it begins at zero, and a rounding error would be another impact.
@@ -363,7 +361,8 @@ impl Instance {
         let data = program.instants.contacts.as_ref().filter(|data| index < data.all.len());
         data.is_some_and(|data| {
             let slides = data.all[index].slip.is_some() && !is_closed(data, &self.now.state, index);
-            let least = TURNED * self.now.tolerance * row_of(program, &data.all[index]).scale;
+            // Less, and it has begun to slide for less than the method resolves.
+            let least = self.now.tolerance * row_of(program, &data.all[index]).scale;
             slides && !own.armed[event] && own.indicators[index] > least
         })
     }
