@@ -156,6 +156,7 @@ fail with the constants as they are: they are of poses, tolerances and methods m
 - "last digits": work changes by less than 0.1 %, errors by less than 2 %.
 - Some constants are shares below 1 or factors just above 1, half or twice of which is no choice: their rows only show that they act.
 - Counts are rounded; the least is 1.
+- Constants of one meaning that stood in several files when they were measured, and are one now, have the row of that which did most: it was halved and doubled in its own place alone.
 - What the runtime decides when a scene becomes a program (the first assembly) shows only through the sensitivities: all other runs share programs made with the constants as they are. Which loop equations are redundant the exporter decides, with constants of its own (`src/redundancy`).
 
 The study is repeated in a copy of the project, in about half an hour:
