@@ -143,10 +143,11 @@ pub fn rough_exp2(x: f64) -> f64 {
     power * (1.0 + f * (0.695_856_85 + f * (0.224_998_18 + f * 0.079_144_97)))
 }
 
+/// The golden section, (sqrt 5 - 1)/2.
+pub const GOLDEN: f64 = 0.618_033_988_749_894_8;
+
 /// Where a function with one peak between two places is largest, and its value there, by golden sections.
 pub fn largest_between([mut from, mut to]: [f64; 2], sections: usize, mut value: impl FnMut(f64) -> f64) -> (f64, f64) {
-    // (sqrt 5 - 1)/2
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
     let (mut left, mut right) = (to - GOLDEN * (to - from), from + GOLDEN * (to - from));
     let (mut at_left, mut at_right) = (value(left), value(right));
     for _ in 0..sections {

@@ -5,12 +5,12 @@
 use super::initial::FULFILLED;
 use crate::constraints::reciprocals::is_within;
 use crate::failure::{Failure, Gap};
+use crate::linalg::SPACINGS;
 use crate::machine::Machine;
 use crate::model::{Model, State};
 use crate::tape::Tape;
+use crate::taylor::CLOSED;
 
-/// What is left alone, relative to the scale of a loop equation.
-const IDLE: f64 = 1e-13;
 /// The loops are kept closed this much better than the tolerance on the motion.
 const SHARE_OF_TOLERANCE: f64 = 1e-3;
 /// Loop equations that are not imposed may differ by the tolerance on the motion, but not by more or less than this, relative to their scale: what counts as closed at the
@@ -104,8 +104,8 @@ impl Projection {
         bend: &mut dyn FnMut(&mut [f64]),
     ) -> Result<f64, Failure> {
         // Rounding of q itself makes a gap.
-        let noise = 4.0 * f64::EPSILON * largest(model, q);
-        let idle = IDLE.max(noise);
+        let noise = SPACINGS * largest(model, q);
+        let idle = CLOSED.max(noise);
         let goal = idle.max(SHARE_OF_TOLERANCE * tolerance);
         let moved = self.newton(model, machine, Level::Position, q, [idle, goal, reach], bend)?;
         self.consistent(model, machine, tolerance)?;
@@ -121,8 +121,8 @@ impl Projection {
         tolerance: f64,
     ) -> Result<(), Failure> {
         let size = 1.0 + largest(model, v);
-        let goal = IDLE.max(SHARE_OF_TOLERANCE * tolerance) * size;
-        self.newton(model, machine, Level::Rate, v, [IDLE * size, goal, f64::INFINITY], &mut |_| ())?;
+        let goal = CLOSED.max(SHARE_OF_TOLERANCE * tolerance) * size;
+        self.newton(model, machine, Level::Rate, v, [CLOSED * size, goal, f64::INFINITY], &mut |_| ())?;
         Ok(())
     }
 
@@ -138,11 +138,11 @@ impl Projection {
         if near {
             return Ok(());
         }
-        let noise = 4.0 * f64::EPSILON * largest(model, state.positions());
-        let (closed, size) = (TIGHT * IDLE.max(noise), 1.0 + largest(model, state.rates()));
+        let noise = SPACINGS * largest(model, state.positions());
+        let (closed, size) = (TIGHT * CLOSED.max(noise), 1.0 + largest(model, state.rates()));
         let limits = [noise, closed, f64::INFINITY];
         self.newton(model, machine, Level::Position, state.positions_mut(), limits, &mut |_| ())?;
-        let limits = [noise, TIGHT * IDLE * size, f64::INFINITY];
+        let limits = [noise, TIGHT * CLOSED * size, f64::INFINITY];
         self.newton(model, machine, Level::Rate, state.rates_mut(), limits, &mut |_| ())?;
         Ok(())
     }

@@ -25,8 +25,8 @@ pub(super) const PLACES: [f64; 19] = [
     1.0 - 1.0 / 512.0,
     1.0,
 ];
-/// Sections of an interval in which an extreme is sought: the last is 1e-8 of the first.
-const SECTIONS: usize = 40;
+/// Sections of an interval in which an extreme is sought: the last is 1e-8 of the first, the root of rounding errors, and the extreme value right to these.
+pub(crate) const SECTIONS: usize = 40;
 /// Halvings of an interval in which an edge is sought.
 pub(super) const HALVINGS: usize = 30;
 /// An exponential that grows by no more than exp of this to its largest value shows before or after.

@@ -4,10 +4,8 @@ use super::course::{Course, DEEP, PLACES, ROUGH_PLACES, Suspect, varies};
 use super::switch::first_fall;
 use crate::math;
 use crate::program::Steep;
-use crate::program::arm_form::MAX_ORDER;
+use crate::program::arm_form::ORDERS;
 
-/// Coefficients of one argument.
-const ROOM: usize = MAX_ORDER + 1;
 /// A step ends so far inside the layer of a saturating law: what begins there sees the layer, and is not cut again.
 const INSIDE: f64 = 0.5;
 
@@ -32,7 +30,7 @@ pub(crate) struct Layers {
 impl Layers {
     /// Storage for laws: how each is steep, and the number of the series that is its argument.
     pub fn new(laws: Vec<(Steep, u32)>) -> Self {
-        Self { polynomials: vec![0.0; laws.len() * ROOM], laws, length: 0, samples: [0.0; PLACES.len()] }
+        Self { polynomials: vec![0.0; laws.len() * ORDERS], laws, length: 0, samples: [0.0; PLACES.len()] }
     }
 
     /// Are there no such laws?
@@ -43,7 +41,7 @@ impl Layers {
     /// Takes the arguments over, from series that are known up to an order.
     pub fn take(&mut self, order: usize, series: impl Fn(u32, &mut [f64])) {
         self.length = order + 1;
-        for (place, (_, number)) in self.polynomials.chunks_exact_mut(ROOM).zip(&self.laws) {
+        for (place, (_, number)) in self.polynomials.chunks_exact_mut(ORDERS).zip(&self.laws) {
             series(*number, &mut place[..=order]);
         }
     }
@@ -55,12 +53,12 @@ impl Layers {
 
     /// The same polynomials back in time.
     pub fn reverse(&mut self) {
-        let odd = self.polynomials.chunks_exact_mut(ROOM).flat_map(|argument| argument.iter_mut().skip(1).step_by(2));
+        let odd = self.polynomials.chunks_exact_mut(ORDERS).flat_map(|argument| argument.iter_mut().skip(1).step_by(2));
         odd.for_each(|coefficient| *coefficient = -*coefficient);
     }
 
     fn polynomial(&self, law: usize) -> &[f64] {
-        &self.polynomials[law * ROOM..][..self.length]
+        &self.polynomials[law * ORDERS..][..self.length]
     }
 
     /// Are the arguments known all along a step of length h by their terms up to an order?
@@ -92,7 +90,7 @@ impl Layers {
     pub fn suspect(&mut self, (from, after): (usize, f64), h: f64) -> Option<Suspect> {
         (from..self.laws.len()).find_map(|law| {
             let (kind, _) = self.laws[law];
-            let argument = &self.polynomials[law * ROOM..][..self.length];
+            let argument = &self.polynomials[law * ORDERS..][..self.length];
             if !may_hide(kind, argument, h) {
                 return None;
             }
@@ -107,7 +105,7 @@ impl Layers {
 
     /// Where the effect of a suspect begins that is so many times what may be overlooked, in a step of length h.
     pub fn begin(&mut self, suspect: &Suspect, h: f64, excess: f64) -> f64 {
-        let argument = &self.polynomials[suspect.law * ROOM..][..self.length];
+        let argument = &self.polynomials[suspect.law * ORDERS..][..self.length];
         let course = &mut Polynomial { argument, h, samples: &self.samples };
         h * self.laws[suspect.law].0.begin(suspect, course, 0.0, excess)
     }
@@ -133,7 +131,7 @@ impl Course for Polynomial<'_> {
 /// When an argument falls to the edge.
 fn entry(argument: &[f64], h: f64, edge: f64) -> f64 {
     let sign = argument[0].signum();
-    let mut above = [0.0; ROOM];
+    let mut above = [0.0; ORDERS];
     above.iter_mut().zip(argument).for_each(|(place, value)| *place = sign * value);
     above[0] -= edge;
     first_fall(&above[..argument.len()], h).unwrap_or(f64::INFINITY)

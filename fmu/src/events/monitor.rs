@@ -9,15 +9,14 @@ use crate::model::{Model, State};
 use crate::program::Steep;
 
 /// Switches closer than this, in steps, are one: no root is found better.
-const TOGETHER: f64 = 1e-9;
+pub(crate) const TOGETHER: f64 = 1e-9;
 
 /// A step ends before a switch by this share of its length: a stage behind it would count with its whole weight.
 const MARGIN: f64 = 1e-6;
 /// What follows a switch begins with a step of this share of what is left of the one that ended there.
 const RESTART: f64 = 0.01;
 
-/// Both sides of a switch are looked at so far from it, in steps, for it is found to [`TOGETHER`]; or so many shortest steps from it.
-const BESIDE: f64 = 1e-8;
+/// Both sides of a switch are looked at so many shortest steps from it, or ten times further than it is found.
 const SPACINGS: f64 = 16.0;
 /// A switch is judged that lies no more than this share of what its function varies by in the step after it.
 const AHEAD: f64 = 0.1;
@@ -156,7 +155,7 @@ impl Monitor {
         self.add_switches_ahead(span.model);
         for index in 0..self.crossings.len() {
             let (at, law) = self.crossings[index];
-            let aside = f64::max(BESIDE, SPACINGS * span.shortest / span.h);
+            let aside = f64::max(10.0 * TOGETHER, SPACINGS * span.shortest / span.h);
             let (ahead, place) = (at == 1.0, if at < 1.0 { at - aside } else { at });
             if place < MOVES {
                 // Shortly before the step: the one before has looked ahead.

@@ -10,17 +10,14 @@
 use super::modes::{Choices, MOST_TRIALS};
 use crate::constraints::reciprocals::is_within;
 use crate::failure::Failure;
-use crate::machine::Machine;
+use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Contact, Contacts, Slip};
 
-/// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion.
+/// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion. A rate is zero within the same share of the rates before an impact, and
+/// of those that the accelerations give it.
 pub(crate) const TOUCHING: f64 = 1e-11;
-/// A rate is zero within this share of the rates before an impact, and of those that the accelerations give it.
-pub(crate) const RESTING: f64 = 1e-11;
-/// What must not be negative may be by this share of its size.
-const ROUNDING: f64 = 1e-9;
 /// Forces within a step are known to so many tolerances of what is usual.
 const FOUND: f64 = 10.0;
 /// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
@@ -277,13 +274,13 @@ impl ContactValues {
                 return false;
             }
             let fits = match (context.slip(index), context.is_closed(index)) {
-                (None, true) => impulse >= -ROUNDING * largest,
-                (None, false) => rate >= -ROUNDING * fastest,
+                (None, true) => impulse >= -CANCELLED * largest,
+                (None, false) => rate >= -CANCELLED * fastest,
                 (Some(_), sticks) => {
                     let level = context.level(index, multipliers);
                     let direction = context.direction(index);
-                    let holds = if sticks { impulse.abs() <= level + ROUNDING * largest } else { true };
-                    holds && level >= -ROUNDING * largest && direction * rate >= -ROUNDING * fastest
+                    let holds = if sticks { impulse.abs() <= level + CANCELLED * largest } else { true };
+                    holds && level >= -CANCELLED * largest && direction * rate >= -CANCELLED * fastest
                 }
             };
             if !fits {
@@ -292,7 +289,7 @@ impl ContactValues {
             energy += 0.5 * impulse * (rate + self.before[index]);
             size += impulse.abs() * fastest;
         }
-        energy <= ROUNDING * size && self.have_signs(context, largest)
+        energy <= CANCELLED * size && self.have_signs(context, largest)
     }
 
     /// True if what presses has the signs that are assumed.
@@ -301,7 +298,7 @@ impl ContactValues {
         rubbing.into_iter().all(|(contact, slip)| {
             let sums = self.sums[slip.sums as usize..].iter();
             contact.signs().zip(sums).all(|(parameter, sum)| {
-                context.state.parameters()[parameter] * sum >= -ROUNDING * maximum(largest, sum.abs())
+                context.state.parameters()[parameter] * sum >= -CANCELLED * maximum(largest, sum.abs())
             })
         })
     }
@@ -453,16 +450,16 @@ impl ContactValues {
         let holds = concerned().any(|index| context.is_closed(index));
         // What has been found to slip is where the method has its force, to within the tolerance.
         let size = self.accelerations.iter().fold(0.0, |most, own| maximum(most, own.abs()));
-        let slack = |index: usize| maximum(ROUNDING, FOUND * self.tolerance) * maximum(size, context.scale(index));
+        let slack = |index: usize| maximum(CANCELLED, FOUND * self.tolerance) * maximum(size, context.scale(index));
         let fits = |index: usize| {
             let usual = if begins { fastest } else { context.scale(index) };
-            let (force, least) = (context.force(index, multipliers), -ROUNDING * usual);
+            let (force, least) = (context.force(index, multipliers), -CANCELLED * usual);
             match (context.slip(index), context.is_closed(index)) {
-                (None, true) => force >= -ROUNDING * largest,
+                (None, true) => force >= -CANCELLED * largest,
                 (None, false) => self.accelerations[index] >= least,
                 (Some(slip), _) if slip.on.is_some_and(|on| !context.is_closed(on as usize)) => true,
                 (Some(_), true) => {
-                    force.abs() <= self.restitutions[index] * context.level(index, multipliers) + ROUNDING * largest
+                    force.abs() <= self.restitutions[index] * context.level(index, multipliers) + CANCELLED * largest
                 }
                 (Some(_), false) if context.direction(index) == 0.0 => {
                     holds && self.accelerations[index].abs() <= -least
@@ -504,7 +501,7 @@ impl ContactValues {
     /// A rate of a gap that is rounding errors.
     fn least_rate(&self, context: &Place, index: usize) -> f64 {
         let fastest = self.before.iter().chain(&self.rates).fold(0.0, |most, rate| maximum(most, rate.abs()));
-        RESTING * maximum(fastest, context.scale(index))
+        TOUCHING * maximum(fastest, context.scale(index))
     }
 }
 

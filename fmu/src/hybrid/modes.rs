@@ -7,14 +7,12 @@ use crate::program::{Contact, Contacts};
 /// More combinations than these are not tried: six things that may stick or slip either way have fewer.
 pub(crate) const MOST_TRIALS: usize = 4096;
 
-/// What is held by something else does not rub: how they would share is not determined.
-pub(crate) const IDLE: f64 = 2.0;
-
 /// Something undecided, with its options.
 #[derive(Clone, Copy, Debug)]
 struct Choice {
     what: What,
-    options: [f64; 4],
+    /// None of what is held by something else, which does not rub: how they would share is not determined.
+    options: [Option<f64>; 4],
     count: usize,
 }
 
@@ -22,7 +20,7 @@ struct Choice {
 enum What {
     /// 1 if it is closed, else 0.
     Closed(usize),
-    /// 0 if it sticks, 1 or -1 if it slips, or `IDLE`.
+    /// 0 if it sticks, 1 or -1 if it slips, or none if it does not rub.
     Slips(usize),
     /// A sign, by the place of its parameter.
     Sign(usize),
@@ -46,29 +44,37 @@ impl Choices {
     /// A contact may be closed or open, more likely as it `closes`.
     pub fn contact(&mut self, index: usize, closes: bool) {
         let likely = f64::from(u8::from(closes));
-        self.all.push(Choice { what: What::Closed(index), options: [likely, 1.0 - likely, 0.0, 0.0], count: 2 });
+        self.all.push(Choice {
+            what: What::Closed(index),
+            options: [Some(likely), Some(1.0 - likely), None, None],
+            count: 2,
+        });
     }
 
     /// Something sticks or slips, in the order in which that is likely.
     pub fn slip(&mut self, index: usize, [first, second, third]: [f64; 3]) {
-        let options = [first, second, third, 0.0];
+        let options = [Some(first), Some(second), Some(third), None];
         self.all.push(Choice { what: What::Slips(index), options, count: 3 });
     }
 
     /// Something that has been found to slip does so, one way or the other.
     pub fn slips(&mut self, index: usize, [first, second]: [f64; 2]) {
-        self.all.push(Choice { what: What::Slips(index), options: [first, second, 0.0, 0.0], count: 2 });
+        self.all.push(Choice { what: What::Slips(index), options: [Some(first), Some(second), None, None], count: 2 });
     }
 
     /// The same of what rests, which something else may hold.
     pub fn rest(&mut self, index: usize, [first, second]: [f64; 2]) {
-        let options = [0.0, IDLE, first, second];
+        let options = [Some(0.0), None, Some(first), Some(second)];
         self.all.push(Choice { what: What::Slips(index), options, count: 4 });
     }
 
     /// A sign of what presses, more likely this one.
     pub fn sign(&mut self, parameter: usize, likely: f64) {
-        self.all.push(Choice { what: What::Sign(parameter), options: [likely, -likely, 0.0, 0.0], count: 2 });
+        self.all.push(Choice {
+            what: What::Sign(parameter),
+            options: [Some(likely), Some(-likely), None, None],
+            count: 2,
+        });
     }
 
     /// How many combinations there are.
@@ -97,14 +103,14 @@ impl Choices {
             let is_first = rest % choice.count == 0;
             rest /= choice.count;
             match choice.what {
-                What::Closed(index) => parameters[data.all[index].closed as usize] = option,
+                What::Closed(index) => parameters[data.all[index].closed as usize] = option.unwrap_or(0.0),
                 What::Slips(index) => {
                     let on = data.all[index].slip.as_ref().and_then(|slip| slip.on);
                     let rubs = on.is_none_or(|on| parameters[data.all[on as usize].closed as usize] != 0.0);
                     is_new &= rubs || is_first;
-                    data.all[index].slips(parameters, Some(option).filter(|option| rubs && *option != IDLE));
+                    data.all[index].slips(parameters, option.filter(|_| rubs));
                 }
-                What::Sign(parameter) => parameters[parameter] = option,
+                What::Sign(parameter) => parameters[parameter] = option.unwrap_or(0.0),
             }
         }
         is_new

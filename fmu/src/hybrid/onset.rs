@@ -3,6 +3,9 @@
 //! The excess of one side over the other is looked at in places so close that they tell what it is between them, which is checked at others; then it has at most one extremum between
 //! three of them. Where an extremum could cross zero it is sought.
 
+use crate::events::SECTIONS;
+use crate::linalg::SPACINGS;
+use crate::machine::ROUNDING;
 use crate::math::{largest_between, maximum, minimum};
 
 /// Parts of a step between which the excess is looked at.
@@ -13,16 +16,10 @@ pub(crate) const CHECKS: [f64; 3] = [0.093_71, 0.541_37, 0.829_53];
 const TELLING: f64 = 1e-3;
 /// What is further from zero than ten times by how much the places are wrong does not reach it between them.
 const AWAY: f64 = 0.1;
-/// Rounding errors of an excess, as a share of its size.
-const ROUNDING: f64 = 1e-12;
 /// Halvings of an interval of one, to its last bit.
 const HALVINGS: usize = 60;
 /// A place is nearer to the middle than the secant by this share of the width, times the share to which the width has shrunk: so the root is soon closed in from both sides.
 const CENTRED: f64 = 0.2;
-/// Places of one search are apart by so many rounding errors.
-const ROUNDINGS: f64 = 4.0;
-/// Steps of the golden section: after these an extremum is known to the root of rounding errors, and its value to rounding errors.
-const SECTIONS: usize = 40;
 
 /// What a comparison does in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,7 +133,7 @@ fn turn(
         let radius = reach - half;
         let place = if (truncated - middle).abs() <= radius { truncated } else { middle - towards * radius };
         // No nearer to what is known than rounding errors; what is not a number is halved.
-        let least = ROUNDINGS * f64::EPSILON * to;
+        let least = SPACINGS * to;
         let place =
             if place.is_finite() && half > least { minimum(maximum(place, from + least), to - least) } else { middle };
         let value = excess(place);

@@ -2,13 +2,13 @@
 //! them, with results that look good. So every completed step is searched for such a pose, and one that is found is an error.
 
 use crate::constraints::poses::{closed, rows_of};
+use crate::math::GOLDEN;
 use crate::model::{Model, State};
+use crate::singular::dependence::DEPENDENT;
 use crate::singular::detect::{dependent, weakest};
 
 /// With more loop equations the search would take longer than the step.
 const MOST_EQUATIONS: usize = 50;
-/// A start this close to a singular pose is in it: that is how well the loops are closed there, and its root.
-const EXACT: f64 = 1e-5;
 /// A pose is singular if its distance is a smaller share than this of the usual one. From there on it takes an error of the square of it to get
 /// onto the other branch.
 const NEAR: f64 = 1e-3;
@@ -16,8 +16,6 @@ const NEAR: f64 = 1e-3;
 const STEEPER: f64 = 2.0;
 /// Halvings or so of the interval in which the distance is smallest.
 const REFINEMENTS: usize = 30;
-/// The golden section.
-const SECTION: f64 = 0.618_033_988_749_894_8;
 
 /// How far the loop equations are from depending on each other, in units of what they hold.
 fn distance(model: &Model, state: &State) -> f64 {
@@ -50,7 +48,7 @@ impl Watch {
     pub fn begin(&mut self, model: &Model, state: &State) -> Option<Crossing> {
         *self = Self::default();
         let distance = self.resume(model, state)?;
-        (distance <= EXACT).then(|| Crossing { time: state.time(), joints: dependent(model, state).1 })
+        (distance <= DEPENDENT).then(|| Crossing { time: state.time(), joints: dependent(model, state).1 })
     }
 
     /// The next step begins in this state; gives its distance from singular poses, unless that takes too long to find out.
@@ -117,7 +115,7 @@ impl Path<'_> {
 
     /// Where between two shares of the step the distance is smallest.
     fn closest(&self, mut from: f64, mut to: f64) -> f64 {
-        let inner = |from: f64, to: f64| [to - SECTION * (to - from), from + SECTION * (to - from)];
+        let inner = |from: f64, to: f64| [to - GOLDEN * (to - from), from + GOLDEN * (to - from)];
         let mut places = inner(from, to);
         let mut distances = places.map(|share| self.distance(share));
         for _ in 0..REFINEMENTS {

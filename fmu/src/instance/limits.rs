@@ -15,8 +15,6 @@ use crate::singular::detect::dependent;
 
 /// Loop equations this close to depending on each other amplify rounding errors in accelerations and loads, by up to the fourth power of that: at a tenth of it more than 1e-7 is lost.
 const BESIDE: f64 = 3e-2;
-/// Without a motion along which limits are found, what is closer than this to a singular pose, relative to other poses, has no value.
-const UNKNOWN: f64 = 3e-3;
 /// Places of a polynomial.
 const PLACES: usize = 8;
 /// The places of the next polynomial lie this much closer to each other.
@@ -120,7 +118,8 @@ impl Limits {
             self.judge();
         }
         let open = self.limits.iter().any(|limit| limit.value.is_nan());
-        self.determined = open && dependent(model, state).0 >= UNKNOWN;
+        // Without a motion along which limits are found more is lost than is permitted.
+        self.determined = open && dependent(model, state).0 >= 0.1 * BESIDE;
         !self.determined || self.limits.iter().any(|limit| !limit.value.is_nan())
     }
 

@@ -11,7 +11,7 @@ use super::instants::Happening;
 use crate::hybrid::tick::Clock;
 use crate::integrator::accelerations::Accelerations;
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
-use crate::machine::Machine;
+use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Contact, Contacts, Write};
@@ -19,10 +19,6 @@ use crate::tape::Tape;
 
 /// A comparison whose excess is further from zero than this share of what it has been jumps there.
 const JUMPED: f64 = 1e-6;
-/// A rate of less than this share of its scale in a second is none, nor is a change of it that is smaller than this share of the largest one: rounding errors of what loops hold.
-const STILL: f64 = 1e-9;
-/// Ticks of different samplers change together within this share.
-const SAME: f64 = 1e-9;
 
 /// Derivatives of coordinates, rates and held values: a column for each parameter.
 #[derive(Clone, Debug)]
@@ -157,8 +153,8 @@ impl Passage<'_> {
         let largest = columns.rates.iter().fold(1.0, |most, change| maximum(most, change.abs()));
         let moves = |(index, contact): &(usize, &Contact)| {
             let scale = program.constraints[contact.constraint as usize].scale;
-            let rests = contact.place().is_some() && values[*index].abs() <= STILL * scale;
-            rests && changes[*index].iter().any(|change| change.abs() > STILL * scale * largest)
+            let rests = contact.place().is_some() && values[*index].abs() <= CANCELLED * scale;
+            rests && changes[*index].iter().any(|change| change.abs() > CANCELLED * scale * largest)
         };
         match data.all.iter().enumerate().find(moves) {
             None => Ok(()),
@@ -334,7 +330,7 @@ impl Passage<'_> {
         let all: Vec<Vec<f64>> = own.ticks.iter().map(moved).collect();
         let Some((first, others)) = all.split_first() else { return Ok(vec![0.0; count]) };
         let is_same = |other: &Vec<f64>| {
-            first.iter().zip(other).all(|(one, other)| (one - other).abs() <= SAME * (one.abs() + other.abs()))
+            first.iter().zip(other).all(|(one, other)| (one - other).abs() <= CANCELLED * (one.abs() + other.abs()))
         };
         match others.iter().all(is_same) {
             true => Ok(first.clone()),

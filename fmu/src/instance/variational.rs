@@ -8,14 +8,12 @@ use super::passage::{Columns, Passage};
 use super::{Happening, Instance, InstanceError};
 use crate::integrator::taylor::{order_for, share};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
+use crate::machine::ROUNDING;
 use crate::math;
 use crate::model::Model;
 use crate::program::Source;
 use crate::tape::Tape;
 use crate::taylor::{DIRECTIONS, Tangents, Variations, variations};
-
-/// Rounding errors leave this of a defect (Andrews' mechanism and the double pendulum: 4e-14).
-const ROUNDING: f64 = 1e-12;
 
 /// What a motion is differentiated with respect to, by its place in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,6 +179,7 @@ impl Variational {
     /// multiple of what the tolerance permits.
     pub fn defect(&self, dt: f64) -> f64 {
         let defects = self.groups.iter().map(|group| group.series.defect(self.order, dt));
+        // Rounding errors leave 4e-14 of a defect (Andrews' mechanism and the double pendulum).
         defects.fold(0.0, math::maximum) / self.tolerance.max(ROUNDING)
     }
 

@@ -13,8 +13,8 @@ use crate::motion::Passage;
 use crate::motion::Run;
 use crate::taylor::Jet;
 
-/// It is measured at the end of the first step, and of every so many.
-const EVERY: u32 = 16;
+/// What is looked at now and then is so at the first step, and at every so many: how accurate a motion can be, and whether its series do what the tape demands.
+pub(super) const EVERY: u32 = 16;
 
 /// Why a motion may be less accurate than was asked for.
 #[derive(Clone, Debug, PartialEq)]

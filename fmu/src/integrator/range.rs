@@ -3,12 +3,9 @@
 use super::right_hand_side::{Derivative, RightHandSide};
 use crate::constraints::reciprocals::{is_jump, read};
 use crate::linalg::lane::Lane;
-use crate::machine::Machine;
+use crate::machine::{Machine, ROUNDING};
 use crate::math;
 use crate::model::Model;
-
-/// Rounding errors of 1 / r^2, relative to the largest: of a body without mass it is nothing else (a four-bar with a massless coupler: 1e-16).
-const ROUNDING: f64 = 1e-12;
 
 /// The range of 1 / r^2 of each loop equation over a step.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +50,7 @@ impl Range {
         let largest = self.most.iter().fold(0.0, |largest, most| math::maximum(largest, *most));
         let rows = self.least.iter().zip(&self.most);
         largest.is_finite()
+            // 1 / r^2 of a body without mass is nothing but rounding errors (a four-bar with a massless coupler: 1e-16).
             && rows.into_iter().all(|(least, most)| *most <= ROUNDING * largest || !is_jump(*least, *most))
     }
 

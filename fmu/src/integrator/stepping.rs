@@ -12,6 +12,7 @@ use super::implicit::Implicit;
 use super::memory::{Memory, room};
 use super::taylor::Taylor;
 use crate::constraints::domains::{out_of_range, undefined};
+use crate::constraints::initial::ASTRAY;
 use crate::constraints::projection::Projection;
 use crate::context::{Context, Settings, Statistics};
 use crate::failure::Failure;
@@ -21,14 +22,10 @@ use crate::model::{Model, State, motion as range};
 use crate::motion::Run;
 use crate::program::Engine;
 use crate::singular::dependence::is_singular;
+use crate::taylor::CLOSED;
 
-/// Longest correction of the motion for a part of a change, relative to the scale of a coordinate.
-const REACH: f64 = 0.05;
 /// Shortest part of a change that is followed.
 const SHORTEST_PART: f64 = 1e-4;
-
-/// So well loops are closed where contacts are looked for: the finest tolerance that means something.
-const EXACT: f64 = 1e-13;
 
 /// Moves states of one model. Everything is allocated here; nothing allocates while stepping.
 #[derive(Clone, Debug)]
@@ -191,7 +188,7 @@ impl Stepper {
         state: &mut State,
     ) -> Result<(), Failure> {
         machine.load(model, state);
-        self.projection.positions(model, machine, state.positions_mut(), EXACT, f64::INFINITY)?;
+        self.projection.positions(model, machine, state.positions_mut(), CLOSED, f64::INFINITY)?;
         Ok(())
     }
 
@@ -203,7 +200,7 @@ impl Stepper {
         state: &mut State,
     ) -> Result<(), Failure> {
         machine.load(model, state);
-        self.projection.rates(model, machine, state.rates_mut(), EXACT)
+        self.projection.rates(model, machine, state.rates_mut(), CLOSED)
     }
 
     /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.
@@ -365,7 +362,7 @@ fn read(
         machine.load(model, state);
         // What is left of a loop would be taken for a gap that opens or closes.
         let is_exact = model.program().instants.contacts.is_some();
-        let tolerance = if is_exact { settings.tolerance.min(EXACT) } else { settings.tolerance };
+        let tolerance = if is_exact { settings.tolerance.min(CLOSED) } else { settings.tolerance };
         projection.positions(model, machine, state.positions_mut(), tolerance, f64::INFINITY)?;
         projection.rates(model, machine, state.rates_mut(), tolerance)?;
     }
@@ -386,7 +383,7 @@ impl Reprojection {
             let share = f64::min(done + part, 1.0);
             self.change(model, before, state, share);
             machine.load(model, &self.trial);
-            match projection.positions(model, machine, self.trial.positions_mut(), settings.tolerance, REACH) {
+            match projection.positions(model, machine, self.trial.positions_mut(), settings.tolerance, ASTRAY) {
                 Ok(_) => {
                     self.reached.copy_from(&self.trial);
                     (done, part) = (share, 2.0 * part);

@@ -3,13 +3,11 @@
 //! Of two frames let k be the one nearer to the ground. The masses between their arms are A_kl = a_k m_l, where a_k is the link of k (conjugated) and m_l what
 //! l carries; A_lk is the conjugate. So sums over l are found while one walks along the chain, and cost its length, not the square of it.
 
+use super::ROUNDING;
 use super::columns::Entry;
 use super::lane::{Lane, WIDTH, minus, plus, splat};
 use super::number::Number;
 use super::tree::Limb;
-
-/// Products of links and loads are the masses up to rounding errors, relative to their size.
-const ROUNDING: f64 = 1e-14;
 
 /// A complex number.
 pub(super) type Complex<N = f64> = [N; 2];

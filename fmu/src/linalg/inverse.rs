@@ -14,8 +14,6 @@ use crate::math;
 /// The smallest share of a mass that may be left as a pivot where rows are eliminated together: multiplying by the inverse of a block loses digits in
 /// proportion to the square of what one row after the other loses.
 pub(crate) const LEFT: f64 = 1e-3;
-/// Lanes of a product that are found together.
-const GROUP: usize = 4;
 /// An entry of the diagonal that is larger than this, in the same units, is the pivot without looking for a larger one.
 const GOOD: f64 = 0.1;
 
@@ -129,13 +127,14 @@ impl Inverse {
     /// The inverse times a vector by equations, in lanes.
     #[inline(always)]
     pub fn times(&self, vector: &[f64], product: &mut [Lane]) {
-        let mut groups = product.chunks_exact_mut(GROUP);
+        // Four lanes are found together.
+        let (groups, rest) = product.as_chunks_mut::<4>();
         let mut first = 0;
-        for group in &mut groups {
-            group.copy_from_slice(&self.times_group::<GROUP>(vector, first));
-            first += GROUP;
+        for group in groups {
+            *group = self.times_group(vector, first);
+            first += group.len();
         }
-        for (lane, result) in (first..).zip(groups.into_remainder()) {
+        for (lane, result) in (first..).zip(rest) {
             [*result] = self.times_group(vector, lane);
         }
     }

@@ -9,9 +9,8 @@
 use nalgebra::{DMatrix, DVector, SVD};
 
 use super::sparse::{Factors, SparseRow};
+use super::{RANK, SPACINGS};
 
-/// Singular values below this share of the largest do not count.
-const RANK: f64 = 1e-10;
 /// Most steps.
 const ITERATIONS: usize = 200;
 /// Blocks with more rows and more columns than this are sparse.
@@ -81,7 +80,7 @@ fn search_with(
         equations.jacobian(x, &mut entries);
         let blocks = decompose(r.len(), x.len(), &entries, dense);
         sparse |= blocks.iter().any(|block| matches!(block, Block::Sparse(block) if block.rank() <= DENSE));
-        let noise = 4.0 * f64::EPSILON;
+        let noise = SPACINGS;
         if before <= r.len() as f64 * noise * noise && blocks.iter().any(|block| matches!(block, Block::Sparse(_))) {
             // What is left is rounding: a factorisation for each damping would show no more than that no step helps.
             break;

@@ -27,5 +27,11 @@ pub(crate) mod tree;
 pub(crate) mod turn;
 pub(crate) mod varied;
 
+/// Rounding errors of some operations with numbers of size 1: some fifty of them.
+pub(crate) const ROUNDING: f64 = 1e-14;
+/// The least that a few operations with numbers of size 1 are wrong by.
+pub(crate) const SPACINGS: f64 = 4.0 * f64::EPSILON;
+/// Singular values below this share of the largest do not count.
+pub(crate) const RANK: f64 = 1e-10;
 /// A pivot counts as zero if it is less than this share of what it is left of: some hundred roundings.
 const SINGULAR: f64 = 1e-13;

@@ -2,13 +2,12 @@
 
 use nalgebra::DMatrix;
 
+use super::ROUNDING;
 use super::sparse::{Factors, SparseRow, product_with_transposed};
 use crate::math::Random;
 
 /// Iterations towards one end; each shrinks what lies apart by the ratio of the eigenvalues.
 const ITERATIONS: usize = 30;
-/// What is added to the diagonal in units of the largest eigenvalue, so that a singular matrix has factors.
-const SHIFT: f64 = 1e-14;
 
 /// The smallest and the largest eigenvalue of J J^T, and the unit vector of the smallest; none without rows.
 pub(crate) fn ends(rows: &DMatrix<f64>) -> Option<(f64, f64, Vec<f64>)> {
@@ -35,7 +34,8 @@ pub(crate) fn ends_of_many(rows: &[SparseRow]) -> Option<(f64, f64, Vec<f64>)> {
     }
     let mut shifted = product.clone();
     for (index, row) in shifted.iter_mut().enumerate() {
-        *row.entry(index).or_default() += SHIFT * largest;
+        // So that a singular matrix has factors.
+        *row.entry(index).or_default() += ROUNDING * largest;
     }
     let factors = Factors::new(shifted)?;
     let mut x: Vec<f64> = (0..rows.len()).map(|_| random.symmetric()).collect();

@@ -10,16 +10,14 @@ use crate::model::Model;
 use crate::motion::Run;
 use crate::singular::detect::{dependent, depends_within};
 
-/// A start closer to a singular pose than this is treated as one in it.
+/// A start closer to a singular pose than this is treated as one in it, and so is a state from which no step leads on.
 const CLOSE: f64 = 1e-2;
-/// Loop equations closer than this are as good as dependent.
-const DEPENDENT: f64 = 1e-5;
+/// Loop equations closer than this are as good as dependent, and a start closer to a singular pose is in it: the root of how well loops are closed there.
+pub(crate) const DEPENDENT: f64 = 1e-5;
 /// A driven mechanism that a step has brought as close as this does not go on: branches lie a thousand errors of steps apart there.
 pub(crate) const STOPPED: f64 = 1e-6;
 /// Closer to a singular pose than this a method does not go that does not pass poses.
 const REFUSED: f64 = 3e-3;
-/// The same where there is no step that leads on.
-const AT_THE_END: f64 = 1e-2;
 
 /// Does the last step end so close to a singular pose that it must be left before anything is evaluated?
 pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
@@ -78,7 +76,7 @@ pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
         // What nothing drives stops nowhere.
         false => Failure::NotPassed { time, joints },
     };
-    (distance < AT_THE_END).then_some(failure)
+    (distance < CLOSE).then_some(failure)
 }
 
 /// How fast the mechanism moves where the step begins, how fast drivers would open its loops, and how that changes, in units of the scales.

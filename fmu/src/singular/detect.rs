@@ -28,10 +28,9 @@ pub(crate) const HORIZON: f64 = 12.0;
 pub(crate) const HALF: f64 = 0.5;
 /// Steps at a larger tolerance are as long as the way between poses, and may lie across one and show nothing at their ends.
 pub(crate) const SIGHTED: f64 = 1e-6;
-/// A row that comes closer by this factor in one step is about to arrive.
-const SOON: f64 = 0.8;
-/// A row that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a singular pose.
-const TURNED: f64 = 0.8;
+/// A row that comes closer by this factor in one step is about to arrive; one that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a
+/// singular pose.
+pub(crate) const NEARER: f64 = 0.8;
 /// A joint or a loop equation takes part in a dependence with at least this share of the largest one.
 pub(crate) const SHARE: f64 = 0.1;
 /// With more loop equations than this the weakest combination is found by iteration.
@@ -95,7 +94,7 @@ pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
         }
         // The distance has passed zero, or is still to come to it.
         let passed = best / (1.0 + share);
-        let coming = if share < 0.8 { best / (1.0 - share) } else { passed };
+        let coming = if share < NEARER { best / (1.0 - share) } else { passed };
         let first = (coming, share_at(coming));
         let second = if first.1 < THERE { first } else { (passed, share_at(passed)) };
         let (time, least) = if first.1 <= second.1 { first } else { second };
@@ -193,13 +192,13 @@ impl Guard {
 
     /// Does a row come so close that the loops must be closed tightly?
     pub fn arrives(&self) -> bool {
-        self.share() < SOON
+        self.share() < NEARER
     }
 
     /// When a row that was coming closer may have passed a singular pose in a step of length h.
     pub fn turned(&self, h: f64) -> Option<f64> {
         let share = self.share();
-        (share > TURNED).then_some(h / (1.0 + share))
+        (share > NEARER).then_some(h / (1.0 + share))
     }
 
     /// How long after the step a row will depend on the others, if it comes closer at the same rate; 0 if none does soon.

@@ -1,6 +1,7 @@
 //! The way out of a singular pose: the state a step later from which the motion comes back to the pose with the rates there.
 
 use crate::context::Context;
+use crate::linalg::ROUNDING;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
@@ -13,8 +14,6 @@ const TURN: f64 = 0.3;
 pub(crate) const CORRECTIONS: usize = 40;
 /// A correction that is not smaller than this share of the one before the last is the last one: large and small ones may alternate.
 const SLOW: f64 = 0.7;
-/// Corrections smaller than this are rounding errors.
-const ROUNDING: f64 = 1e-14;
 /// What may be left of a correction of positions and of rates, or a tenth of the tolerance.
 const EXACT: [f64; 2] = [1e-10; 2];
 /// The same where a run begins: the pose itself cannot be known better, since its loops close to second order.

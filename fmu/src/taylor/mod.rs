@@ -10,5 +10,5 @@ mod jet;
 mod products;
 mod tape;
 
+pub(crate) use jet::{CLOSED, DIRECTIONS, SAFETY, Tangents, Variations, variations};
 pub use jet::{Changes, Jet, Singular};
-pub(crate) use jet::{DIRECTIONS, Tangents, Variations, variations};

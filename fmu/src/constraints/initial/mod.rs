@@ -18,6 +18,7 @@ use crate::model::{Model, State};
 use crate::program::{Condition, SparseTape};
 use crate::tape::Tape;
 use given::Given;
+pub(crate) use positions::ASTRAY;
 use positions::Positions;
 use rates::Rates;
 

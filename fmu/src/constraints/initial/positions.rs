@@ -12,22 +12,18 @@ use crate::math::Random;
 use crate::model::{Model, State};
 use crate::program::{Condition, Role};
 
-/// Longest Newton step, relative to the scales: longer ones jump between assemblies.
+/// Longest Newton step, relative to the scales: longer ones jump between assemblies, and a mechanism that turned over has moved at least this much.
 const REACH: f64 = 0.5;
 /// Sizes of the random disturbances that lead out of a pose where Newton's method stands still.
 const DISTURBANCES: [f64; 7] = [1e-3, 1e-2, 0.1, 0.3, 0.6, 1.0, 2.0];
-/// Disturbances tried of each size.
+/// Disturbances tried of each size; as many poses that are turned at random are tried where none next to the guess closes the loops.
 const TRIES: usize = 6;
-/// So many poses that are turned at random are tried where none next to the guess closes the loops; as many as disturbed ones.
-const TURNS: usize = 42;
-/// A mechanism that turned over has moved at least this much [rad].
-const TURNED: f64 = 0.5;
 /// Where the drivers are followed to another time: the first part of the way and the shortest one, and how many there may be.
 const FIRST_PART: f64 = 1e-3;
 const SHORTEST_PART: f64 = 1e-9;
 const MOST_PARTS: usize = 100_000;
-/// In no part does the pose end further from where it was going, in units of the scales.
-const ASTRAY: f64 = 0.05;
+/// In no part, and in no part of a change of parameters or inputs, does the pose end further from where it was going, in units of the scales.
+pub(crate) const ASTRAY: f64 = 0.05;
 
 /// Positions as unknowns: those of the coordinates and of the integrated inputs.
 pub(super) struct Positions<'a>(Level<'a>);
@@ -117,7 +113,7 @@ impl<'a> Positions<'a> {
     /// The pose nearest to a guess of those to which turned poses lead, if it is as guessed: where the guess is a folded pose Newton's method stands still on its way.
     fn turned(&mut self, guess: &[f64]) -> Option<Vec<f64>> {
         let (mut random, mut nearest) = (Random::new(2), None::<(f64, Vec<f64>)>);
-        for _ in 0..TURNS {
+        for _ in 0..TRIES * DISTURBANCES.len() {
             // By half a turn at most.
             let mut x = self.disturbed(Wanted::ALL, guess, PI, &mut random);
             if !fulfilled(&self.attempt(Wanted::ALL, &mut x)) {
@@ -201,13 +197,13 @@ impl<'a> Positions<'a> {
             self.0.given.substitute(self.0.model, &mut found);
             let (missed, moved) = (longest(&found, &ahead), longest(&found, &x));
             // Written so that NaN is astray.
-            if fulfilled(&r) && missed <= ASTRAY && moved <= TURNED {
+            if fulfilled(&r) && missed <= ASTRAY && moved <= REACH {
                 if last {
                     return Some(found);
                 }
                 rates = found.iter().zip(&x).map(|(found, x)| (found - x) / span).collect();
                 (x, time) = (found, next);
-                part *= if missed < 0.25 * ASTRAY && moved < 0.5 * TURNED { 2.0 } else { 1.0 };
+                part *= if missed < 0.25 * ASTRAY && moved < 0.5 * REACH { 2.0 } else { 1.0 };
             } else {
                 part *= 0.5;
                 if part.abs() < SHORTEST_PART * whole.abs() {
@@ -321,7 +317,7 @@ impl<'a> Positions<'a> {
         for (index, condition) in self.conditions().iter().enumerate().filter(|(_, condition)| !condition.known) {
             let (target, found) = (after[k + index], after[index]);
             let far = is_far(condition, found, target);
-            let moved = (found - before[index]).abs() / condition.scale > TURNED;
+            let moved = (found - before[index]).abs() / condition.scale > REACH;
             if far || (turned_over && moved) {
                 let (condition, angular) = (condition.name.clone(), condition.angular);
                 return Err(Failure::OtherBranch { condition, guess: target, found, angular });

@@ -5,14 +5,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{column_scale, solve_initial};
 use crate::failure::Failure;
+use crate::linalg::RANK;
 use crate::linalg::singular_values::svd;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::{Condition, FollowerOrder, SparseTape};
 use crate::tape::Tape;
-
-/// Singular values below this share of the largest do not count.
-const RANK: f64 = 1e-10;
 
 /// Equations of one level: those of the loops and the known conditions.
 struct Level<'a> {

@@ -8,25 +8,17 @@ use super::super::{Computed, Instance, InstanceError};
 use super::events::LOCATED;
 use super::{Distance, Instants};
 use crate::failure::Failure;
-use crate::hybrid::contact::{RESTING, TOUCHING, direction, is_closed};
+use crate::hybrid::contact::{TOUCHING, direction, is_closed};
 use crate::hybrid::onset::CHECKS;
+use crate::machine::{CANCELLED, ROUNDING};
 use crate::math::{maximum, minimum};
 use crate::program::{Constraint, Contact, Contacts, Program};
 
-/// What is open by less than nothing, by more than this share of its scale, has been overlooked.
-const PENETRATION: f64 = 1e-9;
 /// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
 const OVERLOOKED: f64 = 100.0;
-/// What slides the wrong way by so many turns there: it has begun to slide for less than the method resolves.
-const TURNED: f64 = 1.0;
-/// So far below zero is the indicator of a contact that has just been left, as a share of its scale: less than `TOUCHING`, from where on it is seen as it is.
-const CLEARANCE: f64 = 1e-12;
-/// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within `CLEARANCE`, where an importer sees none.
+/// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within rounding errors, where an importer sees none.
 const SHORTEST_SEEN: f64 = 1e-4;
-/// What slips may turn by this share of its scale in a second before that is seen: rounding errors of a rate that something else keeps at zero are smaller, and no motion that matters is slower.
-const CREEPING: f64 = 1e-12;
-/// A force that is smaller than this share of the largest one is none, nor is one that is smaller than this \[N\].
-const NO_FORCE: f64 = 1e-12;
+/// A force that is smaller than rounding errors of the largest one is none, nor is one that is smaller than this \[N\].
 const LEAST_FORCE: f64 = 1e-14;
 /// A gap is far if it exceeds so many times the largest rate in three places of a step, times the step: to close and open between two of these places, which are apart by 0.54 of the step at most, it would have to be fifteen times as fast.
 const FAR: f64 = 4.0;
@@ -99,7 +91,7 @@ impl Instance {
         let program = self.model.program();
         let contact = event.checked_sub(program.instants.events.len());
         let contact = contact.and_then(|index| program.instants.contacts().get(index));
-        RESTING * contact.map_or(0.0, |contact| row_of(program, contact).scale) * (end - begin)
+        TOUCHING * contact.map_or(0.0, |contact| row_of(program, contact).scale) * (end - begin)
     }
 
     /// What an importer sees below zero of the indicator of a contact that has just been left: there it begins at zero, and a rounding error would be another impact.
@@ -109,7 +101,7 @@ impl Instance {
         let contact = index.and_then(|index| program.instants.contacts().get(index));
         let is_left = !self.now.happened.armed[event] && self.is_open(event);
         let scale = contact.map_or(0.0, |contact| row_of(program, contact).scale);
-        if is_left { CLEARANCE * scale } else { 0.0 }
+        if is_left { ROUNDING * scale } else { 0.0 }
     }
 
     /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if they are `solved` or any of them counts. Within a step what has just been left is divided by the share of
@@ -150,7 +142,7 @@ impl Instance {
         let layout = model.layout();
         let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
         let largest = multipliers.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let none = NO_FORCE * largest + LEAST_FORCE;
+        let none = ROUNDING * largest + LEAST_FORCE;
         for (index, contact) in data.all.iter().enumerate() {
             let Some(slip) = &contact.slip else { continue };
             let direction = direction(data, &self.now.state, index);
@@ -160,7 +152,7 @@ impl Instance {
                 // Squares are smooth where the force changes its sign.
                 (force * force - level * level.abs()) - none * none
             } else if direction != 0.0 {
-                -direction * own.contacts.rates[index] - CREEPING * row_of(model.program(), contact).scale
+                -direction * own.contacts.rates[index] - ROUNDING * row_of(model.program(), contact).scale
             } else {
                 -1.0
             };
@@ -202,7 +194,7 @@ impl Instance {
                 tolerance.max(SHORTEST_SEEN)
             }
             _ => {
-                self.check_inside(PENETRATION.max(tolerance))?;
+                self.check_inside(CANCELLED.max(tolerance))?;
                 tolerance
             }
         };
@@ -343,9 +335,9 @@ impl Instance {
         let is_passed = |index: usize| {
             let scale = row_of(self.model.program(), &data.all[index]).scale;
             let passed = match data.all[index].slip {
-                None => own.contacts.gaps[index] < -PENETRATION * scale,
+                None => own.contacts.gaps[index] < -CANCELLED * scale,
                 // It slides against the way in which it is said to: by more than the method's errors.
-                Some(_) => own.indicators[index] > PENETRATION.max(OVERLOOKED * self.now.tolerance) * scale,
+                Some(_) => own.indicators[index] > CANCELLED.max(OVERLOOKED * self.now.tolerance) * scale,
             };
             passed && !is_closed(data, &self.now.state, index)
         };
@@ -369,7 +361,8 @@ impl Instance {
         let data = program.instants.contacts.as_ref().filter(|data| index < data.all.len());
         data.is_some_and(|data| {
             let slides = data.all[index].slip.is_some() && !is_closed(data, &self.now.state, index);
-            let least = TURNED * self.now.tolerance * row_of(program, &data.all[index]).scale;
+            // Less, and it has begun to slide for less than the method resolves.
+            let least = self.now.tolerance * row_of(program, &data.all[index]).scale;
             slides && !own.armed[event] && own.indicators[index] > least
         })
     }

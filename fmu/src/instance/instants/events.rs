@@ -7,9 +7,7 @@ use crate::context::{Deadline, Settings};
 use crate::failure::Failure;
 use crate::hybrid::onset::{self, PARTS};
 use crate::hybrid::tick::is_later;
-
-/// A side of a comparison that has just been equal to the other one is off by no more than this share of both.
-const ROUNDING: f64 = 1e-12;
+use crate::machine::ROUNDING;
 
 /// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
 const DEEPEST: i32 = 20;
@@ -301,6 +299,7 @@ impl Instance {
     fn arm(&mut self) {
         let Some(own) = &self.instants else { return };
         for (armed, sides) in self.now.happened.armed.iter_mut().zip(own.sides.chunks_exact(2)) {
+            // Sides that have just been equal differ by rounding errors.
             *armed |= sides[0] - sides[1] < -ROUNDING * (sides[0].abs() + sides[1].abs());
         }
         self.arm_contacts();

@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::integrator::accelerations::finite;
 use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, rejected, shortest};
 use crate::integrator::range::{Range, Ranged};
+use crate::linalg::ROUNDING;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
@@ -19,8 +20,6 @@ use dop853::{Dop853, interpolate, next_step, slope};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.01;
-/// Rounding is larger than an error below this.
-const FINEST: f64 = 1e-14;
 /// What the rates would change by in a step with the accelerations that its dense output lacks somewhere, in units of what one step may be wrong by:
 /// more, and they are those of a law that no stage has seen.
 const OVERLOOKED: f64 = 1e3;
@@ -207,7 +206,7 @@ impl Explicit {
 /// Absolute tolerances of q and v, by both ends of a step. Rates count relative to themselves, but not below the least that do.
 fn tolerate(context: &Context, [start, next]: [&[f64]; 2], tolerances: &mut [f64]) {
     let n = context.model.coordinates();
-    let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(FINEST);
+    let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(ROUNDING);
     let least = context.settings.least_rate;
     for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
         let rate = start[n + index].abs().max(next[n + index].abs());

@@ -2,12 +2,11 @@
 
 use super::{Implicit, Memory};
 use crate::context::Context;
+use crate::linalg::SPACINGS;
 use crate::math;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
-/// Some units of rounding.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Safety factor of the step size.
 pub(super) const SAFETY: f64 = 0.9;
 /// Limits on the change of the step size.
@@ -50,7 +49,7 @@ impl Implicit {
         let n = start.len() / 2;
         let rates = start[..n].iter().zip(&self.tolerances[n..]);
         let largest = rates.fold(0.0, |largest: f64, (q, tolerance)| largest.max((1.0 + q.abs()) / tolerance));
-        ROUNDING * largest / h
+        SPACINGS * largest / h
     }
 
     /// The natural length of the next step.

@@ -1,19 +1,18 @@
 //! Laws along the polynomial of a step: where they are steep, and where their smooth branches end.
 
-use super::propose::ROUNDING;
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
 use crate::events::sliding::pushed;
 use crate::failure::Failure;
+use crate::integrator::accuracy::EVERY;
 use crate::integrator::control::Progress;
+use crate::machine::ROUNDING;
 use crate::math;
 use crate::motion::Run;
 
 /// A smooth branch that is no longer than so many shortest steps is one of several that begin together.
 const FLEETING: f64 = 64.0;
-/// Steps between two comparisons with the tape where no law switches.
-const SELDOM: u32 = 15;
 /// Where within a step it is compared: away from both ends, where laws may switch, and at no round time (the smaller golden section).
 const WITHIN: f64 = 0.381_966;
 /// Fewer orders do not tell how far an argument is known: two in a row may vanish.
@@ -112,7 +111,7 @@ impl Taylor {
     /// Does the tape of the accelerations demand within a step of length h what its polynomial does? Laws have one meaning, but the series and the tape find it in
     /// different ways; where the sides of a comparison differ by rounding errors for long, the tape decides. Looked at after each switch and now and then.
     pub(super) fn agrees(&mut self, context: &mut Context, run: &mut Run, h: f64, goal: f64) -> bool {
-        let due = self.memory.series.is_none() || self.memory.unseen >= SELDOM;
+        let due = self.memory.series.is_none() || self.memory.unseen >= EVERY - 1;
         if !due || !(self.jet.has_switches() || self.has_laws()) {
             return true;
         }

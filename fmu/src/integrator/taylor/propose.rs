@@ -6,12 +6,14 @@ use crate::context::Context;
 use crate::events::{Choices, half_width};
 use crate::failure::Failure;
 use crate::integrator::control::{Horizon, Progress, Proposal, STRETCH, shortest};
+use crate::machine::ROUNDING;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
 use crate::motion::last_step::LONGEST;
 use crate::program::arm_form::MAX_ORDER;
 use crate::singular::detect::{HORIZON, Plan, plan};
+use crate::taylor::SAFETY;
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
 const SHARE_OF_TOLERANCE: f64 = 0.03;
@@ -25,14 +27,11 @@ const NEGLIGIBLE: f64 = 1e-3;
 const OPENING: f64 = 10.0;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
 pub(super) const REACH: f64 = 1.6;
-/// Share of the step that the last coefficients permit: the terms after the last one count too.
-const SAFETY: f64 = 0.9;
 /// A step is at most so many times as long as the one before.
 pub(super) const GROW: f64 = 4.0;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
-pub(super) const ROUNDING: f64 = 1e-12;
 const SPACINGS: f64 = 8.0;
 /// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
 /// those before.

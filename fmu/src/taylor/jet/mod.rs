@@ -35,9 +35,10 @@ use crate::taylor::tape::{Scalars, Vectors};
 pub use clearance::Changes;
 use curves::CurveSlope;
 use response::Response;
+pub(crate) use start::CLOSED;
 use step::Read;
 use terms::{Plan, Terms};
-pub(crate) use variation::{DIRECTIONS, Tangents, Variations, variations};
+pub(crate) use variation::{DIRECTIONS, SAFETY, Tangents, Variations, variations};
 
 /// What the beginning and the end of a step cost, in instructions of a tape.
 const BEGINNING: f64 = 500.0;

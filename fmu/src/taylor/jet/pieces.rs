@@ -1,12 +1,10 @@
 //! Laws in pieces along a step.
 
 use super::{Jet, vectors};
+use crate::events::TOGETHER;
 use crate::events::switch::{Choices, Side, first_fall, known};
 use crate::program::arm_form::Slot;
 use crate::taylor::products::move_start;
-
-/// A switching function that is zero within this share of a step after the end of a piece changes there too.
-const TOGETHER: f64 = 1e-9;
 
 impl Jet {
     /// Choices that the next series begins with; the others follow from the signs of their switching functions.

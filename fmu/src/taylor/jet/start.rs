@@ -13,7 +13,7 @@ use crate::program::arm_form::{Auxiliary, Factor, Place, Rod, Slot};
 use crate::taylor::tape::polynomial;
 
 /// Loops that are open less than this, relative to their scales, are left alone.
-pub(super) const CLOSED: f64 = 1e-13;
+pub(crate) const CLOSED: f64 = 1e-13;
 /// The cube of a smaller angle, over six, is below the rounding errors of its cosine and sine.
 const SMALL: f64 = 1e-6;
 /// Newton steps onto the loops where they must be closed tightly.

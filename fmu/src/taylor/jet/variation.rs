@@ -16,7 +16,7 @@ use crate::taylor::tape::polynomial;
 /// So many directions at once, at most.
 pub(crate) const DIRECTIONS: usize = 8;
 /// Share of the step that the last coefficients permit: the terms after the last one count too.
-const SAFETY: f64 = 0.9;
+pub(crate) const SAFETY: f64 = 0.9;
 /// So many last coefficients count: some vanish by symmetry.
 const LAST: usize = 4;
 /// A step is made that much shorter, so often.

@@ -9,6 +9,8 @@
 /// A row of nonzero coefficients.
 pub(crate) type StageRow = &'static [(usize, f64)];
 
+/// The error estimate is of order 7, its error of this one.
+pub(crate) const ORDER: f64 = 8.0;
 /// Stages of a step without dense output, the derivative at its end included.
 pub(crate) const STAGES: usize = 13;
 /// Stages with dense output.

@@ -5,15 +5,12 @@
 mod coefficients;
 
 use crate::integrator::right_hand_side::Derivative;
-use coefficients::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, STAGE, STAGES, StageRow, WEIGHTS_3};
+use coefficients::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, ORDER, STAGE, STAGES, StageRow, WEIGHTS_3};
 
 /// Safety factor of the step size.
 const SAFETY: f64 = 0.8;
-/// Limits on the change of the step size.
-const SHRINK: f64 = 1.0 / 3.0;
+/// Steps grow and shrink by no more than this factor.
 const GROW: f64 = 3.0;
-/// The error estimate is of order 7.
-const ORDER: f64 = 8.0;
 
 /// Storage for the stages of a step.
 #[derive(Clone, Debug)]
@@ -165,9 +162,10 @@ pub fn slope(dense: &[f64], theta: f64, size: usize, component: usize) -> f64 {
 /// The next step size by the error of the last one.
 pub fn next_step(h: f64, error: f64, rejected: bool) -> f64 {
     let most = if rejected { 1.0 } else { GROW };
+    let least = 1.0 / GROW;
     let factor = SAFETY * libm::pow(error, -1.0 / ORDER);
     // The error may be 0 (infinite factor) or not finite (shrink).
-    h * if factor > SHRINK { factor.min(most) } else { SHRINK }
+    h * if factor > least { factor.min(most) } else { least }
 }
 
 fn combine(stages: &[f64], row: StageRow, sum: &mut [f64]) {
@@ -321,8 +319,8 @@ mod tests {
     fn step_sizes_stay_within_their_limits() {
         assert_eq!(next_step(1.0, 0.0, false), GROW);
         assert_eq!(next_step(1.0, 0.0, true), 1.0);
-        assert_eq!(next_step(1.0, f64::NAN, false), SHRINK);
-        assert_eq!(next_step(1.0, f64::INFINITY, false), SHRINK);
+        assert_eq!(next_step(1.0, f64::NAN, false), 1.0 / GROW);
+        assert_eq!(next_step(1.0, f64::INFINITY, false), 1.0 / GROW);
         let mut method = Dop853::new(3);
         method.begin(&mut problem, 0.0, &exact(0.0));
         let step = method.starting_step(&mut problem, 0.0, &exact(0.0), &[1e-8; 3]);

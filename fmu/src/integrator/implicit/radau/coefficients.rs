@@ -7,6 +7,8 @@ use crate::linalg::lane;
 use crate::linalg::lane::{Lane, splat};
 
 const SQRT_6: f64 = 2.449_489_742_783_178;
+/// Order of the polynomial that the dense output is.
+pub const DENSE_ORDER: usize = 5;
 /// Nodes.
 pub const NODES: [f64; 3] = [(4.0 - SQRT_6) / 10.0, (4.0 + SQRT_6) / 10.0, 1.0];
 /// The slope at the start of the cubic through zero at the start and the stages.

@@ -22,8 +22,9 @@ use crate::linalg::lane::{Lane, ZERO, splat};
 use coefficients::{COMPLEX, FROM, INTO, INVERSE, SQUARE, nodes};
 use newton::EachStage;
 
+pub(super) use coefficients::DENSE_ORDER;
 pub(super) use coefficients::{NODES, REAL, turn};
-pub(super) use output::{DENSE_ORDER, evaluate};
+pub(super) use output::evaluate;
 
 /// Newton iterations.
 const ITERATIONS: i32 = 10;

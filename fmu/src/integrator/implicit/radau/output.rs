@@ -1,10 +1,7 @@
 //! What a solved step gives: its error, and the motion along it.
 
-use super::coefficients::{NODES, REAL, SLOPE};
+use super::coefficients::{DENSE_ORDER, NODES, REAL, SLOPE};
 use super::{Derivative, Radau};
-
-/// Order of the polynomial that the dense output is.
-pub const DENSE_ORDER: usize = 5;
 
 impl Radau {
     /// Error of the step just solved, in units of the tolerances: accept up to 1. The embedded method of order 3, filtered so that stiff parts
