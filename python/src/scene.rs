@@ -98,8 +98,8 @@ impl Core {
     /// The scene with other values: names, and what is written in their place.
     fn replaced(&self, py: Python<'_>, changes: Vec<(String, String)>) -> PyResult<Self> {
         let scene = py.detach(|| self.scene.replaced(&changes)).map_err(|error| match error {
-            EditError::Name(message) => wrong(message),
             EditError::Scene(faults) => scene_error(&faults),
+            error => wrong(error.to_string()),
         })?;
         Ok(Core::of(scene))
     }
