@@ -8,5 +8,5 @@ pub mod suggest;
 pub mod visible;
 
 pub use every::{every, lines};
-pub use fault::{Fault, Faults, Severity};
+pub use fault::{Fault, FaultKind, Faults, Severity};
 pub use span::{Source, Span, Text};
