@@ -18,6 +18,7 @@ use crate::formulate::{Formulated, formulate, lacking, undetermined};
 use crate::model::Unit;
 use crate::report::figures::summarise;
 use crate::report::summary::Summary;
+use crate::scene::unit::UnitError;
 use crate::scene::{Asked, Fault, Faults, QuantityReading, Resolved, Scene, Severity, Source, Span, Text, read};
 
 /// A scene, compiled.
@@ -151,17 +152,64 @@ fn internal(what: &str) -> Fault {
         .help("this is a fault of cotree, not of the scene: please report it with the scene file")
 }
 
+/// Why a text is no value of a variable.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum QuantityError {
+    /// It can be read neither as a number nor as a formula.
+    #[error("{}", .0.message)]
+    Unreadable(Box<Fault>),
+    /// Its unit is of another kind.
+    #[error("`{text}` is not in {si} or a unit of the same kind")]
+    OtherKind {
+        /// The text.
+        text: String,
+        /// The SI unit of the variable.
+        si: String,
+    },
+    /// It is a formula.
+    #[error("`{text}` is not a number, alone or with a unit")]
+    NotANumber {
+        /// The text.
+        text: String,
+    },
+    /// Not two numbers.
+    #[error("two numbers are wanted")]
+    NotTwo,
+    /// Numbers that are written together have units of different kinds.
+    #[error("`{other}` and `{last}` are of different kinds")]
+    DifferentKinds {
+        /// One of them.
+        other: String,
+        /// The last of them.
+        last: String,
+    },
+    /// Numbers that are written together, of which it is not clear which unit one has.
+    #[error("`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last")]
+    NoUnit {
+        /// The number.
+        text: String,
+        /// The last with a unit.
+        last: String,
+    },
+}
+
+impl From<Fault> for QuantityError {
+    fn from(fault: Fault) -> Self {
+        QuantityError::Unreadable(Box::new(fault))
+    }
+}
+
 /// Reads a number, alone (SI) or with a unit, for a variable of the given unit; the empty unit takes any.
 ///
 /// # Errors
 /// What is wrong with the text.
-pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
-    let reading = read(&Text::from(text)).map_err(|fault| fault.message)?;
+pub fn quantity(text: &str, unit: &Unit) -> Result<f64, QuantityError> {
+    let reading = read(&Text::from(text))?;
     match reading {
         QuantityReading::Number(value) => Ok(value),
         QuantityReading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
-        QuantityReading::Measure(..) => Err(format!("`{text}` is not in {} or a unit of the same kind", unit.si)),
-        QuantityReading::Expression => Err(format!("`{text}` is not a number, alone or with a unit")),
+        QuantityReading::Measure(..) => Err(QuantityError::OtherKind { text: text.to_owned(), si: unit.si.clone() }),
+        QuantityReading::Expression => Err(QuantityError::NotANumber { text: text.to_owned() }),
     }
 }
 
@@ -169,7 +217,7 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, String> {
 ///
 /// # Errors
 /// One cannot be read or is of another kind, or it is not clear which unit it has.
-pub fn quantities(texts: &[&str], unit: &Unit) -> Result<Vec<f64>, String> {
+pub fn quantities(texts: &[&str], unit: &Unit) -> Result<Vec<f64>, QuantityError> {
     // What has a unit of the wrong kind is said first.
     texts.iter().try_for_each(|text| quantity(text.trim(), unit).map(drop))?;
     with_units(texts)?.iter().map(|text| quantity(text, unit)).collect()
@@ -179,39 +227,37 @@ pub fn quantities(texts: &[&str], unit: &Unit) -> Result<Vec<f64>, String> {
 ///
 /// # Errors
 /// As above.
-pub fn both(low: &str, high: &str, unit: &Unit) -> Result<[f64; 2], String> {
-    quantities(&[low, high], unit)?.try_into().map_err(|_| "two numbers are wanted".to_owned())
+pub fn both(low: &str, high: &str, unit: &Unit) -> Result<[f64; 2], QuantityError> {
+    quantities(&[low, high], unit)?.try_into().map_err(|_| QuantityError::NotTwo)
 }
 
 /// The same numbers, each with its unit: those that have none have that of the last.
 ///
 /// # Errors
 /// Their units are of different kinds, or it is not clear which unit a number has.
-pub fn with_units(texts: &[&str]) -> Result<Vec<String>, String> {
+pub fn with_units(texts: &[&str]) -> Result<Vec<String>, QuantityError> {
     let texts: Vec<&str> = texts.iter().map(|text| text.trim()).collect();
     let units: Vec<Option<Unit>> = texts.iter().map(|text| unit_of(text)).collect::<Result<_, _>>()?;
     let known: Vec<(&str, &Unit)> =
         texts.iter().zip(&units).filter_map(|(text, unit)| Some((*text, unit.as_ref()?))).collect();
     let Some((last, unit)) = known.last() else { return Ok(texts.into_iter().map(str::to_owned).collect()) };
     if let Some((other, _)) = known.iter().find(|(_, other)| other.exponents != unit.exponents) {
-        return Err(format!("`{other}` and `{last}` are of different kinds"));
+        return Err(QuantityError::DifferentKinds { other: (*other).to_owned(), last: (*last).to_owned() });
     }
     let is_last = units.last().is_some_and(Option::is_some);
     let is_clear = is_last && known.iter().all(|(_, other)| other.display == unit.display);
     let own = |(text, own): (&&str, &Option<Unit>)| match own {
         None if text.parse::<f64>().is_err() => Ok((*text).to_owned()), // no number
         None if is_clear => Ok(format!("{text} {}", unit.shown())),
-        None => Err(format!(
-            "`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last"
-        )),
+        None => Err(QuantityError::NoUnit { text: (*text).to_owned(), last: (*last).to_owned() }),
         Some(_) => Ok((*text).to_owned()),
     };
     texts.iter().zip(&units).map(own).collect()
 }
 
 /// The unit that a number is written with.
-fn unit_of(text: &str) -> Result<Option<Unit>, String> {
-    match read(&Text::from(text)).map_err(|fault| fault.message)? {
+fn unit_of(text: &str) -> Result<Option<Unit>, QuantityError> {
+    match read(&Text::from(text))? {
         QuantityReading::Measure(_, unit) => Ok(Some(unit)),
         QuantityReading::Number(_) | QuantityReading::Expression => Ok(None),
     }
@@ -220,9 +266,9 @@ fn unit_of(text: &str) -> Result<Option<Unit>, String> {
 /// A unit that is given on the command line.
 ///
 /// # Errors
-/// It is none, in words.
-pub fn unit(text: &str) -> Result<Unit, String> {
-    crate::scene::unit::parse(&Text::from(text)).map_err(|fault| format!("{}; {}", fault.message, fault.help))
+/// It is none.
+pub fn unit(text: &str) -> Result<Unit, UnitError> {
+    crate::scene::unit::parse(&Text::from(text)).map_err(|fault| UnitError(Box::new(fault)))
 }
 
 impl Scene {
@@ -346,7 +392,7 @@ mod tests {
         for (text, message) in
             [("3 kg", "not in m"), ("2*l", "not a number"), ("", "not a number"), ("2 furlong", "furlong")]
         {
-            let error = quantity(text, &metre()).unwrap_err();
+            let error = quantity(text, &metre()).unwrap_err().to_string();
             assert!(error.contains(message), "{text}: {error}");
         }
     }

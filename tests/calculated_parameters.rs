@@ -172,6 +172,7 @@ fn who_sets_one_is_told_what_to_set() {
     let error = scene(SCENE).simulate_many(&[vec![("half", 0.3)]]).expect_err("it is calculated").to_string();
     assert!(error.contains("`half` follows other parameters (half the length; calculated: `length/2`)"), "{error}");
     let error = Study::new(&scene(SCENE)).expect("a scene").set("inertia", |_| Ok(1.0)).expect_err("it is calculated");
+    let error = error.to_string();
     assert!(
         error.contains("`inertia` is calculated") && error.contains(": set `density`, `length`, `thickness`, or"),
         "{error}"

@@ -16,7 +16,9 @@ use cotree::model::{DisplayUnit, Experiment, Exponents, Unit};
 use cotree::scene::{Scene, Source};
 use cotree_draw::drawing::{Drawing, DrawnBody};
 use cotree_fmu::context::Statistics;
+use cotree_fmu::instance::InstanceError;
 use cotree_fmu::program::Engine;
+use cotree_page::MotionlessError;
 use cotree_page::accuracy::{Accuracy, Measurement};
 use cotree_page::documentation::DocumentationPage;
 use cotree_page::page::{Facts, Live, preformatted};
@@ -312,8 +314,8 @@ struct Parts {
     description: Description,
     drawing: Drawing,
     facts: Facts,
-    live: Result<Live, String>,
-    accuracy: Result<Accuracy, String>,
+    live: Result<Live, MotionlessError>,
+    accuracy: Result<Accuracy, MotionlessError>,
     runtimes: Vec<Runtime>,
 }
 
@@ -338,7 +340,7 @@ impl Parts {
                 graphs: String::new(),
                 equations: preformatted("Q[1] = a < b\n  Q[2] = 0\n"),
             },
-            live: Err("it is < too large".into()),
+            live: Err(InstanceError::Calculated { name: "a < b".into() }.into()),
             accuracy: Ok(Accuracy {
                 span: [0.0, 2.5],
                 growing: false,
@@ -513,7 +515,7 @@ fn the_page_says_what_a_user_wants_to_know() {
         "documentation/licenses/",
         "give it 1e-8 or",
         "fmpy (0.3.32) holds them from one output interval",
-        "stands still: it is &lt; too large.",
+        "stands still: `a &lt; b` is calculated: only parameters, inputs and initial values can be set.",
         "freedoms 1",
     ]) {
         assert!(page.contains(text), "{text}\n{page}");
@@ -526,8 +528,10 @@ fn the_page_says_what_a_user_wants_to_know() {
 
 #[test]
 fn a_model_that_cannot_be_measured_says_why() {
-    let parts = Parts { accuracy: Err("it < sticks".into()), ..Parts::new() };
-    assert!(parts.page().html(&pendulum(), FmiVersion::V2).contains("Not measured: it &lt; sticks."));
+    let why = InstanceError::Undefined { name: "a < b".into(), time: 0.5 };
+    let parts = Parts { accuracy: Err(why.into()), ..Parts::new() };
+    let told = "Not measured: at t = 0.5 s `a &lt; b` has no finite value.";
+    assert!(parts.page().html(&pendulum(), FmiVersion::V2).contains(told));
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     }
     let name = format!("{name} {:?}", mechanism.coordinates);
     if program.arms.is_none() {
-        panic!("{name}: {}", formulated.lowered.no_series.unwrap_or_default());
+        panic!("{name}: {:?}", formulated.lowered.no_series);
     }
     let model = Model::new(program).unwrap_or_else(|fault| panic!("{name}: {fault}"));
     let mut jet = Jet::new(&model).expect("an arm form");

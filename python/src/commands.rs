@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use cotree::Faults;
 use cotree::compile::{compile_asking, everything, quantity};
-use cotree::diagnostic::suggest;
+use cotree::diagnostic::{lines, suggest};
 use cotree::export::runtime::{Platform, Runtime, default_folder};
 use cotree::export::{ExportError, FmiVersion};
 use cotree::formulate::assemblies::{CoordinateValue as Placed, assemblies as found_from};
@@ -16,7 +16,7 @@ use cotree::model::{Unit, Units, identifier};
 use cotree::report::csv::CsvTable;
 use cotree::report::data::Report;
 use cotree::report::inspect::Contents;
-use cotree::report::statistics::{VariableFigures, Statistics};
+use cotree::report::statistics::{Statistics, VariableFigures};
 use cotree::scene::Asked;
 use cotree::task::Task;
 use cotree_draw::graph::GraphDrawing;
@@ -39,7 +39,7 @@ use pyo3::types::PyBytes;
 use serde_json::json;
 
 use crate::listening::{self, interruptible};
-use crate::outcome::{RunError, file_error, scene_error, study_error, warn, wrong};
+use crate::outcome::{RunError, failed, file_error, scene_error, study_error, warn, wrong};
 use crate::request::{self, Columns, Times, Value};
 use crate::scene::{Core, for_browsers, listened};
 
@@ -327,7 +327,7 @@ pub fn filmed<'py>(
     let take = Take { rate: pictures.map(|(rate, _)| rate), speed };
     let taken = interruptible(py, || film::film(scene, take, MOST_PICTURES))?;
     let (_, taken) = taken.map_err(|faults| scene_error(&faults))?;
-    let Taken { film, cut, inaccuracy } = taken.map_err(RunError::new_err)?;
+    let Taken { film, cut, inaccuracy } = taken.map_err(failed)?;
     inaccuracy.iter().try_for_each(|found| warn(py, "", found))?;
     let count = film.len();
     let cut = cut.map(|error| format!("{error}; the film has the {count} pictures before that"));
@@ -406,8 +406,8 @@ pub fn optimized(
     })?;
     let found = found.map_err(|error| match error {
         OptimizeError::Study(error) => study_error(error, &settings),
-        OptimizeError::Request(faults) => wrong(faults.join("\n")),
-        OptimizeError::Nothing(message) => RunError::new_err(message),
+        OptimizeError::Request(faults) => wrong(lines(&faults)),
+        error @ (OptimizeError::Unmet { .. } | OptimizeError::Stopped | OptimizeError::OtherBranch) => failed(error),
     })?;
     let report = found.report();
     Ok(told(&report, report.json(), study.display(), None))

@@ -30,8 +30,13 @@ pub fn scene_error(faults: &Faults) -> PyErr {
 }
 
 /// An argument that makes no sense.
-pub fn wrong(message: impl Into<String>) -> PyErr {
-    PyValueError::new_err(message.into())
+pub fn wrong(message: impl ToString) -> PyErr {
+    PyValueError::new_err(message.to_string())
+}
+
+/// Numbers that do not work out.
+pub fn failed(error: impl ToString) -> PyErr {
+    RunError::new_err(error.to_string())
 }
 
 /// A file that cannot be written.
@@ -43,7 +48,7 @@ pub fn file_error(error: impl ToString) -> PyErr {
 pub fn study_error(error: StudyError, settings: &[(String, Value)]) -> PyErr {
     match error {
         StudyError::Scene(faults) => unlike_the_scene(&faults, settings).unwrap_or_else(|| scene_error(&faults)),
-        StudyError::Analysis(error @ AnalysisFailure::Unknown(_)) => wrong(error.to_string()),
+        StudyError::Analysis(error @ (AnalysisFailure::Unknown(_) | AnalysisFailure::Followed { .. })) => wrong(error),
         StudyError::Analysis(error) => RunError::new_err(error.to_string()),
     }
 }

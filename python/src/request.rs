@@ -2,13 +2,14 @@
 
 use std::fmt;
 
-use cotree::compile::quantity;
-use cotree::diagnostic::every;
+use cotree::compile::{QuantityError, quantity};
+use cotree::diagnostic::{every, lines};
 use cotree::export::description::Description;
 use cotree::model::{Experiment, Unit};
 use cotree::report::csv::CsvTable;
 use cotree::run as simulate;
-use cotree::run::settings;
+use cotree::run::{SettingError, settings};
+use cotree_study::analysis::SetError;
 use pyo3::prelude::*;
 
 use crate::outcome::wrong;
@@ -31,7 +32,7 @@ impl fmt::Display for Value {
 
 impl Value {
     /// In SI units.
-    pub fn read(&self, unit: &Unit) -> Result<f64, String> {
+    pub fn read(&self, unit: &Unit) -> Result<f64, QuantityError> {
         match self {
             Value::Number(value) => Ok(*value),
             Value::Text(text) => quantity(text, unit),
@@ -106,15 +107,15 @@ pub fn word<T: Copy>(name: &str, text: &str, words: &[(&str, &str, T)]) -> PyRes
 
 /// Variables and their values, checked against their bounds.
 pub fn settings(description: &Description, values: &[(String, Value)]) -> PyResult<Vec<(usize, f64)>> {
-    let setting = |(name, value): &(String, Value)| -> Result<(usize, f64), String> {
+    let setting = |(name, value): &(String, Value)| -> Result<(usize, f64), SetError> {
         let index = settings::settable(description, name)?;
         let variable = &description.variables[index];
         let value = value.read(&variable.unit)?;
-        settings::permitted(variable, value).map_err(|message| format!("{value:?} {message}"))?;
+        settings::permitted(variable, value).map_err(|cause| SettingError::Value { value, cause })?;
         Ok((index, value))
     };
     let settings = values.iter().map(|value| setting(value).map_err(|message| format!("{}: {message}", value.0)));
-    every(settings).map_err(|faults| wrong(faults.join("\n")))
+    every(settings).map_err(|faults| wrong(lines(&faults)))
 }
 
 /// Inputs over time: times, names, columns.
@@ -129,7 +130,7 @@ pub fn inputs(
     let Some((times, names, columns)) = columns else { return Ok(None) };
     apart(&names, settings)?;
     let known = settings::Inputs::new(description);
-    let variables: Result<Vec<usize>, String> = names.iter().map(|name| known.find(name)).collect();
+    let variables: Result<Vec<usize>, SettingError> = names.iter().map(|name| known.find(name)).collect();
     let variables = variables.map_err(|message| wrong(format!("inputs: {message}")))?;
     Ok(Some((table(names, times, columns)?, variables)))
 }

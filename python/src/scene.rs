@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
 use cotree::compile::compile_asking;
-use cotree::diagnostic::every;
+use cotree::diagnostic::{every, lines};
 use cotree::export::runtime;
 use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
-use cotree::run::{Ended, Ensemble, Measure, Run};
+use cotree::run::{Ended, Ensemble, Measure, MeasureError, Run};
 use cotree::scene::{Asked, EditError};
 use cotree::{Compiled, Scene};
 use cotree_fmu::instance::Instance;
@@ -26,7 +26,7 @@ use serde_json::json;
 
 use crate::listening::{self, PATIENCE, interruptible};
 use crate::outcome::{
-    RunError, file_error, interrupted, run_error, scene_error, study_error, unlike_the_scene, warn, wrong,
+    RunError, failed, file_error, interrupted, run_error, scene_error, study_error, unlike_the_scene, warn, wrong,
 };
 use crate::request::{self, Columns, Times, Value};
 use crate::running::Running;
@@ -98,8 +98,8 @@ impl Core {
     /// The scene with other values: names, and what is written in their place.
     fn replaced(&self, py: Python<'_>, changes: Vec<(String, String)>) -> PyResult<Self> {
         let scene = py.detach(|| self.scene.replaced(&changes)).map_err(|error| match error {
-            EditError::Name(message) => wrong(message),
             EditError::Scene(faults) => scene_error(&faults),
+            error => wrong(error.to_string()),
         })?;
         Ok(Core::of(scene))
     }
@@ -179,7 +179,7 @@ impl Core {
         values: PyReadonlyArray2<'py, f64>,
         threads: usize,
     ) -> PyResult<(Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Vec<Option<String>>)> {
-        let measures: Result<Vec<Measure>, String> = measures.iter().map(|text| text.parse()).collect();
+        let measures: Result<Vec<Measure>, MeasureError> = measures.iter().map(|text| text.parse()).collect();
         let measures = measures.map_err(wrong)?;
         let variables = measures.iter().map(|measure| measure.variable.clone()).collect();
         let ready = self.ready_for(py, Some(variables), &settings, &names)?;
@@ -262,7 +262,7 @@ impl Core {
         let module = for_browsers(runtimes.as_deref())?;
         let made =
             py.detach(|| cotree_page::moving::page(&self.scene, module).map(|(_, page)| page.map(|page| page.html())));
-        made.map_err(|faults| scene_error(&faults))?.map_err(RunError::new_err)
+        made.map_err(|faults| scene_error(&faults))?.map_err(failed)
     }
 
     /// Where the mechanism rests, as JSON.
@@ -419,8 +419,8 @@ impl Core {
         let request = FitRequest { tables, vary: vary.collect(), deviations };
         let found = interruptible(py, || fit(&mut studies, &request))?.map_err(|error| match error {
             FitError::Study(error) => study_error(error, &set),
-            FitError::Request(faults) => wrong(faults.join("\n")),
-            FitError::Undetermined(message) => RunError::new_err(message),
+            FitError::Request(faults) => wrong(lines(&faults)),
+            FitError::Undetermined(why) => failed(why),
         })?;
         Ok(found.report().data.to_string())
     }
@@ -430,7 +430,7 @@ impl Core {
         let ready = self.ready(py, Variant::default())?;
         let experiment = ready.compiled.description.experiment;
         let measured = interruptible(py, || bench::measure(&ready.model, &ready.compiled.reported(), experiment))?;
-        let measured = measured.map_err(RunError::new_err)?;
+        let measured = measured.map_err(failed)?;
         serde_json::to_string(&measured).map_err(file_error)
     }
 }

@@ -9,7 +9,7 @@ use cotree_fmu::program::arm_form::{
 
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
-use super::{Arm, ArmEquations, ArmFactor, Arms, Load, LoopEquation, Reason};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Load, LoopEquation, NoSeries};
 use crate::equations::{Constraint, Equations, FrameId};
 use crate::expr::{Arena, Expr, ExprNode, Order, Property, Symbol, Unary, Values};
 
@@ -25,7 +25,11 @@ const ORDINARY: f64 = 20.0;
 ///
 /// # Errors
 /// Why there is none, as a clause.
-pub fn arm_form(equations: &mut Equations, length: f64, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
+pub fn arm_form(
+    equations: &mut Equations,
+    length: f64,
+    values: &impl Values,
+) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let driven = equations.is_driven();
     let formulate = |equations: &mut Equations, counts: fn(&Constraint) -> bool| match driven {
         true => equations.arms_of_loops(counts, length),
@@ -97,7 +101,7 @@ fn mean_power(masses: &[f64]) -> Option<f64> {
 ///
 /// # Errors
 /// As [`arm_form`].
-pub fn mass_form(equations: &mut Equations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), Reason> {
+pub fn mass_form(equations: &mut Equations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let arms = equations.arms_without_loads(Constraint::is_imposed)?;
     lower(equations, arms, values)
 }
@@ -106,7 +110,7 @@ fn lower(
     equations: &mut Equations,
     mut arms: ArmEquations,
     values: &impl Values,
-) -> Result<(ArmForm, Vec<Expr>), Reason> {
+) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let unit_of_mass = unit_of_mass(equations, &arms, values);
     if !equations.states.is_empty() {
         let mass = mean_mass(equations, &arms, values);
@@ -147,9 +151,9 @@ fn lower(
         None => Ok((form, coefficients)),
         Some(Symbol::Missing(body, property)) => {
             let key = if property == Property::Mass { "mass" } else { "inertia" };
-            Err(format!("body `{}` has no `{key}`", equations.system.mechanism.bodies[body].name))
+            Err(NoSeries::Lacking { body: equations.system.mechanism.bodies[body].name.clone(), key })
         }
-        Some(_) => Err("a mass or a length is no function of the parameters alone".into()),
+        Some(_) => Err(NoSeries::VariableConstant),
     }
 }
 
@@ -197,7 +201,7 @@ impl Lowering<'_> {
     }
 
     /// The unknown of the arm form behind each coordinate, and the inverse.
-    fn places(&mut self, angular: &[bool]) -> Result<(), Reason> {
+    fn places(&mut self, angular: &[bool]) -> Result<(), NoSeries> {
         let mut places: Vec<Option<Place>> = angular
             .iter()
             .enumerate()
@@ -216,13 +220,13 @@ impl Lowering<'_> {
             let rest: Vec<usize> = all.iter().copied().filter(|&index| index != own).collect();
             let parent = match rest.is_empty() {
                 true => None,
-                false => Some(*known.get(&rest).ok_or("an angle has no chain of coordinates")?),
+                false => Some(*known.get(&rest).ok_or(NoSeries::NoChain)?),
             };
             known.insert(all, frame as u32);
             places[own] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&own] < 0.0 });
         }
         for (index, place) in places.into_iter().enumerate() {
-            let place = place.ok_or("a coordinate turns nothing")?;
+            let place = place.ok_or(NoSeries::TurnsNothing)?;
             self.define_coordinate(index, place);
             self.form.coordinates.push(place);
         }
@@ -251,7 +255,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn shapes(&mut self) -> Result<(), Reason> {
+    fn shapes(&mut self) -> Result<(), NoSeries> {
         let mut first: HashMap<Vec<(usize, u64)>, u32> = HashMap::new();
         for (index, turning) in self.arms.frames.iter().enumerate() {
             let angle = turning.coordinates.iter().map(|(&coordinate, sign)| (coordinate, sign.to_bits())).collect();
@@ -324,7 +328,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn rows(&mut self) -> Result<(), Reason> {
+    fn rows(&mut self) -> Result<(), NoSeries> {
         for auxiliary in &self.arms.auxiliary {
             self.form.auxiliary.push(arm_form::Auxiliary {
                 arm: self.displacements[&auxiliary.displacement],
@@ -375,7 +379,7 @@ impl Lowering<'_> {
     }
 
     /// How the next loop equation changes with angles, where that is no constant.
-    fn slopes(&mut self, row: &LoopEquation) -> Result<(), Reason> {
+    fn slopes(&mut self, row: &LoopEquation) -> Result<(), NoSeries> {
         for &(frame, slope, factor) in &row.slopes {
             let Some(unknown) = self.angle(frame) else { continue };
             let slope = self.builder.slot(self.arena, &mut self.coefficients, slope)?;
@@ -433,7 +437,7 @@ impl Lowering<'_> {
         slots
     }
 
-    fn loads(&mut self) -> Result<(), Reason> {
+    fn loads(&mut self) -> Result<(), NoSeries> {
         for load in &self.arms.loads {
             let fixed = load.along.keys().all(Arm::is_constant);
             let constant = self.builder.is_constant(self.arena, load.value);
@@ -479,7 +483,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn pushes(&mut self) -> Result<(), Reason> {
+    fn pushes(&mut self) -> Result<(), NoSeries> {
         for push in &self.arms.pushes {
             let unknown = match push.on {
                 Ok(frame) => self.angle(frame),

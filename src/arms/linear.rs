@@ -1,13 +1,13 @@
 //! Vectors and angles as constant combinations of arms and of displacements.
 
-use super::{Arm, ArmFactor, Arms, Equations, Reason};
+use super::{Arm, ArmFactor, Arms, Equations, NoSeries};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::is_constant;
 use crate::equations::vector::Vector;
 use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 impl Equations {
-    pub(super) fn decompose(&mut self, vector: &Vector) -> Result<Arms, Reason> {
+    pub(super) fn decompose(&mut self, vector: &Vector) -> Result<Arms, NoSeries> {
         let mut arms = Arms::new();
         for (frame, components) in vector.parts() {
             for (axis, component) in components.into_iter().enumerate() {
@@ -36,7 +36,7 @@ pub(super) fn linear(
     expr: Expr,
     coefficient: Expr,
     terms: &mut Vec<(ArmFactor, Expr)>,
-) -> Result<(), Reason> {
+) -> Result<(), NoSeries> {
     if is_constant(arena, expr) {
         let term = arena.multiply(coefficient, expr);
         if !term.is_zero() {
@@ -75,6 +75,6 @@ pub(super) fn linear(
             terms.push((ArmFactor::Signal(expr), coefficient));
             Ok(())
         }
-        _ => Err("a displacement is no linear function of the coordinates".into()),
+        _ => Err(NoSeries::NonlinearDisplacement),
     }
 }

@@ -1,7 +1,7 @@
 //! Applied forces and torques by arms: the displacements that they work along, and their values.
 
 use super::linear::conjugate_product;
-use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, Load, MOST, Push, Reason, TOO_MANY};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, Load, MOST, NoSeries, Push};
 use crate::equations::dynamics::resisting_force;
 use crate::equations::form::Coefficient;
 use crate::equations::inertias::mass;
@@ -11,7 +11,7 @@ use crate::model::{BodyId, Owner, Quantity, Variable};
 use crate::network::{ElementId, Force, Origin, Torque, TranslationalRow};
 
 impl Equations {
-    pub(super) fn force(&mut self, id: ElementId, arms: &mut ArmEquations) -> Result<(), Reason> {
+    pub(super) fn force(&mut self, id: ElementId, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let Some(row) = self.system.element(id).translation.clone() else { return Ok(()) };
         if !arms.links.is_empty() {
             if matches!(row.through, Force::None | Force::Inertia(_)) {
@@ -19,7 +19,7 @@ impl Equations {
             }
             arms.spanned += self.kinematics.angles_between(row.ends);
             if arms.spanned > MOST {
-                return Err(TOO_MANY.into());
+                return Err(NoSeries::TooMany);
             }
         }
         let straight = self.kinematics.across(&mut self.system.arena, row.ends).position;

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, Reason, Turning};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, NoSeries, Turning};
 use crate::equations::inertias::{inertia, mass};
 use crate::expr::Expr;
 use crate::model::BodyId;
 use crate::network::Origin;
 
 impl Equations {
-    pub(super) fn turning(&mut self) -> Result<Vec<Turning>, Reason> {
+    pub(super) fn turning(&mut self) -> Result<Vec<Turning>, NoSeries> {
         let frames: Vec<_> = self.kinematics.frames.iter().skip(1).map(|(id, f)| (id, f.angle, f.unit)).collect();
         let mut turning = Vec::new();
         for (frame, angle, unit) in frames {
@@ -29,7 +29,7 @@ impl Equations {
                     }
                     // The constant part of a function of time.
                     (ArmFactor::One, _) => part.signal = self.system.arena.add(part.signal, coefficient),
-                    (ArmFactor::Displacement(_), None) => return Err("an angle is scaled by a parameter".into()),
+                    (ArmFactor::Displacement(_), None) => return Err(NoSeries::ScaledAngle),
                 }
             }
             turning.push(part);
@@ -48,7 +48,7 @@ impl Equations {
         }
     }
 
-    pub(super) fn masses(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {
+    pub(super) fn masses(&mut self, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         for index in 0..self.system.mechanism.bodies.len() {
             let body = BodyId(index);
             let Some(element) = self.system.find(Origin::Body(body)).map(|id| self.system.element(id)) else {

@@ -24,11 +24,84 @@ pub(crate) use form::{arm_form, mass_form, repeat_exactly};
 pub use linear::conjugate_product;
 pub use tree::ArmLink;
 
-/// Why there is no arm form: a clause about the mechanism.
-pub type Reason = String;
-
-/// Why the motion is not integrated by series, though it could be.
-pub const TOO_MANY: &str = "its equations are many and weakly coupled";
+/// Why the motion is not integrated by series: a clause about the mechanism.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoSeries {
+    /// It could be, but a step would cost too much.
+    #[error("its equations are many and weakly coupled")]
+    TooMany,
+    /// The scene asks for another method.
+    #[error("the scene asks for `method = \"{method}\"`")]
+    OtherMethod {
+        /// The method.
+        method: &'static str,
+    },
+    /// Dry friction in a mechanism that is not driven.
+    #[error("dry friction that sticks follows from reactions, of which series know nothing yet")]
+    DryFriction,
+    /// A law of accelerations or reactions.
+    #[error("a law reads accelerations or reactions, of which series know nothing yet")]
+    ReadsTheMotion,
+    /// A body without mass or inertia.
+    #[error("body `{body}` has no `{key}`")]
+    Lacking {
+        /// The body.
+        body: String,
+        /// The key that it lacks.
+        key: &'static str,
+    },
+    /// A mass or a length that varies.
+    #[error("a mass or a length is no function of the parameters alone")]
+    VariableConstant,
+    /// A displacement that is no sum of coordinates.
+    #[error("a displacement is no linear function of the coordinates")]
+    NonlinearDisplacement,
+    /// A ratio of angles that can be set.
+    #[error("an angle is scaled by a parameter")]
+    ScaledAngle,
+    /// A relation that does not always hold, with arms that vary.
+    #[error("what does not always hold is no constant combination of arms")]
+    VariableArms,
+    /// The friction of a circle whose normal is not that of its line.
+    #[error("the friction of a circle is about the direction to another point")]
+    CircleFriction,
+    /// A relation of a distance with further terms.
+    #[error("a distance is coupled with something else")]
+    CoupledDistance,
+    /// An angle that is prescribed by a displacement.
+    #[error("a prescribed angle depends on a coordinate")]
+    PrescribedAngle,
+    /// Too many terms between a law and what it depends on.
+    #[error("a law depends on too long a path")]
+    LongPath,
+    /// A sum without terms.
+    #[error("a series has no source")]
+    NoSource,
+    /// A law of what follows from the series.
+    #[error("a law depends on accelerations or reactions")]
+    ReadsForces,
+    /// A law of a symbol without series.
+    #[error("a law depends on something that is no series")]
+    OtherSymbol,
+    /// Laws of too many pieces.
+    #[error("its laws have more than {most} pieces")]
+    Pieces {
+        /// How many there can be.
+        most: usize,
+    },
+    /// An angle that no coordinates lead to.
+    #[error("an angle has no chain of coordinates")]
+    NoChain,
+    /// An angular coordinate that is of no angle.
+    #[error("a coordinate turns nothing")]
+    TurnsNothing,
+    /// A function whose table entry has neither a series nor a composition.
+    #[error("`{name}` has no series")]
+    Function {
+        /// The function.
+        name: &'static str,
+    },
+}
 
 /// Up to so many masses between arms, or arms that loads work along, the arm form is formulated.
 const MOST: usize = 1_000_000;
@@ -148,7 +221,7 @@ impl Equations {
     ///
     /// # Errors
     /// A displacement that is no constant combination of arms, or too many masses between arms.
-    pub fn arms(&mut self, counts: fn(&Constraint) -> bool) -> Result<ArmEquations, Reason> {
+    pub fn arms(&mut self, counts: fn(&Constraint) -> bool) -> Result<ArmEquations, NoSeries> {
         let mut arms = self.arms_without_loads(counts)?;
         self.weights(&mut arms);
         for index in 0..self.system.elements.len() {
@@ -162,7 +235,7 @@ impl Equations {
     ///
     /// # Errors
     /// As [`Equations::arms`].
-    pub fn arms_without_loads(&mut self, counts: fn(&Constraint) -> bool) -> Result<ArmEquations, Reason> {
+    pub fn arms_without_loads(&mut self, counts: fn(&Constraint) -> bool) -> Result<ArmEquations, NoSeries> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
         if !self.constraints.iter().any(counts) {
             self.tree(&mut arms)?;
@@ -180,7 +253,7 @@ impl Equations {
     ///
     /// # Errors
     /// As [`Equations::arms`].
-    pub fn arms_of_loops(&mut self, counts: fn(&Constraint) -> bool, length: f64) -> Result<ArmEquations, Reason> {
+    pub fn arms_of_loops(&mut self, counts: fn(&Constraint) -> bool, length: f64) -> Result<ArmEquations, NoSeries> {
         let mut arms = ArmEquations { frames: self.turning()?, ..ArmEquations::default() };
         for turning in arms.frames.iter_mut().filter(|turning| !turning.coordinates.is_empty()) {
             turning.inertia = Expr::ONE;
@@ -198,15 +271,15 @@ impl Equations {
         Ok(arms)
     }
 
-    fn rows(&mut self, counts: fn(&Constraint) -> bool, arms: &mut ArmEquations) -> Result<(), Reason> {
+    fn rows(&mut self, counts: fn(&Constraint) -> bool, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let rows: Vec<usize> = (0..self.constraints.len()).filter(|&row| counts(&self.constraints[row])).collect();
         rows.into_iter().try_for_each(|row| self.row(row, arms))
     }
 
     /// Are the masses between every two arms few enough?
-    fn are_few(&self) -> Result<(), Reason> {
+    fn are_few(&self) -> Result<(), NoSeries> {
         let bodies = self.system.mechanism.bodies.len();
         let couplings: usize = (0..bodies).map(|body| self.depth(BodyId(body)).pow(2)).sum();
-        if couplings > MOST { Err(TOO_MANY.into()) } else { Ok(()) }
+        if couplings > MOST { Err(NoSeries::TooMany) } else { Ok(()) }
     }
 }

@@ -1,7 +1,7 @@
 //! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmEquations, ArmFactor, Arms, Auxiliary, Equations, LoopEquation, Reason, Rod};
+use super::{Arm, ArmEquations, ArmFactor, Arms, Auxiliary, Equations, LoopEquation, NoSeries, Rod};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
@@ -9,14 +9,14 @@ use crate::expr::{Arena, Expr};
 use crate::network::{Angle, Coupling, Curve, Direction, Element, Held, Port, RNode, TNode};
 
 impl Equations {
-    pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), Reason> {
+    pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let element = self.system.element(self.constraints[index].element).clone();
         let Some(closed) = element.closed else { return self.row_of(index, element, arms) };
         let is_coupled = element.coupling.is_some();
         let (auxiliary, rods) = (arms.auxiliary.len(), arms.rods.len());
         self.row_of(index, element, arms)?;
         if arms.rods.len() > rods || !is_coupled && arms.auxiliary.len() > auxiliary {
-            return Err("what does not always hold is no constant combination of arms".into());
+            return Err(NoSeries::VariableArms);
         }
         // Auxiliary displacements before it are there whether it holds or not.
         if let Some(row) = arms.rows.last_mut() {
@@ -25,7 +25,7 @@ impl Equations {
         Ok(())
     }
 
-    fn row_of(&mut self, index: usize, element: Element, arms: &mut ArmEquations) -> Result<(), Reason> {
+    fn row_of(&mut self, index: usize, element: Element, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let held = self.constraints[index].held;
         if let (Some(coupling), false) = (element.coupling, self.constraints[index].coupled.is_empty()) {
             return self.coupled_row(index, &coupling, arms);
@@ -55,7 +55,7 @@ impl Equations {
         (frame, along.parts().next().map_or([Expr::ZERO; 2], |(_, components)| components))
     }
 
-    fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), Reason> {
+    fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let mut row = LoopEquation { constraint, constant: vec![coupling.offset], ..LoopEquation::default() };
         for term in &coupling.terms {
             let factor = self.system.arena.negate(term.factor);
@@ -65,7 +65,7 @@ impl Equations {
                 Port::Curve(ends, curve) => self.function_of_angle(ends, &curve, factor, arms, &mut row),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
                 Port::Heading(_) => {
-                    return Err("the friction of a circle is about the direction to another point".into());
+                    return Err(NoSeries::CircleFriction);
                 }
             }
         }
@@ -117,7 +117,7 @@ impl Equations {
         factor: Expr,
         arms: &mut ArmEquations,
         row: &mut LoopEquation,
-    ) -> Result<(), Reason> {
+    ) -> Result<(), NoSeries> {
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let gap = self.decompose(&gap)?;
         let (frame, line) = self.along(direction);
@@ -170,8 +170,8 @@ impl Equations {
         ends: [TNode; 2],
         coupling: &Coupling,
         arms: &mut ArmEquations,
-    ) -> Result<(), Reason> {
-        let [term] = &coupling.terms[..] else { return Err("a distance is coupled with something else".into()) };
+    ) -> Result<(), NoSeries> {
+        let [term] = &coupling.terms[..] else { return Err(NoSeries::CoupledDistance) };
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let mut gap = self.decompose(&gap)?;
         let length = self.system.arena.divide(coupling.offset, term.factor);
@@ -206,7 +206,7 @@ impl Equations {
         angle: &Angle,
         ends: [(FrameId, Expr); 2],
         arms: &mut ArmEquations,
-    ) -> Result<(), Reason> {
+    ) -> Result<(), NoSeries> {
         let arena = &mut self.system.arena;
         let mut row = LoopEquation { constraint, ..LoopEquation::default() };
         let known: ScalarMotion = known_angle(arena, angle);
@@ -225,7 +225,7 @@ impl Equations {
             match factor {
                 ArmFactor::One => row.constant.push(coefficient),
                 ArmFactor::Signal(signal) => row.signals.push((signal, coefficient)),
-                ArmFactor::Displacement(_) => return Err("a prescribed angle depends on a coordinate".into()),
+                ArmFactor::Displacement(_) => return Err(NoSeries::PrescribedAngle),
             }
         }
         arms.rows.push(row);

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use cotree_fmu::program::arm_form::MAX_SWITCHES;
 use cotree_fmu::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
 
-use super::Reason;
+use super::NoSeries;
 use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 /// Series of deeper expressions are not sought: each sum along a path would repeat those before it.
@@ -116,16 +116,16 @@ impl SeriesBuilder {
         depths[&expr] > DEEPEST
     }
 
-    pub fn slot(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Slot, Reason> {
+    pub fn slot(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<Slot, NoSeries> {
         if let Some(&slot) = self.known.get(&expr) {
             return Ok(slot);
         }
         if self.is_too_deep(arena, expr) {
-            return Err("a law depends on too long a path".into());
+            return Err(NoSeries::LongPath);
         }
         let slot = match self.series(arena, c, expr)? {
             ArmSeries::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {
-                let Source::Slot(slot) = terms[0].0 else { return Err("a series has no source".into()) };
+                let Source::Slot(slot) = terms[0].0 else { return Err(NoSeries::NoSource) };
                 slot
             }
             ArmSeries::Constant(value) => self.linear(c, value, &[], SeriesLevel::Signals),
@@ -197,7 +197,7 @@ impl SeriesBuilder {
         ArmSeries::Sum(Expr::ZERO, vec![(Source::Slot(slot), Expr::ONE)], self.levels[slot as usize])
     }
 
-    fn series(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<ArmSeries, Reason> {
+    fn series(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<ArmSeries, NoSeries> {
         if let Some(series) = self.series.get(&expr) {
             return Ok(series.clone());
         }
@@ -206,7 +206,7 @@ impl SeriesBuilder {
         Ok(series)
     }
 
-    fn find(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<ArmSeries, Reason> {
+    fn find(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr) -> Result<ArmSeries, NoSeries> {
         if self.is_constant(arena, expr) {
             return Ok(ArmSeries::Constant(expr));
         }
@@ -225,7 +225,7 @@ impl SeriesBuilder {
         }
     }
 
-    fn given(&mut self, symbol: Symbol) -> Result<ArmSeries, Reason> {
+    fn given(&mut self, symbol: Symbol) -> Result<ArmSeries, NoSeries> {
         let times = |order: Order| match order {
             Order::Position => 0,
             Order::Velocity => 1,
@@ -236,14 +236,14 @@ impl SeriesBuilder {
             Symbol::Input(index, order) => Given::Input(index as u32, times(order)),
             Symbol::Follower(index, order) => Given::Follower(index as u32, times(order)),
             Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_) => {
-                return Err("a law depends on accelerations or reactions".into());
+                return Err(NoSeries::ReadsForces);
             }
             Symbol::Coordinate(..)
             | Symbol::State(..)
             | Symbol::Parameter(_)
             | Symbol::Missing(..)
             | Symbol::Argument => {
-                return Err("a law depends on something that is no series".into());
+                return Err(NoSeries::OtherSymbol);
             }
         };
         let slot = self.allocate(SeriesLevel::Signals);
@@ -257,7 +257,7 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         function: Unary,
         a: Expr,
-    ) -> Result<ArmSeries, Reason> {
+    ) -> Result<ArmSeries, NoSeries> {
         let direct: fn(Slot) -> Operation = match function {
             Unary::Negate => {
                 let minus = arena.constant(-1.0);
@@ -286,8 +286,9 @@ impl SeriesBuilder {
             Unary::Exp => Operation::Exponential,
             Unary::Log => Operation::Logarithm,
             _ => {
-                let composed =
-                    arena.series_of_unary(function, a).ok_or_else(|| no_series(function.definition().name))?;
+                let composed = arena
+                    .series_of_unary(function, a)
+                    .ok_or(NoSeries::Function { name: function.definition().name })?;
                 return self.series(arena, c, composed);
             }
         };
@@ -303,7 +304,7 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         condition: Expr,
         [yes, no]: [Expr; 2],
-    ) -> Result<ArmSeries, Reason> {
+    ) -> Result<ArmSeries, NoSeries> {
         let (function, pieces) = match arena.node(condition) {
             ExprNode::Binary(Binary::Less, a, b) => (arena.subtract(b, a), [yes, no, no]),
             ExprNode::Binary(Binary::LessEqual, a, b) => (arena.subtract(b, a), [yes, yes, no]),
@@ -319,7 +320,7 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         function: Expr,
         pieces: [Expr; 3],
-    ) -> Result<ArmSeries, Reason> {
+    ) -> Result<ArmSeries, NoSeries> {
         let function = self.slot(arena, c, function)?;
         let [first, second, third] = pieces;
         let [above, equal, below] =
@@ -330,7 +331,7 @@ impl SeriesBuilder {
     }
 
     /// The integer below, with a switching function of its own.
-    fn floor(&mut self, arena: &mut Arena, c: &mut Coefficients, a: Expr) -> Result<ArmSeries, Reason> {
+    fn floor(&mut self, arena: &mut Arena, c: &mut Coefficients, a: Expr) -> Result<ArmSeries, NoSeries> {
         let argument = self.slot(arena, c, a)?;
         let function = self.allocate(self.levels[argument as usize]);
         let switch = self.switch(function)?;
@@ -338,19 +339,25 @@ impl SeriesBuilder {
         Ok(self.of_slot(slot))
     }
 
-    fn switch(&mut self, function: Slot) -> Result<u32, Reason> {
+    fn switch(&mut self, function: Slot) -> Result<u32, NoSeries> {
         let known = self.tape.switches.iter().position(|slot| *slot == function);
         let switch = known.unwrap_or(self.tape.switches.len());
         if known.is_none() {
             self.tape.switches.push(function);
         }
         if self.tape.switches.len() > MAX_SWITCHES {
-            return Err(format!("its laws have more than {MAX_SWITCHES} pieces"));
+            return Err(NoSeries::Pieces { most: MAX_SWITCHES });
         }
         Ok(switch as u32)
     }
 
-    fn arc_tangent(&mut self, arena: &mut Arena, c: &mut Coefficients, y: Expr, x: Expr) -> Result<ArmSeries, Reason> {
+    fn arc_tangent(
+        &mut self,
+        arena: &mut Arena,
+        c: &mut Coefficients,
+        y: Expr,
+        x: Expr,
+    ) -> Result<ArmSeries, NoSeries> {
         let (y, x) = (self.slot(arena, c, y)?, self.slot(arena, c, x)?);
         let square = self.operate(Operation::SquareSum(x, y));
         let slot = self.operate(Operation::ArcTangent(y, x, square));
@@ -364,7 +371,7 @@ impl SeriesBuilder {
         function: Binary,
         a: Expr,
         b: Expr,
-    ) -> Result<ArmSeries, Reason> {
+    ) -> Result<ArmSeries, NoSeries> {
         match function {
             Binary::Add => self.added(arena, c, [(a, 1.0), (b, 1.0)]),
             Binary::Subtract => self.added(arena, c, [(a, 1.0), (b, -1.0)]),
@@ -388,7 +395,7 @@ impl SeriesBuilder {
             Binary::Atan2 => self.arc_tangent(arena, c, a, b),
             _ => {
                 let composed = arena.series_of_binary(function, a, b);
-                let composed = composed.ok_or_else(|| no_series(function.definition().name))?;
+                let composed = composed.ok_or(NoSeries::Function { name: function.definition().name })?;
                 self.series(arena, c, composed)
             }
         }
@@ -399,7 +406,7 @@ impl SeriesBuilder {
         arena: &mut Arena,
         c: &mut Coefficients,
         operands: [(Expr, f64); 2],
-    ) -> Result<ArmSeries, Reason> {
+    ) -> Result<ArmSeries, NoSeries> {
         let (mut constant, mut all, mut highest) = (Expr::ZERO, Vec::new(), SeriesLevel::Signals);
         for (operand, sign) in operands {
             let sign = arena.constant(sign);
@@ -423,7 +430,7 @@ impl SeriesBuilder {
         c: &mut Coefficients,
         operand: Expr,
         factor: Expr,
-    ) -> Result<ArmSeries, Reason> {
+    ) -> Result<ArmSeries, NoSeries> {
         Ok(match self.series(arena, c, operand)? {
             ArmSeries::Constant(value) => ArmSeries::Constant(arena.multiply(factor, value)),
             ArmSeries::Sum(constant, terms, level) => {
@@ -433,9 +440,4 @@ impl SeriesBuilder {
             }
         })
     }
-}
-
-/// A function whose table entry has neither a series nor a composition.
-fn no_series(name: &str) -> Reason {
-    format!("`{name}` has no series")
 }

@@ -8,7 +8,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::linear::conjugate_product;
-use super::{Arm, ArmEquations, ArmFactor, Equations, Reason};
+use super::{Arm, ArmEquations, ArmFactor, Equations, NoSeries};
 use crate::equations::inertias::mass;
 use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
@@ -144,7 +144,7 @@ impl ArmTree {
 
 impl Equations {
     /// Finds the tree, if there is one and it has many links; then takes the inertias over and puts the frames into its order.
-    pub(super) fn tree(&mut self, arms: &mut ArmEquations) -> Result<(), Reason> {
+    pub(super) fn tree(&mut self, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let displacements = self.coordinates.iter().filter(|coordinate| !coordinate.angular).count();
         if arms.frames.len() + displacements <= FEW {
             return Ok(());
@@ -187,7 +187,7 @@ impl Equations {
     }
 
     /// Where each node of the translational graph lies; none if the arms are no tree.
-    fn seats(&mut self, tree: &mut ArmTree) -> Result<Option<Vec<Seat>>, Reason> {
+    fn seats(&mut self, tree: &mut ArmTree) -> Result<Option<Vec<Seat>>, NoSeries> {
         let nodes: Vec<_> =
             self.kinematics.outward().map(|(node, before, vector)| (node, before, vector.clone())).collect();
         let mut seats = vec![Seat { link: None, at: [Expr::ZERO; 2] }; self.system.translation.nodes()];

@@ -119,7 +119,7 @@ pub struct Component {
     /// How its dry friction acts, if it can have any.
     pub rubs: Option<Rubs>,
     /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
-    pub linear: fn(&Part) -> Result<Option<Linear>, String>,
+    pub linear: fn(&Part) -> Result<Option<Linear>, NonlinearLoad>,
     /// What is wrong with it that only the whole mechanism shows.
     pub check: fn(&Part, &Mechanism) -> Vec<Fault>,
     /// The profile of a body that it stands for, at these parameters.
@@ -128,6 +128,29 @@ pub struct Component {
     pub placed: PlacedOf,
     /// What is drawn for it.
     pub icon: IconOf,
+}
+
+/// Why masses on a line have no matrices of a linear vibrating system.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NonlinearLoad {
+    /// A load that may be there or not.
+    #[error("an event can remove `{load}`")]
+    Removable {
+        /// The load.
+        load: String,
+    },
+    /// A spring with a cubic stiffness, or on one side of its free length only.
+    #[error("the spring `{spring}` is not linear")]
+    Spring {
+        /// The spring.
+        spring: String,
+    },
+    /// A law of the motion.
+    #[error("the law of `{load}` depends on the motion; write it as a spring if it is linear")]
+    Law {
+        /// The load.
+        load: String,
+    },
 }
 
 /// How dry friction acts.

@@ -1,5 +1,7 @@
 //! What is wrong is said at once.
 
+use std::fmt::Display;
+
 /// All of them, or everything that is wrong.
 ///
 /// # Errors
@@ -13,4 +15,9 @@ pub fn every<T, E>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>
         }
     }
     if wrong.is_empty() { Ok(good) } else { Err(wrong) }
+}
+
+/// What is wrong, a line for each.
+pub fn lines(wrong: &[impl Display]) -> String {
+    wrong.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }

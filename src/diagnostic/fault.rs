@@ -14,6 +14,17 @@ pub enum Severity {
     Error,
 }
 
+/// What a fault is about, where more than its text counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// An output of a variable that does not exist.
+    UnknownOutput,
+    /// The mechanism cannot be assembled, or not be moved from there.
+    Assembly,
+    /// Anything else.
+    Other,
+}
+
 /// One thing that is wrong with a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
@@ -44,6 +55,15 @@ impl Fault {
             label: Box::default(),
             help: Box::default(),
             also: Vec::new(),
+        }
+    }
+
+    /// What it is about: the code is the only place where that is written.
+    pub fn kind(&self) -> FaultKind {
+        match self.code {
+            "scene::unknown_output" => FaultKind::UnknownOutput,
+            code if code.starts_with("assembly::") => FaultKind::Assembly,
+            _ => FaultKind::Other,
         }
     }
 

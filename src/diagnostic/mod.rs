@@ -7,6 +7,6 @@ pub mod span;
 pub mod suggest;
 pub mod visible;
 
-pub use every::every;
-pub use fault::{Fault, Faults, Severity};
+pub use every::{every, lines};
+pub use fault::{Fault, FaultKind, Faults, Severity};
 pub use span::{Source, Span, Text};

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use super::inertias::mass;
 use super::{Equations, GraphRecord};
+use crate::component::NonlinearLoad;
 use crate::expr::{Expr, Symbol};
 use crate::model::Dimension;
 use crate::network::{ElementId, Force, Known, Origin, Translation};
@@ -43,11 +44,11 @@ impl Equations {
     }
 
     /// The same, or why a scene of masses on a line has no such matrices; none for a scene in the plane.
-    pub fn linear(&mut self) -> Option<Result<Vibration, String>> {
+    pub fn linear(&mut self) -> Option<Result<Vibration, NonlinearLoad>> {
         (self.system.mechanism.dimension == Dimension::One).then(|| self.matrices())
     }
 
-    fn matrices(&mut self) -> Result<Vibration, String> {
+    fn matrices(&mut self) -> Result<Vibration, NonlinearLoad> {
         let n = self.coordinates.len();
         let zero = || vec![vec![Expr::ZERO; n]; n];
         let force = vec![Expr::ZERO; n];
@@ -77,7 +78,7 @@ impl Equations {
         element: ElementId,
         signs: Vec<(usize, i8)>,
         record: &GraphRecord<Translation>,
-    ) -> Result<ElementColumn, String> {
+    ) -> Result<ElementColumn, NonlinearLoad> {
         let mechanism = &*self.system.mechanism.clone();
         let [position, rate, acceleration] = self.prescribed(element, record);
         let zero = Expr::ZERO;
@@ -92,7 +93,7 @@ impl Equations {
                 own.force = arena.multiply(own.mass, net);
             }
             Origin::Load(load) if mechanism.presence(load).is_some() => {
-                return Err(format!("an event can remove `{}`", mechanism.loads[load.0].name));
+                return Err(NonlinearLoad::Removable { load: mechanism.loads[load.0].name.clone() });
             }
             Origin::Load(load) => {
                 let load = &mechanism.loads[load.0];
@@ -113,13 +114,13 @@ impl Equations {
         Ok(own)
     }
 
-    fn outer_force(&mut self, element: ElementId, name: &str) -> Result<Expr, String> {
+    fn outer_force(&mut self, element: ElementId, name: &str) -> Result<Expr, NonlinearLoad> {
         let through = self.system.element(element).translation.as_ref().map(|row| row.through.clone());
         let Some(Force::World([law, _])) = through else { return Ok(Expr::ZERO) };
         let force = self.formula(&law);
         let symbols = self.system.arena.symbols([force]);
         match symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..))) {
-            true => Err(format!("the law of `{name}` depends on the motion; write it as a spring if it is linear")),
+            true => Err(NonlinearLoad::Law { load: name.to_owned() }),
             false => Ok(force),
         }
     }

@@ -70,7 +70,7 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
             "driver" | "arc_driver" => match body.motor_joint.as_ref().and_then(|id| places.get(id.as_str())) {
                 Some(&pin) => match course(body, pin, &own, &mechanism.joints) {
                     Ok(course) => drives.push(Drive { pin, link: links.len(), course }),
-                    Err(fault) => faults.push(fault),
+                    Err(fault) => faults.push(fault.to_string()),
                 },
                 None => faults.push(format!("driver `{}` has no motor joint", body.id)),
             },
@@ -95,8 +95,19 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
     }
 }
 
+/// Why a driver cannot move within its arc.
+#[derive(Debug, thiserror::Error)]
+enum ArcError {
+    #[error(
+        "driver `{driver}` has no arc: two joints with places, an upper end above the lower one and a speed above zero"
+    )]
+    NoArc { driver: String },
+    #[error("driver `{driver}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad")]
+    Outside { driver: String, angle: f64, start: f64, end: f64 },
+}
+
 /// The course of a driver from the pose of the file: on and on, or to and fro within its arc.
-fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJoint]) -> Result<DriveLaw, String> {
+fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJoint]) -> Result<DriveLaw, ArcError> {
     let rate = body.angular_velocity.unwrap_or(TAU / 360.0);
     if body.kind != "arc_driver" {
         return Ok(DriveLaw::Steady(rate));
@@ -108,10 +119,7 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
     let crank = own.iter().find(|other| **other != pin).and_then(|other| Some([place(pin)?, place(*other)?]));
     let (start, end) = (body.arc_start.unwrap_or(0.0), body.arc_end.unwrap_or(PI));
     let Some([[x, y], [u, v]]) = crank.filter(|_| start < end && rate > 0.0) else {
-        return Err(format!(
-            "driver `{}` has no arc: two joints with places, an upper end above the lower one and a speed above zero",
-            body.id
-        ));
+        return Err(ArcError::NoArc { driver: body.id.clone() });
     };
     // The turn of the angle that is nearest to the middle of the arc.
     let (angle, middle) = ((v - y).atan2(u - x), 0.5 * (start + end));
@@ -119,10 +127,7 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
     // The places of the file have rounding errors.
     let slack = 1e-9 * (end - start);
     if angle < start - slack || angle > end + slack {
-        return Err(format!(
-            "driver `{}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad",
-            body.id
-        ));
+        return Err(ArcError::Outside { driver: body.id.clone(), angle, start, end });
     }
     Ok(DriveLaw::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
 }

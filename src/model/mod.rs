@@ -34,7 +34,7 @@ pub use part::{KeyValue, Motion, Part};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use state::State;
 pub use unilateral::{Limits, OneSided, Removable, Unilateral};
-pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit};
+pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit, ValueError};
 pub use variable::{Aspect, Axis, Class, Contact, Effort, Owner, Quantity, Variable, Whole};
 
 use crate::diagnostic::{Span, suggest};
@@ -124,6 +124,18 @@ pub struct Mechanism {
     pub display: Units,
 }
 
+/// A parameter that cannot be set, because it is calculated.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{name}` is calculated, as `{formula}`: set {used}, or give it a number of its own in the scene")]
+pub struct CalculatedError {
+    /// The parameter.
+    pub name: String,
+    /// How it is calculated.
+    pub formula: String,
+    /// The parameters of which it is calculated.
+    pub used: String,
+}
+
 impl Mechanism {
     /// The parameters' default values, SI.
     pub fn parameter_values(&self) -> Vec<f64> {
@@ -131,17 +143,14 @@ impl Mechanism {
     }
 
     /// Why a parameter cannot be set, if it is one that is calculated.
-    pub fn why_calculated(&self, name: &str) -> Option<String> {
+    pub fn why_calculated(&self, name: &str) -> Option<CalculatedError> {
         let Calculated { formula, .. } = self.calculated.iter().find(|own| own.parameter.name == name)?;
         let mut used: Vec<&str> = Vec::new();
         formula.visit_parameters(&mut |id| used.push(&self.parameters[id.0].name));
         used.sort_unstable();
         used.dedup();
         let formula = self.written(formula);
-        Some(format!(
-            "`{name}` is calculated, as `{formula}`: set {}, or give it a number of its own in the scene",
-            suggest::list(used)
-        ))
+        Some(CalculatedError { name: name.to_owned(), formula, used: suggest::list(used) })
     }
 
     /// All joints, drivers and loads, in this order.

@@ -1,9 +1,35 @@
 //! Units, and the parameters and inputs that have them.
 
+use thiserror::Error;
+
 use super::measure::{ANGLE, LENGTH, TIME, Wanted};
 use super::{Exponents, Formula};
 use crate::diagnostic::Span;
 use crate::typeset::rounded;
+
+/// Why a variable cannot have a value.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ValueError {
+    /// NaN or infinite.
+    #[error("is not a finite number")]
+    NotFinite,
+    /// Below the smallest permitted value.
+    #[error("must be at least {min:?} {si}")]
+    TooSmall {
+        /// The smallest permitted value, SI.
+        min: f64,
+        /// The SI unit.
+        si: String,
+    },
+    /// Above the largest permitted value.
+    #[error("must be at most {max:?} {si}")]
+    TooLarge {
+        /// The largest permitted value, SI.
+        max: f64,
+        /// The SI unit.
+        si: String,
+    },
+}
 
 /// What kind of value it measures, and how the user writes it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,11 +74,11 @@ impl Unit {
     ///
     /// # Errors
     /// Why not.
-    pub fn permit(&self, value: f64, bounds: [Option<f64>; 2]) -> Result<(), String> {
+    pub fn permit(&self, value: f64, bounds: [Option<f64>; 2]) -> Result<(), ValueError> {
         match bounds {
-            _ if !value.is_finite() => Err("is not a finite number".to_owned()),
-            [Some(min), _] if value < min => Err(format!("must be at least {min:?} {}", self.si)),
-            [_, Some(max)] if value > max => Err(format!("must be at most {max:?} {}", self.si)),
+            _ if !value.is_finite() => Err(ValueError::NotFinite),
+            [Some(min), _] if value < min => Err(ValueError::TooSmall { min, si: self.si.clone() }),
+            [_, Some(max)] if value > max => Err(ValueError::TooLarge { max, si: self.si.clone() }),
             _ => Ok(()),
         }
     }

@@ -19,7 +19,7 @@ use super::initial::{Conditions, Settable, conditions, listed, settable};
 use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::VariableTable;
-use crate::arms::{TOO_MANY, arm_form, mass_form, repeat_exactly};
+use crate::arms::{NoSeries, arm_form, mass_form, repeat_exactly};
 use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
@@ -45,7 +45,7 @@ pub struct Lowered {
     /// Which loop equations determine which coordinates, in the order of their solution; empty unless drivers determine the motion.
     pub blocks: Vec<Block>,
     /// Why the motion is not integrated by Taylor series, if it is not.
-    pub no_series: Option<String>,
+    pub no_series: Option<NoSeries>,
     /// The trees behind the acceleration kernel, where they are not those of the coordinates.
     pub solve_tree: Option<SolveTree>,
     pub shared: Shared,
@@ -207,7 +207,7 @@ pub fn program(
     let mut program = assemble(equations, (length, &roles), &kernels, &moving, &table);
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
-        no_series = Some(TOO_MANY.into());
+        no_series = Some(NoSeries::TooMany);
     }
     let solved = if driven { Vec::new() } else { moving.solved };
     Ok(Lowered { program, table, solved, blocks, solve_tree: moving.solve_tree, no_series, shared })
@@ -215,18 +215,18 @@ pub fn program(
 
 /// The arm form with the expressions of its coefficients, or why there is none: the scene asks for another method, or it is hopeless, because
 /// many bodies move with many angles each.
-fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), String> {
+fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let values = typical(pose);
     if !equations.is_driven() && equations.rubs_dry() {
-        return Err("dry friction that sticks follows from reactions, of which series know nothing yet".into());
+        return Err(NoSeries::DryFriction);
     }
     if equations.reads_the_motion() {
-        return Err("a law reads accelerations or reactions, of which series know nothing yet".into());
+        return Err(NoSeries::ReadsTheMotion);
     }
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
-        Method::Explicit => Err("the scene asks for `method = \"explicit\"`".into()),
-        Method::Implicit => Err("the scene asks for `method = \"implicit\"`".into()),
+        Method::Explicit => Err(NoSeries::OtherMethod { method: "explicit" }),
+        Method::Implicit => Err(NoSeries::OtherMethod { method: "implicit" }),
     }
 }
 

@@ -51,11 +51,32 @@ pub struct Measure {
     pub variable: String,
 }
 
+/// Why a text is no measure.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeasureError {
+    /// The word before the variable is that of no statistic.
+    #[error("`{word}` is none of {}", words())]
+    UnknownStatistic {
+        /// The word.
+        word: String,
+    },
+    /// It is not written as a word and a variable in brackets.
+    #[error("`{text}` is not written as `max(variable)`")]
+    Form {
+        /// The text.
+        text: String,
+    },
+}
+
+fn words() -> String {
+    KINDS.map(|(word, _)| word).join(", ")
+}
+
 impl FromStr for Measure {
-    type Err = String;
+    type Err = MeasureError;
 
     /// A variable alone stands for its last value.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, MeasureError> {
         let text = text.trim();
         let Some((word, rest)) = text.split_once('(') else {
             return Ok(Measure::last(text));
@@ -65,11 +86,8 @@ impl FromStr for Measure {
             rest.strip_suffix(')').map(str::trim).filter(|name| !name.is_empty() && !name.contains(['(', ')']));
         match (known, variable) {
             (Some(&(_, kind)), Some(variable)) => Ok(Measure { kind, variable: variable.to_owned() }),
-            (None, Some(_)) => {
-                let words: Vec<&str> = KINDS.iter().map(|(word, _)| *word).collect();
-                Err(format!("`{}` is none of {}", word.trim(), words.join(", ")))
-            }
-            (_, None) => Err(format!("`{text}` is not written as `max(variable)`")),
+            (None, Some(_)) => Err(MeasureError::UnknownStatistic { word: word.trim().to_owned() }),
+            (_, None) => Err(MeasureError::Form { text: text.to_owned() }),
         }
     }
 }
@@ -153,7 +171,7 @@ mod tests {
 
     #[test]
     fn what_is_not_a_measure_is_refused() {
-        let message = |text: &str| text.parse::<Measure>().unwrap_err();
+        let message = |text: &str| text.parse::<Measure>().unwrap_err().to_string();
         assert!(message("maximum(x)").contains("none of max, min"), "{}", message("maximum(x)"));
         for text in ["max(x", "max()", "max(min(x))", "("] {
             assert!(text.parse::<Measure>().is_err(), "{text}");

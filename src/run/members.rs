@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use cotree_fmu::model::Model;
 
-use super::{Ensemble, Results, Run, RunError, Settings, SimulateError, settings};
+use super::{Ensemble, Results, Run, RunError, SettingError, Settings, SimulateError, settings};
 use crate::compile::{Compiled, compile};
 use crate::diagnostic::every;
 use crate::scene::Scene;
@@ -37,14 +37,16 @@ impl Compiled {
         let setting = |&(name, value): &(&str, f64)| {
             let variable = settings::settable(&self.description, name)?;
             settings::permitted(&self.description.variables[variable], value)
-                .map_err(|message| format!("{name}: {value:?} {message}"))?;
+                .map_err(|cause| SettingError::ValueOf { name: name.to_owned(), value, cause })?;
             Ok((variable, value))
         };
-        every(members.iter().map(|member| every(member.iter().map(setting)))).map_err(|wrong: Vec<Vec<String>>| {
-            let mut wrong = wrong.concat();
-            wrong.dedup();
-            SimulateError::Settings(wrong)
-        })
+        every(members.iter().map(|member| every(member.iter().map(setting)))).map_err(
+            |wrong: Vec<Vec<SettingError>>| {
+                let mut wrong = wrong.concat();
+                wrong.dedup();
+                SimulateError::Settings(wrong)
+            },
+        )
     }
 }
 

@@ -20,8 +20,9 @@ use crate::report::csv::CsvTable;
 pub use gaps::Gaps;
 pub use log::{Logged, What};
 pub use many::{Ended, Ensemble, Settings};
-pub use measure::{Measure, Statistic};
+pub use measure::{Measure, MeasureError, Statistic};
 pub use results::{Column, Results, SimulateError};
+pub use settings::SettingError;
 
 /// What to simulate.
 #[derive(Clone, Debug)]

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use cotree_fmu::instance::{Inaccuracy, Instance};
 use cotree_fmu::model::Model;
 
-use super::{Finish, Run, RunError};
+use super::{Finish, Run, RunError, SettingError};
 use crate::compile::{Compiled, compile};
-use crate::diagnostic::Faults;
+use crate::diagnostic::{Faults, lines};
 use crate::report::csv::CsvWriter;
 use crate::scene::Scene;
 
@@ -41,8 +41,8 @@ pub enum SimulateError {
     #[error(transparent)]
     Run(#[from] RunError),
     /// Names or values that a run cannot be given.
-    #[error("{}", .0.join("\n"))]
-    Settings(Vec<String>),
+    #[error("{}", lines(.0))]
+    Settings(Vec<SettingError>),
 }
 
 impl Results {

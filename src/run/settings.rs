@@ -4,6 +4,54 @@ use std::collections::HashMap;
 
 use crate::diagnostic::suggest;
 use crate::export::description::{Causality, Description, ScalarVariable};
+use crate::model::ValueError;
+
+/// Why a name or a value cannot be given to a run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SettingError {
+    /// No input has that name.
+    #[error("the scene has no input `{name}`; {known}")]
+    UnknownInput {
+        /// The name.
+        name: String,
+        /// What may have been meant.
+        known: String,
+    },
+    /// Nothing that can be set has that name.
+    #[error("the scene has no parameter or input `{name}`; {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// What may have been meant.
+        known: String,
+    },
+    /// The parameter is calculated.
+    #[error("`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene")]
+    Calculated {
+        /// The parameter.
+        name: String,
+        /// Its description.
+        about: String,
+    },
+    /// The variable cannot have the value.
+    #[error("{value:?} {cause}")]
+    Value {
+        /// The value, SI.
+        value: f64,
+        /// Why not.
+        cause: ValueError,
+    },
+    /// The same, where the variable is named.
+    #[error("{name}: {value:?} {cause}")]
+    ValueOf {
+        /// The variable.
+        name: String,
+        /// The value, SI.
+        value: f64,
+        /// Why not.
+        cause: ValueError,
+    },
+}
 
 /// The inputs of a scene by name: tables may have thousands of columns.
 pub struct Inputs<'a> {
@@ -21,10 +69,10 @@ impl<'a> Inputs<'a> {
     ///
     /// # Errors
     /// There is none; what may have been meant.
-    pub fn find(&self, name: &str) -> Result<usize, String> {
+    pub fn find(&self, name: &str) -> Result<usize, SettingError> {
         let mut names: Vec<&str> = self.places.keys().copied().collect();
         names.sort_by_key(|name| self.places[name]);
-        let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names));
+        let unknown = || SettingError::UnknownInput { name: name.to_owned(), known: suggest::known(name, names) };
         self.places.get(name).copied().ok_or_else(unknown)
     }
 }
@@ -33,21 +81,18 @@ impl<'a> Inputs<'a> {
 ///
 /// # Errors
 /// There is none; what may have been meant.
-pub fn settable(description: &Description, name: &str) -> Result<usize, String> {
+pub fn settable(description: &Description, name: &str) -> Result<usize, SettingError> {
     let can_be_set = |variable: &&ScalarVariable| variable.causality.range().is_some() || variable.start.is_some();
     let found = description.variables.iter().position(|variable| variable.name == name && can_be_set(&variable));
     found.ok_or_else(|| {
         let is_calculated =
             |variable: &&ScalarVariable| variable.name == name && variable.causality == Causality::CalculatedParameter;
         if let Some(variable) = description.variables.iter().find(is_calculated) {
-            let about = &variable.description;
-            return format!(
-                "`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene"
-            );
+            return SettingError::Calculated { name: name.to_owned(), about: variable.description.clone() };
         }
         let variables = description.variables.iter().filter(can_be_set);
         let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
-        format!("the scene has no parameter or input `{name}`; {}", suggest::known(name, names))
+        SettingError::Unknown { name: name.to_owned(), known: suggest::known(name, names) }
     })
 }
 
@@ -55,6 +100,6 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, String> 
 ///
 /// # Errors
 /// Why not.
-pub fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), String> {
+pub fn permitted(variable: &ScalarVariable, value: f64) -> Result<(), ValueError> {
     variable.unit.permit(value, variable.causality.range().map_or([None; 2], |(_, bounds)| bounds))
 }

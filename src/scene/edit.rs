@@ -15,9 +15,39 @@ const ITSELF: [&str; 3] = ["value", "start", "guess"];
 /// Why a scene cannot be changed.
 #[derive(Debug, thiserror::Error)]
 pub enum EditError {
-    /// What is named is not written in the scene, or in several places.
-    #[error("{0}")]
-    Name(String),
+    /// The scene was not read from a text.
+    #[error("the scene has no text")]
+    NoText,
+    /// The text is neither TOML nor JSON.
+    #[error("the text of the scene cannot be read")]
+    Unreadable,
+    /// What is named has keys, but no value of its own.
+    #[error("`{name}` is {kind}; name one of its keys, such as `{name}.{key}`")]
+    NoValue {
+        /// The name.
+        name: String,
+        /// What it is, such as "a table".
+        kind: &'static str,
+        /// Its first key.
+        key: String,
+    },
+    /// The scene does not write what is named.
+    #[error("the scene does not write `{name}`; {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// What may have been meant.
+        known: String,
+    },
+    /// The scene writes what is named in several places.
+    #[error("the scene writes `{name}` in several places: begin with the table that is meant")]
+    Ambiguous {
+        /// The name.
+        name: String,
+    },
+    /// Two names are of one place.
+    #[error("two of the names are the same value, or one is within another")]
+    Twice,
     /// What is wrong with the scene once it is changed.
     #[error(transparent)]
     Scene(#[from] Faults),
@@ -33,17 +63,16 @@ impl Scene {
         let mut files: Vec<(String, String)> =
             self.source.files().map(|(name, text)| (name.to_owned(), text.to_owned())).collect();
         let Some((name, text)) = files.first_mut() else {
-            return Err(EditError::Name("the scene has no text".to_owned()));
+            return Err(EditError::NoText);
         };
         let tree = tree(text, is_json(Path::new(name)));
-        let tree = tree.ok_or_else(|| EditError::Name("the text of the scene cannot be read".to_owned()))?;
+        let tree = tree.ok_or(EditError::Unreadable)?;
         let mut places = Vec::new();
         for (name, value) in changes {
-            let span = written(&tree, name).map_err(EditError::Name)?;
+            let span = written(&tree, name)?;
             places.push((span.whole(text), value.clone()));
         }
-        let twice = || EditError::Name("two of the names are the same value, or one is within another".to_owned());
-        *text = spliced(text, places).ok_or_else(twice)?;
+        *text = spliced(text, places).ok_or(EditError::Twice)?;
         Ok(Scene::from_files(&files)?)
     }
 }
@@ -62,22 +91,21 @@ pub fn spliced(text: &str, mut places: Vec<(Span, String)>) -> Option<String> {
 }
 
 /// Where the value of a name is written.
-fn written(tree: &DocumentNode, name: &str) -> Result<Span, String> {
+fn written(tree: &DocumentNode, name: &str) -> Result<Span, EditError> {
     let tables = TABLES.iter().filter_map(|table| entries(tree)?.iter().find(|(key, _)| key.text == *table));
     let mut found: Vec<&DocumentNode> = tables.filter_map(|(_, table)| at(table, name)).chain(at(tree, name)).collect();
     found.dedup_by_key(|node| node.span);
+    let name = name.to_owned();
     match found.as_slice() {
-        [node] => own_value(node).map(|node| node.span).ok_or_else(|| {
-            format!("`{name}` is {}; name one of its keys, such as `{name}.{}`", node.kind.name(), first_key(node))
-        }),
+        [node] => match own_value(node) {
+            Some(value) => Ok(value.span),
+            None => Err(EditError::NoValue { name, kind: node.kind.name(), key: first_key(node).to_owned() }),
+        },
         [] => {
-            let known = names(tree);
-            Err(format!(
-                "the scene does not write `{name}`; {}",
-                suggest::known(name, known.iter().map(String::as_str))
-            ))
+            let known = suggest::known(&name, names(tree).iter().map(String::as_str));
+            Err(EditError::Unknown { name, known })
         }
-        _ => Err(format!("the scene writes `{name}` in several places: begin with the table that is meant")),
+        _ => Err(EditError::Ambiguous { name }),
     }
 }
 
@@ -142,10 +170,10 @@ mod tests {
 
     const SCENE: &str = "name = \"bar\"\ngravity = [0, -9.81] # down\n[parameters]\nlength = { value = \"1 m\", min = \"1 mm\" }\n[bodies.bob]\nmass = 2.0 # heavy\ninertia = 0.1\npoints = { top = [0.0, \"length\"] }\n[joints.hinge]\ntype = \"revolute\"\nbetween = [\"ground\", \"bob.top\"]\n[initial]\n\"bob.angle\" = { guess = 0.1 }\n[experiment]\nstop = '2 s'\n";
 
-    fn replaced(name: &str, value: &str) -> Result<String, String> {
+    fn replaced(name: &str, value: &str) -> Result<String, EditError> {
         let scene = Scene::from_toml(SCENE).unwrap();
         let replaced = scene.replaced(&[(name.to_owned(), value.to_owned())]);
-        replaced.map(|scene| scene.source.files().next().unwrap().1.to_owned()).map_err(|error| error.to_string())
+        replaced.map(|scene| scene.source.files().next().unwrap().1.to_owned())
     }
 
     #[test]
@@ -171,7 +199,7 @@ mod tests {
             ("bob", "3", "`bob` is a table; name one of its keys, such as `bob.mass`"),
             ("bob.mass", "3 kg", "cannot be read"),
         ] {
-            let error = replaced(name, value).unwrap_err();
+            let error = replaced(name, value).unwrap_err().to_string();
             assert!(error.contains(told), "{name}: {error}");
         }
         let scene = Scene::from_toml(SCENE).unwrap();

@@ -6,6 +6,11 @@ use crate::diagnostic::suggest;
 use crate::model::{DisplayUnit, Exponents, Unit};
 use std::f64::consts::{PI, TAU};
 
+/// A text that is no unit.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}; {}", .0.message, .0.help)]
+pub struct UnitError(pub Box<Fault>);
+
 /// A unit of which SI names are made.
 struct Base {
     name: &'static str,

@@ -4,7 +4,7 @@
 use super::{Row, SheetError};
 use crate::diagnostic::span::Text;
 use crate::model::Unit;
-use crate::scene::unit;
+use crate::scene::unit::{self, UnitError};
 
 /// What is written above a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl Heading {
     fn with_unit_below(&self, named: Option<&Named>) -> Result<Option<Named>, SheetError> {
         let Some((text, line)) = &self.below else { return Ok(None) };
         let wrong = |message: String| SheetError::new(*line, self.column, message);
-        let unit = inside(text).map_err(wrong)?;
+        let unit = inside(text).map_err(|error| wrong(error.to_string()))?;
         let (name, said) = named.cloned().unwrap_or_else(|| (self.text.clone(), None));
         let differs = |said: &Unit| unit.as_ref().is_none_or(|unit| !is_same(said, unit));
         match said.filter(differs) {
@@ -117,7 +117,7 @@ impl Heading {
             _ => return Err(self.fault(format!("`{}` has two units; write one, in square brackets", self.text))),
         };
         let name = format!("{}{}", name_alone(&self.text[..start]), &self.text[end..]);
-        let unit = inside(content((start, end))).map_err(|message| self.fault(message))?;
+        let unit = inside(content((start, end))).map_err(|wrong| self.fault(wrong.to_string()))?;
         Ok(Some((name.trim().to_owned(), unit)))
     }
 
@@ -167,7 +167,7 @@ impl Heading {
     }
 
     fn no_unit(&self, text: &str) -> String {
-        let why = inside(text).err().unwrap_or_else(|| format!("`{text}` is not a unit"));
+        let why = inside(text).err().map_or_else(|| format!("`{text}` is not a unit"), |wrong| wrong.to_string());
         format!("the unit in `{}`: {why}", self.text)
     }
 
@@ -196,14 +196,14 @@ fn groups(text: &str) -> Vec<(usize, usize)> {
 }
 
 /// What stands in brackets or in the row of units; a pure number has no unit.
-fn inside(text: &str) -> Result<Option<Unit>, String> {
+fn inside(text: &str) -> Result<Option<Unit>, UnitError> {
     let text = text.trim();
     let bare = BRACKETS.iter().find_map(|[open, close]| text.strip_prefix(*open)?.strip_suffix(*close));
     let bare = bare.unwrap_or(text).trim();
     if matches!(bare, "" | "1" | "-") {
         return Ok(None);
     }
-    unit::parse(&Text::from(bare)).map(Some).map_err(|wrong| format!("{}; {}", wrong.message, wrong.help))
+    unit::parse(&Text::from(bare)).map(Some).map_err(|wrong| UnitError(Box::new(wrong)))
 }
 
 /// The unit that a text is; none if it is a number.

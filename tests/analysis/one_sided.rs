@@ -113,7 +113,7 @@ fn what_is_closed_is_a_loop_equation_and_what_is_open_is_not_there() {
     let unknown = Study::new(&Scene::from_toml(&limited).unwrap())
         .unwrap()
         .set_modes(&[("elbow".to_owned(), "closed".to_owned())]);
-    assert!(unknown.unwrap_err().contains("`elbow`"));
+    assert!(unknown.unwrap_err().to_string().contains("`elbow`"));
 }
 
 #[test]

@@ -134,7 +134,7 @@ fn modes_that_do_not_fit_are_refused_with_the_reason() {
     assert_eq!(words(&linear(&moving, 0.0, &[("guide", "slides")]).unwrap()), [("guide.friction", "slides+")]);
     let unknown = |name: &str, word: &str| {
         let mut study = Study::new(&Scene::from_toml(&moving).unwrap()).unwrap();
-        study.set_modes(&[(name.to_owned(), word.to_owned())]).unwrap_err()
+        study.set_modes(&[(name.to_owned(), word.to_owned())]).unwrap_err().to_string()
     };
     let message = unknown("guide", "closed");
     assert!(message.contains("cannot be `closed`") && message.contains("guide=sticks or guide=slides"), "{message}");

@@ -56,7 +56,7 @@ impl BenchCommand {
             stop.as_ref().is_ok_and(|stop| !stop.load(Ordering::Relaxed))
         });
         bar.finish_and_clear();
-        let bench = bench.map_err(Failure::Numerical)?;
+        let bench = bench.map_err(|error| Failure::Numerical(error.to_string()))?;
         let is_stopped = stop.transpose()?.is_some_and(|stop| stop.load(Ordering::Relaxed));
         if let Some(path) = &self.plot {
             output::picture(path, &cotree_draw::study::bench::svg(&bench), "time over error", format)?;

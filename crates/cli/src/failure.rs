@@ -45,12 +45,13 @@ impl Failure {
     }
 
     /// All of them, or every message: a line for each.
-    pub fn every<T>(results: impl Iterator<Item = Result<T, String>>) -> Result<Vec<T>, Failure> {
+    pub fn every<T, E: Display>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>, Failure> {
         every(results).map_err(|messages| Failure::usage(&messages))
     }
 
     /// Several faults of the command line.
-    pub fn usage(messages: &[String]) -> Self {
+    pub fn usage(messages: &[impl Display]) -> Self {
+        let messages: Vec<String> = messages.iter().map(ToString::to_string).collect();
         Failure::Usage(messages.join("\nerror: "))
     }
 

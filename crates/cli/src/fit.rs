@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::Args;
+use cotree::diagnostic::lines;
 use cotree::model::Units;
 use cotree::report::csv::{CsvTable, Naming};
 use cotree::scene::{Asked, Scene};
@@ -102,7 +103,8 @@ impl FitCommand {
     fn request(&self, scene: &Scene) -> Result<FitRequest, Failure> {
         let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
         let wrong = |option: &str, text: &str, message: String| Failure::Usage(format!("--{option} {text}: {message}"));
-        let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
+        let vary =
+            self.vary.iter().map(|text| Vary::read(text).map_err(|error| wrong("vary", text, error.to_string())));
         let deviation = |text: &String| {
             let pair = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
             pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
@@ -152,7 +154,8 @@ impl FitCommand {
             let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
             let guesses = found.guesses.iter().map(|own| (own.name.clone(), own.found, own.unit.si.clone()));
             let values = values.chain(guesses);
-            let text = fit::with_values(scene, &values.collect::<Vec<_>>()).map_err(Failure::Usage)?;
+            let text = fit::with_values(scene, &values.collect::<Vec<_>>())
+                .map_err(|error| Failure::Usage(error.to_string()))?;
             output::write(path, &text)?;
             output::wrote(path, "the scene with these values", format);
         }
@@ -224,7 +227,7 @@ fn asked(failure: Failure, table: &str) -> Failure {
 fn failure(error: FitError, table: &str) -> Failure {
     match error {
         FitError::Study(error) => asked(error.into(), table),
-        FitError::Request(faults) => Failure::Usage(faults.join("\n")),
-        FitError::Undetermined(message) => Failure::Numerical(message),
+        FitError::Request(faults) => Failure::Usage(lines(&faults)),
+        FitError::Undetermined(why) => Failure::Numerical(why.to_string()),
     }
 }

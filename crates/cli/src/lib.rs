@@ -11,6 +11,7 @@
     )
 )]
 
+mod argument;
 mod assemblies;
 mod bench;
 mod check;

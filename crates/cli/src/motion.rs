@@ -102,12 +102,12 @@ impl MotionCommand {
             MotionRequest { input: self.input.clone(), output: self.of_interest.clone(), ..MotionRequest::default() };
         let [input, output] = motion::units(scene, &names)?;
         let number = |option: &str, text: &str, unit: &Unit| {
-            compile::quantity(text, unit).map_err(|message| wrong(option, message))
+            compile::quantity(text, unit).map_err(|error| wrong(option, error.to_string()))
         };
         let range = match self.range.as_deref().map(|range| range.split_once("..").ok_or(range)) {
             None => None,
             Some(Ok((from, to))) => {
-                let both = compile::both(from, to, &input).map_err(|message| wrong("range", message))?;
+                let both = compile::both(from, to, &input).map_err(|error| wrong("range", error.to_string()))?;
                 Some(both)
             }
             Some(Err(range)) => return Err(wrong("range", format!("write `from..to`, not `{range}`"))),

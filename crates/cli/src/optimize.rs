@@ -1,5 +1,6 @@
 //! `cotree optimize`
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -7,7 +8,9 @@ use clap::{ArgGroup, Args};
 use cotree::scene::{Asked, Scene};
 use cotree_study::fit::{Vary, with_values};
 use cotree_study::motion;
-use cotree_study::optimize::{self, Aim, Best, Ended, Goal, Limit, OptimizeError, OptimizeRequest, Progress};
+use cotree_study::optimize::{
+    self, Aim, Best, Ended, Goal, Limit, LimitError, OptimizeError, OptimizeRequest, Progress,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::columns::Columns;
@@ -138,13 +141,14 @@ impl OptimizeCommand {
     }
 
     fn request(&self, scene: &Scene) -> Result<OptimizeRequest, Failure> {
-        let wrong = |option: &str, text: &str, message: String| format!("--{option} {text}: {message}");
-        let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|message| wrong("vary", text, message)));
-        let limits = self.limits.iter().map(|text| text.parse().map_err(|message| wrong("subject-to", text, message)));
+        let wrong = |option: &str, text: &str, message: &dyn Display| format!("--{option} {text}: {message}");
+        let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|error| wrong("vary", text, &error)));
+        let limits =
+            self.limits.iter().map(|text| text.parse().map_err(|error: LimitError| wrong("subject-to", text, &error)));
         let (vary, limits): (Result<Vec<Vary>, Failure>, Result<Vec<Limit>, Failure>) =
             (Failure::every(vary), Failure::every(limits));
         let goal = |option: &str, text: &String| {
-            text.parse::<Goal>().map_err(|message| Failure::Usage(wrong(option, text, message)))
+            text.parse::<Goal>().map_err(|error| Failure::Usage(wrong(option, text, &error)))
         };
         let least = self.minimize.as_ref().map(|text| goal("minimize", text)).transpose()?.map(Aim::Least);
         let most = self.maximize.as_ref().map(|text| goal("maximize", text)).transpose()?.map(Aim::Most);
@@ -170,7 +174,8 @@ impl OptimizeCommand {
         let Some(path) = &self.output else { return Ok(()) };
         let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
         let guesses = found.guesses.iter().map(|own| (own.name.clone(), own.found, own.unit.si.clone()));
-        let text = with_values(scene, &values.chain(guesses).collect::<Vec<_>>()).map_err(Failure::Usage)?;
+        let text = with_values(scene, &values.chain(guesses).collect::<Vec<_>>())
+            .map_err(|error| Failure::Usage(error.to_string()))?;
         output::write(path, &text)?;
         let what = if found.ended == Ended::Settled {
             "the scene with the best values"
@@ -213,7 +218,9 @@ impl From<OptimizeError> for Failure {
         match error {
             OptimizeError::Study(error) => asked(error.into()),
             OptimizeError::Request(faults) => Failure::usage(&faults),
-            OptimizeError::Nothing(message) => Failure::Numerical(message),
+            error @ (OptimizeError::Unmet { .. } | OptimizeError::Stopped | OptimizeError::OtherBranch) => {
+                Failure::Numerical(error.to_string())
+            }
         }
     }
 }

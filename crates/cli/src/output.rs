@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, IsTerminal, Read, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 
 use cotree::compile::{self, Compiled};
+use cotree::diagnostic::FaultKind;
 use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
 use cotree::report::csv::{CsvTable, CsvWriter, Naming};
@@ -213,7 +214,7 @@ pub fn load(path: &Path) -> Result<Scene, Failure> {
 
 /// A variable that was asked for elsewhere and does not exist is no fault of the scene.
 pub fn unknown(faults: Faults, asked: &str) -> Failure {
-    let is_asked = |fault: &&Fault| fault.code == "scene::unknown_output" && fault.span.is_nowhere();
+    let is_asked = |fault: &&Fault| fault.kind() == FaultKind::UnknownOutput && fault.span.is_nowhere();
     let asked_for = faults.list.iter().filter(is_asked);
     let message = |fault: &Fault| {
         let message = fault.message.replace("what is asked for names", &format!("{asked} names"));

@@ -7,8 +7,9 @@ use cotree::compile::{self, Compiled, compile_asking};
 use cotree::report::data::Report;
 use cotree::scene::{Asked, Faults, Scene};
 use cotree::typeset::short;
-use cotree_study::analysis::{self, Study, StudyError};
+use cotree_study::analysis::{AnalysisFailure, Study, StudyError};
 
+use super::argument::{AssignmentError, ModeForm};
 use super::failure::Failure;
 use super::times::seconds;
 use super::units::InUnits;
@@ -106,24 +107,23 @@ pub fn compiled(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Com
 }
 
 /// `name=word`
-fn mode(text: &str) -> Result<(String, String), String> {
-    let (name, word) = text
-        .split_once('=')
-        .ok_or_else(|| format!("--mode {text}: write NAME=WORD, such as NAME=open, NAME=closed or NAME=sticks"))?;
+fn mode(text: &str) -> Result<(String, String), ModeForm> {
+    let (name, word) = text.split_once('=').ok_or_else(|| ModeForm(text.to_owned()))?;
     Ok((name.trim().to_owned(), word.trim().to_owned()))
 }
 
 /// `name=value` for a parameter or an input.
-fn set(study: &mut Study, setting: &str) -> Result<(), String> {
-    let (name, text) = setting.split_once('=').ok_or("write name=value")?;
-    study.set(name.trim(), |unit| compile::quantity(text.trim(), unit))
+fn set(study: &mut Study, setting: &str) -> Result<(), AssignmentError> {
+    let (name, text) = setting.split_once('=').ok_or(AssignmentError::Form)?;
+    Ok(study.set(name.trim(), |unit| compile::quantity(text.trim(), unit))?)
 }
 
 impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         match error {
             StudyError::Scene(faults) => Failure::Scene(faults),
-            StudyError::Analysis(analysis::AnalysisFailure::Unknown(messages)) => Failure::usage(&messages),
+            StudyError::Analysis(AnalysisFailure::Unknown(wrong)) => Failure::usage(&wrong),
+            StudyError::Analysis(error @ AnalysisFailure::Followed { .. }) => Failure::Usage(error.to_string()),
             StudyError::Analysis(error) => Failure::Numerical(error.to_string()),
         }
     }

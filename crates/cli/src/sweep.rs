@@ -10,7 +10,7 @@ use cotree::files;
 use cotree::run::Measure;
 use cotree::scene::Scene;
 use cotree_draw::study::sweep::SweepPicture;
-use cotree_study::sweep::{self, Design, DesignFactor, Inaccurate, RecordError, Sampling, SweepRecord};
+use cotree_study::sweep::{self, Design, DesignError, DesignFactor, Inaccurate, RecordError, Sampling, SweepRecord};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::failure::Failure;
@@ -140,7 +140,7 @@ impl SweepCommand {
             (Some(path), ..) => {
                 let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
                 let text = String::from_utf8(bytes).map_err(|_| Failure::file("read", path, "it is not a text"))?;
-                let placed = |message: String| format!("{}: {message}", path.display());
+                let placed = |error: DesignError| format!("{}: {error}", path.display());
                 return Design::table(description, &text, factors)
                     .map_err(|wrong| Failure::usage(&wrong.into_iter().map(placed).collect::<Vec<_>>()));
             }
@@ -148,7 +148,7 @@ impl SweepCommand {
             (_, _, Some(count)) => Design::random(factors, Sampling::Latin, count, self.seed),
             _ => Design::grid(factors),
         };
-        design.map_err(Failure::Usage)
+        design.map_err(|error| Failure::Usage(error.to_string()))
     }
 
     fn record(

@@ -67,7 +67,7 @@ impl ViewCommand {
         let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
         let (compiled, page) = moving::page(scene, module)?;
         output::warn(compiled.warnings.as_ref(), format);
-        let page = page.map_err(Failure::Numerical)?;
+        let page = page.map_err(|error| Failure::Numerical(error.to_string()))?;
         self.write(&compiled, "html", &page.html(), format)
     }
 
@@ -80,7 +80,7 @@ impl ViewCommand {
         let take = Take { rate: self.frames.is_some().then_some(self.fps), speed: self.speed };
         let (compiled, taken) = film::film(scene, take, MOST_PICTURES)?;
         output::warn(compiled.warnings.as_ref(), format);
-        let Taken { film, cut, inaccuracy } = taken.map_err(Failure::Numerical)?;
+        let Taken { film, cut, inaccuracy } = taken.map_err(|error| Failure::Numerical(error.to_string()))?;
         inaccuracy.iter().for_each(|found| output::warn_inaccurate(&compiled, "", found, format));
         match &self.frames {
             Some(folder) => {

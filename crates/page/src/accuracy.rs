@@ -14,6 +14,8 @@ use cotree_fmu::program::Engine;
 use cotree_fmu::taylor::Jet;
 use cotree_study::bench::runs::{BenchSubject, Budget};
 
+use crate::MotionlessError;
+
 const TOLERANCES: [f64; 7] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, FINEST];
 /// The smallest of the compared tolerances.
 pub const FINEST: f64 = 1e-10;
@@ -57,13 +59,13 @@ pub struct Measurement {
 ///
 /// # Errors
 /// Why it cannot be measured.
-pub fn of(compiled: &Compiled) -> Result<Accuracy, String> {
-    let model = Arc::new(Model::new(compiled.program.clone()).map_err(|fault| fault.to_string())?);
+pub fn of(compiled: &Compiled) -> Result<Accuracy, MotionlessError> {
+    let model = Arc::new(Model::new(compiled.program.clone())?);
     measure(&model, &compiled.reported(), compiled.description.experiment)
 }
 
 /// Until when a run costs no more than the measurement of its accuracy may \[s\].
-pub fn affordable(compiled: &Compiled, accuracy: &Result<Accuracy, String>) -> f64 {
+pub fn affordable(compiled: &Compiled, accuracy: &Result<Accuracy, MotionlessError>) -> f64 {
     let experiment = compiled.description.experiment;
     match (accuracy, Model::new(compiled.program.clone())) {
         (Ok(accuracy), _) => accuracy.span[1],
@@ -73,7 +75,7 @@ pub fn affordable(compiled: &Compiled, accuracy: &Result<Accuracy, String>) -> f
 }
 
 /// Warns of motion whose work grows without bound, as its accuracy shows.
-pub fn warn_of_growth(compiled: &mut Compiled, accuracy: &Result<Accuracy, String>) {
+pub fn warn_of_growth(compiled: &mut Compiled, accuracy: &Result<Accuracy, MotionlessError>) {
     let Some(accuracy) = accuracy.as_ref().ok().filter(|accuracy| accuracy.growing) else { return };
     let message = format!(
         "the motion takes more and more work: what accuracy costs is measured until t = {:.3} s only",
@@ -84,7 +86,7 @@ pub fn warn_of_growth(compiled: &mut Compiled, accuracy: &Result<Accuracy, Strin
 }
 
 /// Warns of an experiment that cannot be run to its end, and says why.
-pub fn warn_of_end(compiled: &mut Compiled, why: Option<&String>) {
+pub fn warn_of_end(compiled: &mut Compiled, why: Option<String>) {
     let Some(why) = why else { return };
     let message = format!("the motion ends before the experiment does: {why}");
     let help = "what is made of it shows the motion up to there";
@@ -96,11 +98,11 @@ pub fn end(compiled: &Compiled) -> Option<String> {
     let experiment = compiled.description.experiment;
     let model = Arc::new(Model::new(compiled.program.clone()).ok()?);
     let mut reached = experiment.start;
-    within_budget(&model, experiment, experiment.tolerance, &mut reached).err()
+    within_budget(&model, experiment, experiment.tolerance, &mut reached).err().map(|error| error.to_string())
 }
 
 /// Simulates the model at each tolerance and compares the variables with those of a run at [`REFERENCE`].
-fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, String> {
+fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Accuracy, MotionlessError> {
     let Experiment { start, mut stop, .. } = experiment;
     let growing = within_budget(model, experiment, REFERENCE, &mut stop)?;
     let subject = BenchSubject { model, variables, experiment: Experiment { stop, ..experiment } };
@@ -122,7 +124,7 @@ fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> R
         span: [start, stop],
         growing,
         engine: model.program().engine,
-        measurements: measurements.collect::<Result<_, String>>()?,
+        measurements: measurements.collect::<Result<_, MotionlessError>>()?,
         attainable,
         inaccuracy,
     })
@@ -136,7 +138,7 @@ fn within_budget(
     experiment: Experiment,
     tolerance: f64,
     reached: &mut f64,
-) -> Result<bool, String> {
+) -> Result<bool, MotionlessError> {
     *reached = experiment.start;
     let tape = model.program().tapes.acceleration.instructions().len().max(1) as u64;
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
@@ -148,7 +150,7 @@ fn within_budget(
         // Next to a start that is not zero the shortest parts are nothing.
         let time = (*reached + length).max(reached.next_up()).min(experiment.stop);
         if time > instance.time() {
-            instance.step_to(time).map_err(|error| error.to_string())?;
+            instance.step_to(time)?;
         }
         *reached = time;
         let before = std::mem::replace(&mut used, instance.statistics().evaluations * cost);

@@ -11,6 +11,7 @@ use cotree_draw::svg::escape;
 use cotree_fmu::context::Statistics;
 use cotree_fmu::instance::Inaccuracy;
 
+use crate::MotionlessError;
 use crate::accuracy::{Accuracy, FINEST, Measurement, REFERENCE};
 use crate::icon;
 use crate::page::{Facts, Live, Page as LivePage, preformatted, prose};
@@ -33,9 +34,9 @@ pub struct DocumentationPage<'a> {
     /// Figures, graphs and equations.
     pub facts: &'a Facts,
     /// What accuracy costs, or why it could not be measured.
-    pub accuracy: &'a Result<Accuracy, String>,
+    pub accuracy: &'a Result<Accuracy, MotionlessError>,
     /// The motion, or why there is none.
-    pub live: &'a Result<Live, String>,
+    pub live: &'a Result<Live, MotionlessError>,
 }
 
 impl DocumentationPage<'_> {
@@ -69,7 +70,7 @@ impl DocumentationPage<'_> {
                 live: live.clone(),
             }
             .html(),
-            Err(why) => self.still(description, why, &sections),
+            Err(why) => self.still(description, &why.to_string(), &sections),
         }
     }
 
@@ -200,11 +201,11 @@ fn fmpy(description: &Description) -> String {
 }
 
 /// What accuracy costs.
-fn accuracy(measured: &Result<Accuracy, String>, default: f64) -> String {
+fn accuracy(measured: &Result<Accuracy, MotionlessError>, default: f64) -> String {
     let mut text = String::from("<h2>Accuracy and work</h2>\n");
     let accuracy = match measured {
         Ok(accuracy) => accuracy,
-        Err(reason) => return text + &format!("<p>Not measured: {}.</p>\n", escape(reason)),
+        Err(reason) => return text + &format!("<p>Not measured: {}.</p>\n", escape(&reason.to_string())),
     };
     let [from, to] = accuracy.span.map(short);
     text += &format!(

@@ -9,6 +9,7 @@ use cotree::export::{ExportError, FmiVersion};
 use cotree::scene::{Asked, Faults};
 use cotree::{ExportFailure, Scene};
 
+use crate::MotionlessError;
 use crate::accuracy::{self, Accuracy};
 use crate::documentation::DocumentationPage;
 use crate::moving::{self, MotionOrigin};
@@ -20,7 +21,7 @@ pub struct Made {
     /// With all that is odd about it.
     pub compiled: Compiled,
     /// What accuracy costs, or why that could not be measured.
-    pub accuracy: Result<Accuracy, String>,
+    pub accuracy: Result<Accuracy, MotionlessError>,
     overview: Overview,
     scene: Scene,
 }
@@ -37,7 +38,7 @@ impl Made {
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
         accuracy::warn_of_growth(&mut compiled, &accuracy);
-        accuracy::warn_of_end(&mut compiled, accuracy.as_ref().err());
+        accuracy::warn_of_end(&mut compiled, accuracy.as_ref().err().map(ToString::to_string));
         Ok(Made { compiled, accuracy, overview, scene: scene.clone() })
     }
 

@@ -8,6 +8,7 @@ use cotree_draw::drawing::{Drawing, Film, HeldPart, Shows};
 use cotree_draw::pose::{draw, frames};
 use cotree_fmu::instance::Inaccuracy;
 
+use crate::MotionlessError;
 use crate::moving::{SampledRun, sampled};
 
 /// The motion is sampled at least so often, and at a multiple of the pictures.
@@ -36,7 +37,7 @@ pub struct Taken {
 ///
 /// # Errors
 /// Everything that is wrong with the scene.
-pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, String>), Faults> {
+pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, MotionlessError>), Faults> {
     let (names, _) = everything(scene)?;
     let (everything, mut formulated) = compile_asking(scene, &Asked::Also(names))?;
     let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
@@ -47,9 +48,7 @@ pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Ta
     let timing = Timing { count: (count * step) as u32, step: step as usize, duration };
     let taken = match count <= f64::from(most) {
         true => taken(scene, &everything, drawing, &start, timing),
-        false => Err(format!(
-            "a film of {count:.0} pictures is too long: at most {most}; choose a higher speed or a lower rate"
-        )),
+        false => Err(MotionlessError::TooLong { count, most }),
     };
     Ok((everything, taken))
 }
@@ -67,7 +66,7 @@ fn taken(
     mut drawing: Drawing,
     start: &[[f64; 3]],
     Timing { count, step, duration }: Timing,
-) -> Result<Taken, String> {
+) -> Result<Taken, MotionlessError> {
     let description = &everything.description;
     let variable = |name: &str| description.variables.iter().position(|variable| variable.name == name);
     let pose = if scene.dimension == Dimension::One { &[X][..] } else { &[X, Y, Angle] };

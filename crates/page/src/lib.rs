@@ -21,6 +21,7 @@ mod export;
 pub mod film;
 #[doc(hidden)]
 pub mod icon;
+mod motionless;
 #[doc(hidden)]
 pub mod moving;
 #[doc(hidden)]
@@ -33,3 +34,5 @@ pub mod sketch;
 #[doc(hidden)]
 pub use export::Made;
 pub use export::export_fmu;
+#[doc(hidden)]
+pub use motionless::MotionlessError;

@@ -14,6 +14,7 @@ use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
 use cotree_fmu::model::Model as Runnable;
 
+use crate::MotionlessError;
 use crate::accuracy;
 use crate::overview::{Overview, overview};
 use crate::page::{
@@ -52,7 +53,7 @@ pub(crate) struct Picture {
 ///
 /// # Errors
 /// Everything that is wrong with the scene; the page is an error if its motion cannot be computed at all.
-pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, String>), Faults> {
+pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, MotionlessError>), Faults> {
     let (mut compiled, mut formulated) = compile_with_equations(scene)?;
     let Overview { drawing, facts } = overview(&mut formulated);
     let origin = module.map_or(MotionOrigin::Stored(compiled.description.experiment.stop), MotionOrigin::Solver);
@@ -65,7 +66,7 @@ pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<
         model.touch = touch(scene, &model.variables);
         record_coordinates(model);
     }
-    let ends = ends.as_ref().or_else(|| live.as_ref().ok()?.model.cut.as_ref());
+    let ends = ends.or_else(|| live.as_ref().ok()?.model.cut.clone());
     accuracy::warn_of_end(&mut compiled, ends);
     let page = live.map(|live| Page {
         title: compiled.description.model_name.clone(),
@@ -82,14 +83,12 @@ pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<
 ///
 /// # Errors
 /// Why the page stands still.
-pub fn documentation(scene: &Scene, compiled: &Compiled, origin: MotionOrigin) -> Result<Live, String> {
+pub fn documentation(scene: &Scene, compiled: &Compiled, origin: MotionOrigin) -> Result<Live, MotionlessError> {
     let count = scene.bodies.len();
     if count > MOST_BODIES {
-        return Err(format!(
-            "the mechanism has {count} bodies, more than {MOST_BODIES}; `cotree view` makes a page of it that moves"
-        ));
+        return Err(MotionlessError::TooManyBodies { count, most: MOST_BODIES });
     }
-    moving(scene, compiled, origin, "export").map_err(|faults| faults.to_string())?
+    moving(scene, compiled, origin, "export")?
 }
 
 /// The model and its motion, from the scene with every variable that can be computed; `command` is that which makes the page.
@@ -98,7 +97,7 @@ fn moving(
     compiled: &Compiled,
     origin: MotionOrigin,
     command: &str,
-) -> Result<Result<Live, String>, Faults> {
+) -> Result<Result<Live, MotionlessError>, Faults> {
     let (everything, mut formulated) = compile_asking(scene, &with_places(scene)?)?;
     let picture = picture(&mut formulated);
     let renew = format!("cotree {command} SCENE.toml --runtimes target/runtimes");
@@ -203,7 +202,7 @@ fn assemble(
     picture: Picture,
     origin: MotionOrigin,
     renew: String,
-) -> Result<Live, String> {
+) -> Result<Live, MotionlessError> {
     let description = &everything.description;
     let named = |indices: &[usize], of: &Description| -> Vec<String> {
         indices.iter().map(|&index| of.variables[index].name.clone()).collect()
@@ -234,7 +233,7 @@ fn assemble(
     };
     let motion = match origin {
         MotionOrigin::Solver(module) => {
-            let program = everything.program.to_bytes().map_err(|error| error.to_string())?;
+            let program = everything.program.to_bytes()?;
             MotionSource::Solver { module, program }
         }
         MotionOrigin::Stored(until) => {
@@ -314,8 +313,8 @@ pub(super) fn sampled(
     recorded: &[usize],
     part: Experiment,
     count: u32,
-) -> Result<SampledRun, String> {
-    let model = Runnable::new(compiled.program.clone()).map_err(|error| error.to_string())?;
+) -> Result<SampledRun, MotionlessError> {
+    let model = Runnable::new(compiled.program.clone())?;
     let mut instance = Instance::new(Arc::new(model));
     let (mut times, mut columns) = (Vec::new(), vec![Vec::new(); recorded.len()]);
     let mut sample = |index: u32| -> Result<(), InstanceError> {
@@ -334,7 +333,7 @@ pub(super) fn sampled(
     let ended = (0..=count).try_for_each(&mut sample);
     let inaccuracy = instance.take_inaccuracy();
     match ended {
-        Err(error) if times.is_empty() => Err(error.to_string()),
+        Err(error) if times.is_empty() => Err(error.into()),
         ended => Ok(SampledRun { times, columns, cut: ended.err().map(|error| error.to_string()), inaccuracy }),
     }
 }

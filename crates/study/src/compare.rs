@@ -13,6 +13,7 @@ use cotree::scene::{Faults, Scene};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
+use cotree_fmu::program::check::Fault;
 use cotree_fmu::tape::{Operation, Tape};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -98,7 +99,7 @@ fn figures(mechanism: &Mechanism, outputs: &[Output]) -> CostOrFault {
     match formulate_written(mechanism, outputs) {
         Ok(formulated) => match cost(formulated) {
             Ok(cost) => CostOrFault::Good(cost),
-            Err(fault) => CostOrFault::Bad { fault },
+            Err(fault) => CostOrFault::Bad { fault: fault.to_string() },
         },
         Err(faults) => {
             let messages: Vec<String> = faults.into_iter().map(|fault| fault.message).collect();
@@ -107,8 +108,8 @@ fn figures(mechanism: &Mechanism, outputs: &[Output]) -> CostOrFault {
     }
 }
 
-fn cost(mut formulated: Formulated) -> Result<ChoiceCost, String> {
-    let model = Model::new(formulated.lowered.program.clone()).map_err(|fault| fault.to_string())?;
+fn cost(mut formulated: Formulated) -> Result<ChoiceCost, Fault> {
+    let model = Model::new(formulated.lowered.program.clone())?;
     let kernel = &model.program().tapes.acceleration;
     let mut machine = Machine::new(&model);
     machine.load(&model, &formulated.state);

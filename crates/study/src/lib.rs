@@ -28,6 +28,8 @@ pub mod motion;
 #[doc(hidden)]
 pub mod optimize;
 #[doc(hidden)]
+pub mod request;
+#[doc(hidden)]
 pub mod sweep;
 #[doc(hidden)]
 pub mod synthesis;

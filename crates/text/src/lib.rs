@@ -46,7 +46,7 @@ use cotree::expr::Symbol;
 
 pub use document::html_page;
 pub use json::json;
-pub use minimal::minimal;
+pub use minimal::{SingularStart, minimal};
 use motion::MotionEquations;
 pub use notation::latex::escape as latex_text;
 pub use steps::steps;

@@ -18,6 +18,7 @@ use super::tree::FormulaTree;
 use super::{SymbolNotation, json, page};
 use crate::steps::Moment;
 use closed::Closed;
+pub use solve::SingularStart;
 use solve::{Solved, solve};
 
 /// The equations with their independent coordinates first.
@@ -33,7 +34,7 @@ struct Minimal {
 ///
 /// # Errors
 /// Why there are none: the loops do not determine a choice of coordinates where the motion starts.
-pub fn minimal(formulated: &mut Formulated, written: SymbolNotation, symbols: bool) -> Result<String, String> {
+pub fn minimal(formulated: &mut Formulated, written: SymbolNotation, symbols: bool) -> Result<String, SingularStart> {
     let start = Moment::new(&formulated.equations.system.mechanism, &formulated.state);
     if !symbols {
         return reduced(&mut formulated.equations, &start, Vec::new(), written);
@@ -50,7 +51,7 @@ fn reduced(
     start: &Moment,
     mut blocks: Vec<DocumentBlock>,
     written: SymbolNotation,
-) -> Result<String, String> {
+) -> Result<String, SingularStart> {
     let minimal = Minimal::new(equations, start)?;
     match written {
         SymbolNotation::Json => {
@@ -68,7 +69,7 @@ fn reduced(
 }
 
 impl Minimal {
-    fn new(equations: &mut Equations, start: &Moment) -> Result<Minimal, String> {
+    fn new(equations: &mut Equations, start: &Moment) -> Result<Minimal, SingularStart> {
         let rows: Vec<usize> = equations.loops().filter(|(_, row)| !row.repeats()).map(|(index, _)| index).collect();
         let solved = solve(equations, start, &rows)?;
         let dynamic = has_masses(equations);

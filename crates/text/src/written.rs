@@ -152,7 +152,7 @@ pub fn reduced(
     formulated: &mut Formulated,
     written: SymbolNotation,
     symbols: bool,
-) -> Result<Result<String, String>, Vec<Fault>> {
+) -> Result<Result<String, crate::SingularStart>, Vec<Fault>> {
     check(&formulated.equations)?;
     if let Some(own) = formulated.equations.system.mechanism.unilaterals.first() {
         let what = if own.slip.is_some() { "sticks or slides" } else { "is held on one side only" };

@@ -61,8 +61,8 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    pub fn new(reason: String) -> Self {
-        Self { reason, discards: false }
+    pub fn new(reason: impl ToString) -> Self {
+        Self { reason: reason.to_string(), discards: false }
     }
 
     /// What the importer may try again with other values.

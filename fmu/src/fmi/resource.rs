@@ -4,47 +4,101 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use thiserror::Error;
+
 use crate::PROGRAM_FILE;
 use crate::model::Model;
 use crate::program::Program;
+use crate::program::check::Fault;
+use crate::program::storage::LoadError;
 
 /// Largest program [bytes]: what is larger has been put there by somebody else.
 const LARGEST: u64 = 1 << 31;
 
+/// Why there is no model in the folder of the resources.
+#[derive(Debug, Error)]
+pub enum ResourceError {
+    /// The file cannot be read.
+    #[error("`{}` cannot be read: {cause}; unpack the FMU again", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        cause: ReadError,
+    },
+    /// The file holds no program.
+    #[error("`{}`: {cause}", path.display())]
+    Program {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: LoadError,
+    },
+    /// The program is refused.
+    #[error("`{}`: {cause}", path.display())]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: Fault,
+    },
+}
+
+/// Why a file cannot be read.
+#[derive(Debug, Error)]
+pub enum ReadError {
+    /// The operating system refuses.
+    #[error(transparent)]
+    System(#[from] std::io::Error),
+    /// A folder, or a device.
+    #[error("it is not a file")]
+    NoFile,
+    /// Too large.
+    #[error("it is larger than any program")]
+    TooLarge,
+}
+
+/// A path that is no text of the operating system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the place of the resources is not UTF-8")]
+pub struct NotUtf8;
+
 /// Reads the model from the folder that the importer unpacked.
 #[inline(never)]
-pub fn load(mut path: PathBuf) -> Result<Arc<Model>, String> {
+pub fn load(mut path: PathBuf) -> Result<Arc<Model>, ResourceError> {
     path.push(PROGRAM_FILE.rsplit('/').next().unwrap_or(PROGRAM_FILE));
-    let shown = path.display();
-    let bytes = read(&path).map_err(|why| format!("`{shown}` cannot be read: {why}; unpack the FMU again"))?;
-    let program = Program::from_bytes(&bytes).map_err(|error| format!("`{shown}`: {error}"))?;
-    let model = Model::new(program).map_err(|error| format!("`{shown}`: {error}"))?;
-    Ok(Arc::new(model))
+    let bytes = match read(&path) {
+        Ok(bytes) => bytes,
+        Err(cause) => return Err(ResourceError::Read { path, cause }),
+    };
+    let program = match Program::from_bytes(&bytes) {
+        Ok(program) => program,
+        Err(cause) => return Err(ResourceError::Program { path, cause }),
+    };
+    Model::new(program).map(Arc::new).map_err(|cause| ResourceError::Model { path, cause })
 }
 
 /// A file's content, if it is a file, and no larger than a program can be.
-fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let about = std::fs::metadata(path).map_err(|error| error.to_string())?;
-    if !about.is_file() {
-        return Err("it is not a file".to_owned());
+fn read(path: &Path) -> Result<Vec<u8>, ReadError> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(ReadError::NoFile);
     }
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(|error| error.to_string())?;
-    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
-    if bytes.len() as u64 > LARGEST { Err("it is larger than any program".to_owned()) } else { Ok(bytes) }
+    std::fs::File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST { Err(ReadError::TooLarge) } else { Ok(bytes) }
 }
 
 /// A path as the importer spells it.
 #[cfg(unix)]
-pub fn path(bytes: Vec<u8>) -> Result<PathBuf, String> {
+pub fn path(bytes: Vec<u8>) -> Result<PathBuf, NotUtf8> {
     use std::os::unix::ffi::OsStringExt;
     Ok(std::ffi::OsString::from_vec(bytes).into())
 }
 
 /// A path as the importer spells it.
 #[cfg(not(unix))]
-pub fn path(bytes: Vec<u8>) -> Result<PathBuf, String> {
-    let text = String::from_utf8(bytes).map_err(|_| "the place of the resources is not UTF-8".to_owned())?;
+pub fn path(bytes: Vec<u8>) -> Result<PathBuf, NotUtf8> {
+    let text = String::from_utf8(bytes).map_err(|_| NotUtf8)?;
     // `/C:/folder` is how a URI writes `C:/folder`.
     let drive = text.strip_prefix('/').filter(|rest| rest.as_bytes().get(1) == Some(&b':'));
     Ok(drive.unwrap_or(&text).into())

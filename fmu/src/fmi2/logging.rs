@@ -2,6 +2,8 @@
 
 use std::ffi::{CStr, CString};
 
+use thiserror::Error;
+
 use super::types::{fmi2CallbackLogger, fmi2ComponentEnvironment, fmi2Status};
 use crate::fmi::logging::{Category, Logger, Severity, Sink};
 
@@ -30,13 +32,16 @@ pub fn logger(
     Logger::new(Box::new(Callback { function, environment, instance }), [all, all, true])
 }
 
+/// A name that is that of no category.
+#[derive(Debug, Error)]
+#[error("`{0}` is not a log category; there are events, solver and errors")]
+pub struct UnknownCategory(String);
+
 /// The categories of these names.
-pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, String> {
+pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, UnknownCategory> {
     let known = |wanted: &&CStr| {
         let found = Category::ALL.into_iter().find(|category| name(*category) == *wanted);
-        found.ok_or_else(|| {
-            format!("`{}` is not a log category; there are events, solver and errors", wanted.to_string_lossy())
-        })
+        found.ok_or_else(|| UnknownCategory(wanted.to_string_lossy().into_owned()))
     };
     names.iter().map(known).collect()
 }

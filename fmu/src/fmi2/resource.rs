@@ -2,19 +2,41 @@
 
 use std::path::PathBuf;
 
-use crate::fmi::resource::path;
+use thiserror::Error;
+
+use crate::fmi::resource::{NotUtf8, path};
+
+/// Why a resource location leads to no folder.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LocationError {
+    /// The importer gives none.
+    #[error("the resource location is empty, but the program of the FMU lies there")]
+    Empty,
+    /// The URI of something else than a file.
+    #[error("the resource location `{0}` is not a file: URI")]
+    OtherScheme(String),
+    /// The URI of a file that is not here.
+    #[error("the resource location `{0}` is on another machine")]
+    OtherMachine(String),
+    /// A `%` without two hexadecimal digits.
+    #[error("the resource location `{0}` has a wrong % escape")]
+    Escape(String),
+    /// A path that is no text of the operating system.
+    #[error(transparent)]
+    NotUtf8(#[from] NotUtf8),
+}
 
 /// The folder of a `file:` URI (RFC 8089), with or without authority; a bare path is taken as it is.
-pub fn folder(location: &[u8]) -> Result<PathBuf, String> {
-    let shown = String::from_utf8_lossy(location);
+pub fn folder(location: &[u8]) -> Result<PathBuf, LocationError> {
+    let shown = || String::from_utf8_lossy(location).into_owned();
     if location.is_empty() {
-        return Err("the resource location is empty, but the program of the FMU lies there".to_owned());
+        return Err(LocationError::Empty);
     }
     let scheme = location.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     if !scheme {
         return match location.windows(3).any(|part| part == b"://") {
-            true => Err(format!("the resource location `{shown}` is not a file: URI")),
-            false => path(location.to_vec()),
+            true => Err(LocationError::OtherScheme(shown())),
+            false => Ok(path(location.to_vec())?),
         };
     }
     let rest = &location[5..];
@@ -24,13 +46,11 @@ pub fn folder(location: &[u8]) -> Result<PathBuf, String> {
             let end = authority.iter().position(|&byte| byte == b'/').unwrap_or(authority.len());
             match &authority[..end] {
                 b"" | b"localhost" => &authority[end..],
-                _ => {
-                    return Err(format!("the resource location `{shown}` is on another machine"));
-                }
+                _ => return Err(LocationError::OtherMachine(shown())),
             }
         }
     };
-    path(decode(absolute).ok_or_else(|| format!("the resource location `{shown}` has a wrong % escape"))?)
+    Ok(path(decode(absolute).ok_or_else(|| LocationError::Escape(shown()))?)?)
 }
 
 /// Replaces %41 by A.

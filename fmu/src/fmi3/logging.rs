@@ -2,6 +2,8 @@
 
 use std::ffi::{CStr, CString};
 
+use thiserror::Error;
+
 use super::types::{fmi3InstanceEnvironment, fmi3LogMessageCallback, fmi3Status};
 use crate::fmi::logging::{Category, Logger, Severity, Sink};
 
@@ -25,14 +27,16 @@ pub fn logger(function: fmi3LogMessageCallback, environment: fmi3InstanceEnviron
     Logger::new(Box::new(Callback { function, environment }), [on; 3])
 }
 
+/// A name that is that of no category.
+#[derive(Debug, Error)]
+#[error("`{0}` is not a log category; there are logEvents, logSolver and logStatusError")]
+pub struct UnknownCategory(String);
+
 /// The categories of these names.
-pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, String> {
+pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, UnknownCategory> {
     let known = |wanted: &&CStr| {
         let found = Category::ALL.into_iter().find(|category| name(*category) == *wanted);
-        let wanted = wanted.to_string_lossy();
-        found.ok_or_else(|| {
-            format!("`{wanted}` is not a log category; there are logEvents, logSolver and logStatusError")
-        })
+        found.ok_or_else(|| UnknownCategory(wanted.to_string_lossy().into_owned()))
     };
     names.iter().map(known).collect()
 }

@@ -7,6 +7,8 @@
 //!
 //! The direction of time, (1, f-), is carried through like those of the parameters: all derivatives come from the tapes of the model, along four directions at a time.
 
+use thiserror::Error;
+
 use super::instants::Happening;
 use crate::hybrid::tick::Clock;
 use crate::integrator::accelerations::Accelerations;
@@ -16,6 +18,85 @@ use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Contact, Contacts, Write};
 use crate::tape::Tape;
+
+/// Why there are no derivatives behind what happens at an instant.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum PassageError {
+    /// Two things that are not one happen together.
+    #[error("{first} and {other} happen at the same time")]
+    Together {
+        /// What happens first.
+        first: String,
+        /// What else happens.
+        other: String,
+    },
+    /// Several events happen together.
+    #[error("{names} happen at the same time, and their order matters")]
+    Order {
+        /// What happens.
+        names: String,
+    },
+    /// Several impacts happen together.
+    #[error("{names} hit at the same time, and their order matters")]
+    Impacts {
+        /// What hits.
+        names: String,
+    },
+    /// An impact and something else happen together.
+    #[error("{others} and an impact of `{name}` happen at the same time")]
+    ImpactBeside {
+        /// What else happens.
+        others: String,
+        /// What hits.
+        name: String,
+    },
+    /// Ticks that come together now, and not with other values.
+    #[error("{names} come together for these very values only")]
+    Ticks {
+        /// The ticks.
+        names: String,
+    },
+    /// An event of a comparison that jumps.
+    #[error("{names} happens where its comparison jumps")]
+    Jumps {
+        /// The event.
+        names: String,
+    },
+    /// An event of a comparison that turns back.
+    #[error("{names} is touched without being crossed")]
+    Touched {
+        /// The event.
+        names: String,
+    },
+    /// What holds wherever it stands begins at rest.
+    #[error(
+        "`{name}` begins at rest, and with a changed value it would begin in motion, one way or the other: let it begin in motion"
+    )]
+    Rests {
+        /// What holds.
+        name: String,
+    },
+    /// An impact with friction by its impulse.
+    #[error("`{name}` hits, and `{other}` rubs by the impulse that presses")]
+    Rubs {
+        /// What hits.
+        name: String,
+        /// What rubs.
+        other: String,
+    },
+    /// The last of infinitely many impacts.
+    #[error("a series of bounces of `{name}` ends")]
+    BouncesEnd {
+        /// What bounces.
+        name: String,
+    },
+    /// A derivative is not a number.
+    #[error("what follows from {names} has no derivative")]
+    NotFinite {
+        /// What happens.
+        names: String,
+    },
+}
 
 /// A comparison whose excess is further from zero than this share of what it has been jumps there.
 const JUMPED: f64 = 1e-6;
@@ -110,14 +191,14 @@ impl Passage<'_> {
     ///
     /// # Errors
     /// Why there are none.
-    pub fn pass(&self, happened: &[Happening], columns: &mut Columns) -> Result<Vec<f64>, String> {
+    pub fn pass(&self, happened: &[Happening], columns: &mut Columns) -> Result<Vec<f64>, PassageError> {
         let (Some(first), Some(last)) = (happened.first(), happened.last()) else { return Ok(Vec::new()) };
         let n = self.model.coordinates();
         let [before, after] = [&first.before, &last.after].map(|state| self.accelerations(state));
         columns.push(first.before.rates(), &before[..n]);
         let moves = self.moves(first, columns)?;
         if let Some(other) = happened[1..].iter().find(|own| own.is_first()) {
-            return Err(format!("{} and {} happen at the same time", self.names(first), self.names(other)));
+            return Err(PassageError::Together { first: self.names(first), other: self.names(other) });
         }
         for own in happened {
             self.jump(own, columns)?;
@@ -126,7 +207,7 @@ impl Passage<'_> {
         let all = [&columns.positions, &columns.rates, &columns.held_values];
         match all.iter().flat_map(|all| all.iter()).all(|value| value.is_finite()) {
             true => Ok(moves),
-            false => Err(format!("what follows from {} has no derivative", self.names(first))),
+            false => Err(PassageError::NotFinite { names: self.names(first) }),
         }
     }
 
@@ -134,7 +215,7 @@ impl Passage<'_> {
     ///
     /// # Errors
     /// What holds wherever it stands begins at rest, and slides or turns with other values.
-    pub fn begin(&self, state: &State, columns: &mut Columns) -> Result<(), String> {
+    pub fn begin(&self, state: &State, columns: &mut Columns) -> Result<(), PassageError> {
         let own = columns.clone();
         let count = self.parameters.len();
         let (_, begin) = self.along(state, &own, false).run(&self.model.program().instants.begin);
@@ -146,7 +227,7 @@ impl Passage<'_> {
         self.check_rest(state, columns)
     }
 
-    fn check_rest(&self, state: &State, columns: &Columns) -> Result<(), String> {
+    fn check_rest(&self, state: &State, columns: &Columns) -> Result<(), PassageError> {
         let program = self.model.program();
         let Some(data) = &program.instants.contacts else { return Ok(()) };
         let (values, changes) = self.along(state, columns, false).run(&data.rates);
@@ -158,10 +239,7 @@ impl Passage<'_> {
         };
         match data.all.iter().enumerate().find(moves) {
             None => Ok(()),
-            Some((_, contact)) => Err(format!(
-                "`{}` begins at rest, and with a changed value it would begin in motion, one way or the other: let it begin in motion",
-                contact.name
-            )),
+            Some((_, contact)) => Err(PassageError::Rests { name: contact.name.clone() }),
         }
     }
 
@@ -259,7 +337,7 @@ impl Passage<'_> {
     }
 
     /// How the instant moves with each parameter; the last column is the direction of time.
-    fn moves(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, String> {
+    fn moves(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, PassageError> {
         let still = vec![0.0; self.parameters.len()];
         if !own.ticks.is_empty() {
             return self.ticks(own, columns);
@@ -267,17 +345,17 @@ impl Passage<'_> {
         // What happens at the start, or where an input jumps, does so at that time.
         let (Some([length, reached]), Some(&event)) = (own.seen, own.due.first()) else { return Ok(still) };
         if own.due.len() > 1 {
-            return Err(format!("{} happen at the same time, and their order matters", self.names(own)));
+            return Err(PassageError::Order { names: self.names(own) });
         }
         let (value, mut changes) = self.excess(own, columns, event);
         if value.abs() > JUMPED * reached {
-            return Err(format!("{} happens where its comparison jumps", self.names(own)));
+            return Err(PassageError::Jumps { names: self.names(own) });
         }
         let speed = changes.pop().unwrap_or_default();
         // Written so that what is not a number grazes, too.
         let crosses = speed.abs() * length > self.tolerance.sqrt() * reached;
         if !crosses {
-            return Err(format!("{} is touched without being crossed", self.names(own)));
+            return Err(PassageError::Touched { names: self.names(own) });
         }
         Ok(changes.into_iter().map(|change| -change / speed).collect())
     }
@@ -319,7 +397,7 @@ impl Passage<'_> {
     }
 
     /// How the time of a tick moves with each parameter: that of offset + k period.
-    fn ticks(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, String> {
+    fn ticks(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, PassageError> {
         let (values, changes) = self.along(&own.before, columns, false).run(&self.model.program().instants.clocks);
         let count = self.parameters.len();
         let moved = |&sampler: &usize| -> Vec<f64> {
@@ -334,12 +412,12 @@ impl Passage<'_> {
         };
         match others.iter().all(is_same) {
             true => Ok(first.clone()),
-            false => Err(format!("{} come together for these very values only", self.names(own))),
+            false => Err(PassageError::Ticks { names: self.names(own) }),
         }
     }
 
     /// What happens to the state itself.
-    fn jump(&self, own: &Happening, columns: &mut Columns) -> Result<(), String> {
+    fn jump(&self, own: &Happening, columns: &mut Columns) -> Result<(), PassageError> {
         let instants = &self.model.program().instants;
         let ticking = own.ticks.iter().flat_map(|&index| &instants.samplers[index].writes);
         let events = own.due.iter().filter_map(|&index| instants.events.get(index)).flat_map(|event| &event.writes);
@@ -363,19 +441,19 @@ impl Passage<'_> {
     }
 
     /// An impact: rates change by what makes those that hit leave with their share of the speed.
-    fn strike(&self, own: &Happening, data: &Contacts, columns: &mut Columns) -> Result<(), String> {
+    fn strike(&self, own: &Happening, data: &Contacts, columns: &mut Columns) -> Result<(), PassageError> {
         let events = self.model.program().instants.events.len();
         let &[index] = own.hit.as_slice() else {
             let names: Vec<String> = own.hit.iter().map(|&index| format!("`{}`", data.all[index].name)).collect();
-            return Err(format!("{} hit at the same time, and their order matters", names.join(" and ")));
+            return Err(PassageError::Impacts { names: names.join(" and ") });
         };
         let name = &data.all[index].name;
         let rubs = |contact: &&Contact| contact.slip.as_ref().is_some_and(|slip| slip.follows);
         if let Some(other) = data.all.iter().find(rubs) {
-            return Err(format!("`{name}` hits, and `{}` rubs by the impulse that presses", other.name));
+            return Err(PassageError::Rubs { name: name.clone(), other: other.name.clone() });
         }
         if own.due != [index + events] {
-            return Err(format!("{} and an impact of `{name}` happen at the same time", self.names(own)));
+            return Err(PassageError::ImpactBeside { others: self.names(own), name: name.clone() });
         }
         let mut state = own.before.clone();
         for (contact, &pressing) in data.all.iter().zip(&own.pressing) {
@@ -384,7 +462,7 @@ impl Passage<'_> {
         let mut along = self.along(&state, columns, false);
         let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
         if shares[index] > 0.0 && own.closed(self.model)[1][index] {
-            return Err(format!("a series of bounces of `{name}` ends"));
+            return Err(PassageError::BouncesEnd { name: name.clone() });
         }
         let (model, layout) = (self.model, self.model.layout());
         let mut asked = vec![0.0; model.program().constraints.len()];

@@ -4,7 +4,7 @@
 
 use std::iter::once;
 
-use super::passage::{Columns, Passage};
+use super::passage::{Columns, Passage, PassageError};
 use super::{Happening, Instance, InstanceError};
 use crate::integrator::taylor::{order_for, share};
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
@@ -92,7 +92,7 @@ impl Variational {
     ///
     /// # Errors
     /// Why there are no derivatives there.
-    pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) -> Result<(), String> {
+    pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) -> Result<(), PassageError> {
         let mut columns =
             Columns::new(motion.model.coordinates(), self.held.len(), [state[0], state[1], &self.held_values]);
         self.passage(&motion.model, 0.0).begin(&motion.now.state, &mut columns)?;
@@ -111,7 +111,7 @@ impl Variational {
         happened: &[Happening],
         [positions, rates]: [&mut [f64]; 2],
         tolerance: f64,
-    ) -> Result<Vec<f64>, String> {
+    ) -> Result<Vec<f64>, PassageError> {
         let mut columns = Columns::new(model.coordinates(), self.held.len(), [positions, rates, &self.held_values]);
         let moves = self.passage(model, tolerance).pass(happened, &mut columns)?;
         positions.copy_from_slice(&columns.positions);

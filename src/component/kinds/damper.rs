@@ -2,7 +2,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, IconStroke, Linear, line};
+use crate::component::{Component, Icon, IconStroke, Linear, NonlinearLoad, line};
 use crate::model::measure::DAMPING;
 use crate::model::{Formula, Part, Quantity as Q, Range};
 use crate::scene::{Load, Quantity};
@@ -27,7 +27,7 @@ pub(crate) const DAMPER: Component = Component {
     ..Component::load("damper", |part, system| line::rows(system, part, "d"), anywhere, |_| Icon::Line(dashpot))
 };
 
-fn linear(part: &Part) -> Result<Option<Linear>, String> {
+fn linear(part: &Part) -> Result<Option<Linear>, NonlinearLoad> {
     let zero = Formula::Number(0.0);
     Ok(Some([zero.clone(), part.formula("damping").clone(), zero]))
 }

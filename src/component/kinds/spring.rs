@@ -4,7 +4,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, IconStroke, Linear, line};
+use crate::component::{Component, Icon, IconStroke, Linear, NonlinearLoad, line};
 use crate::model::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
 use crate::model::{Comparison, Formula, Part, Quantity as Q, Range};
 use crate::network::{Rows, System};
@@ -51,10 +51,10 @@ fn rows(part: &Part, system: &mut System) -> Rows {
     line::rows(system, part, if is_zero("stiffness") && is_zero("cubic") { "d" } else { "k" })
 }
 
-fn linear(part: &Part) -> Result<Option<Linear>, String> {
+fn linear(part: &Part) -> Result<Option<Linear>, NonlinearLoad> {
     let is_linear = matches!(part.formula("cubic"), Formula::Number(0.0)) && side(part) == "both";
     let linear = ["stiffness", "damping", "length"].map(|key| part.formula(key).clone());
-    if is_linear { Ok(Some(linear)) } else { Err(format!("the spring `{}` is not linear", part.name)) }
+    if is_linear { Ok(Some(linear)) } else { Err(NonlinearLoad::Spring { spring: part.name.clone() }) }
 }
 
 fn side(part: &Part) -> &'static str {

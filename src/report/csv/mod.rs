@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::{CsvTable, Naming};
+pub use table::{CsvTable, Naming, TableError};
 
 use std::io::{self, Write};
 

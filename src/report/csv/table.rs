@@ -15,6 +15,47 @@ pub struct CsvTable {
     columns: Vec<Vec<f64>>,
 }
 
+/// Why columns make no table.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TableError {
+    /// A value is NaN or infinite.
+    #[error("`{name}` has a value that is not finite")]
+    NotFinite {
+        /// The column.
+        name: String,
+    },
+    /// There are no times.
+    #[error("the table has no rows")]
+    NoRows,
+    /// As many names as columns are wanted.
+    #[error("{names} names for {columns} columns")]
+    Names {
+        /// How many names there are.
+        names: usize,
+        /// How many columns there are.
+        columns: usize,
+    },
+    /// A column has another length than the times.
+    #[error("`{name}` has {values} values at {times} times")]
+    Length {
+        /// The column.
+        name: String,
+        /// How many values it has.
+        values: usize,
+        /// How many times there are.
+        times: usize,
+    },
+    /// A value is infinite.
+    #[error("`{name}` has a value that is infinite")]
+    Infinite {
+        /// The column.
+        name: String,
+    },
+    /// Times decrease, or are NaN or infinite.
+    #[error("the times are not finite and ascending")]
+    Times,
+}
+
 /// What the columns of a table stand for.
 pub struct Naming<'a> {
     /// The unit of the variable of a name, if there is one.
@@ -131,10 +172,10 @@ impl CsvTable {
     ///
     /// # Errors
     /// Columns of other lengths than `time`, no rows, numbers that are not finite, times that decrease.
-    pub fn new(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, String> {
+    pub fn new(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, TableError> {
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
-            return Err(format!("`{name}` has a value that is not finite"));
+            return Err(TableError::NotFinite { name: name.clone() });
         }
         CsvTable::with_gaps(names, time, columns)
     }
@@ -143,24 +184,25 @@ impl CsvTable {
     ///
     /// # Errors
     /// Columns of other lengths than `time`, no rows, infinite numbers, times that decrease.
-    pub fn with_gaps(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, String> {
+    pub fn with_gaps(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, TableError> {
         if time.is_empty() {
-            return Err("the table has no rows".to_owned());
+            return Err(TableError::NoRows);
         }
         if names.len() != columns.len() {
-            return Err(format!("{} names for {} columns", names.len(), columns.len()));
+            return Err(TableError::Names { names: names.len(), columns: columns.len() });
         }
         for (name, column) in names.iter().zip(&columns) {
+            let name = || name.clone();
             if column.len() != time.len() {
-                return Err(format!("`{name}` has {} values at {} times", column.len(), time.len()));
+                return Err(TableError::Length { name: name(), values: column.len(), times: time.len() });
             }
             if column.iter().any(|value| value.is_infinite()) {
-                return Err(format!("`{name}` has a value that is infinite"));
+                return Err(TableError::Infinite { name: name() });
             }
         }
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
-            return Err("the times are not finite and ascending".to_owned());
+            return Err(TableError::Times);
         }
         Ok(Self { units: vec![None; names.len()], names, time, columns })
     }

@@ -22,6 +22,15 @@ pub struct Record {
     columns: Vec<RecordedVariable>,
 }
 
+/// A variable that a run does not report.
+#[derive(Debug, thiserror::Error)]
+#[error("`{name}` is not reported; {known}")]
+struct NotReported {
+    name: String,
+    /// What may have been meant.
+    known: String,
+}
+
 struct RecordedVariable {
     name: String,
     unit: DisplayUnit,
@@ -105,14 +114,15 @@ impl Record {
         })
     }
 
-    /// The variable of that name; or else the names that there are.
-    fn column(&self, name: &str) -> Result<&RecordedVariable, String> {
+    /// The variable of that name.
+    fn column(&self, name: &str) -> Result<&RecordedVariable, NotReported> {
         let known = || suggest::known(name, self.columns.iter().map(|column| column.name.as_str()));
-        self.columns.iter().find(|column| column.name == name).ok_or_else(known)
+        let not_reported = || NotReported { name: name.to_owned(), known: known() };
+        self.columns.iter().find(|column| column.name == name).ok_or_else(not_reported)
     }
 
     fn axis(&self, name: &str) -> Result<&RecordedVariable, Failure> {
-        self.column(name).map_err(|known| Failure::Usage(format!("`{name}` is not reported; {known}")))
+        self.column(name).map_err(|error| Failure::Usage(error.to_string()))
     }
 
     /// A curve; where a wrapped angle begins a new turn it has a gap.
@@ -155,7 +165,7 @@ impl Record {
         let (mut measured, mut report) = (Vec::new(), String::new());
         for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {
             let column = (self.column(name))
-                .map_err(|known| wrong(format!("the column `{name}` is no reported variable; {known}")))?;
+                .map_err(|error| wrong(format!("the column `{name}` is no reported variable; {}", error.known)))?;
             if let Some(unit) = unit.as_ref().filter(|unit| !unit.is_compatible(&column.si) && !column.si.si.is_empty())
             {
                 return Err(wrong(format!(

@@ -6,6 +6,7 @@ use cotree::model::Unit;
 use cotree::report::csv::CsvTable;
 use cotree::run::{Run, settings};
 
+use super::super::argument::AssignmentError;
 use super::super::failure::Failure;
 use super::super::times;
 use super::SimulateCommand;
@@ -23,7 +24,9 @@ pub fn run<'a>(
     };
     // A run from equilibrium has them in its scene.
     let settings = options.settings.iter().filter(|_| !options.from_equilibrium);
-    let settings: Vec<(usize, f64)> = Failure::every(settings.map(|setting| set(description, setting)))?;
+    let settings: Vec<(usize, f64)> = Failure::every(
+        settings.map(|setting| set(description, setting).map_err(|error| format!("--set {setting}: {error}"))),
+    )?;
     if let Some((_, columns)) = &inputs
         && let Some((index, _)) = settings.iter().find(|(index, _)| columns.contains(index))
     {
@@ -48,14 +51,13 @@ pub fn thinning(options: &SimulateCommand) -> Result<u64, Failure> {
 }
 
 /// `name=value` as variable and SI value.
-fn set(description: &Description, setting: &str) -> Result<(usize, f64), String> {
-    let wrong = |message: String| format!("--set {setting}: {message}");
-    let (name, value) = setting.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
+fn set(description: &Description, setting: &str) -> Result<(usize, f64), AssignmentError> {
+    let (name, value) = setting.split_once('=').ok_or(AssignmentError::Form)?;
     let (name, value) = (name.trim(), value.trim());
-    let index = settings::settable(description, name).map_err(wrong)?;
+    let index = settings::settable(description, name)?;
     let variable = &description.variables[index];
-    let value = compile::quantity(value, &variable.unit).map_err(wrong)?;
-    settings::permitted(variable, value).map_err(wrong)?;
+    let value = compile::quantity(value, &variable.unit)?;
+    settings::permitted(variable, value)?;
     Ok((index, value))
 }
 
@@ -64,7 +66,7 @@ fn columns(description: &Description, table: &CsvTable) -> Result<Vec<usize>, Fa
     let inputs = settings::Inputs::new(description);
     let wrong = |message: String| Failure::Usage(format!("input table: {message}"));
     let column = |(name, unit): (&String, &Option<Unit>)| {
-        let index = inputs.find(name).map_err(wrong)?;
+        let index = inputs.find(name).map_err(|error| wrong(error.to_string()))?;
         let own = &description.variables[index].unit;
         match unit {
             Some(unit) if !own.si.is_empty() && !unit.is_compatible(own) => {

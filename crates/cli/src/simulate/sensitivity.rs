@@ -61,7 +61,7 @@ fn features(options: &SimulateCommand, mut study: Study, times: &[f64], format: 
         let (name, value) = text.split_once('=').ok_or_else(|| wrong("write name=value".to_owned()))?;
         let (name, value) = (name.trim().to_owned(), value.trim());
         let unit = study.output_unit(&name).ok_or_else(|| wrong("there is no such variable".to_owned()))?;
-        Ok((name, compile::quantity(value, unit).map_err(wrong)?))
+        Ok((name, compile::quantity(value, unit).map_err(|error| wrong(error.to_string()))?))
     };
     let levels = options.crossing.iter().map(level).collect::<Result<Vec<_>, Failure>>()?;
     let found = study.features(&options.sensitivity, times, &levels);

@@ -176,7 +176,7 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (ShownScene, Vec<PathBuf>) {
     let files = further(&scene.source);
     let shown = match moving::page(&scene, module) {
         Err(faults) => faulty(faults.into()),
-        Ok((_, Err(why))) => faulty(Failure::Numerical(why)),
+        Ok((_, Err(why))) => faulty(Failure::Numerical(why.to_string())),
         Ok((compiled, Ok(page))) => {
             let text = scene.source.own_text().to_owned();
             ShownScene::Page {

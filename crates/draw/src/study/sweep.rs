@@ -29,16 +29,32 @@ enum Axes {
     Histograms,
 }
 
+/// Why there is no picture of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PictureRefused {
+    /// There is one run only.
+    #[error("nothing is varied: there is one run to draw")]
+    NothingVaried,
+    /// More quantities of a grid than a picture has axes.
+    #[error(
+        "{count} quantities are varied, but a picture shows one or two of them; give the others one value, or draw runs at random"
+    )]
+    TooManyVaried {
+        /// How many are varied.
+        count: usize,
+    },
+}
+
 impl SweepPicture {
     /// Chooses by what is varied.
     ///
     /// # Errors
     /// Nothing is varied, or more than two quantities on a grid.
-    pub fn new(sweep: &Sweep) -> Result<Self, String> {
+    pub fn new(sweep: &Sweep) -> Result<Self, PictureRefused> {
         let design = &sweep.design;
         let kind = match (design.is_grid(), &design.varied()[..]) {
             _ if design.is_drawn() => Axes::Histograms,
-            (_, []) => return Err("nothing is varied: there is one run to draw".to_owned()),
+            (_, []) => return Err(PictureRefused::NothingVaried),
             (_, &[one]) => Axes::Curves(one, None),
             (true, &[one, other]) => {
                 let [count, others] = [one, other].map(|factor| levels(sweep, factor).len());
@@ -49,8 +65,7 @@ impl SweepPicture {
                 }
             }
             (true, varied) => {
-                let what = "a picture shows one or two of them; give the others one value";
-                return Err(format!("{} quantities are varied, but {what}, or draw runs at random", varied.len()));
+                return Err(PictureRefused::TooManyVaried { count: varied.len() });
             }
             (false, _) => Axes::Histograms,
         };

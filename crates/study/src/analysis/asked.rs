@@ -8,11 +8,60 @@ use cotree::model::{Mechanism, Unilateral};
 use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
+use thiserror::Error;
 
 use super::one_sided::{Closure, OneSidedKind, closures, told};
 use super::supports::is_held_twice;
 use super::variation::Variation;
 use super::{AnalysisFailure, OperatingPoint};
+
+/// Why a part cannot be asked to be something.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ModeError {
+    /// No part of that name is held on one side only or rubs.
+    #[error("nothing of the name `{name}` is held on one side only or rubs; {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// What may have been meant.
+        known: String,
+    },
+    /// The part has no such mode.
+    #[error("`{name}` cannot be `{word}`; write {permitted}")]
+    Word {
+        /// The part.
+        name: String,
+        /// What it is to be.
+        word: String,
+        /// What it can be.
+        permitted: String,
+    },
+    /// Several things of a joint fit.
+    #[error("`{name}` is more than one thing; {known}")]
+    Ambiguous {
+        /// The joint.
+        name: String,
+        /// What may have been meant.
+        known: String,
+    },
+}
+
+/// Why a part cannot be at a point of a motion what it is asked to be.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+enum Unfit {
+    #[error("`{name}` cannot be {word}: it {why}")]
+    Open { name: String, word: &'static str, why: String },
+    #[error("`{name}` cannot rub: nothing presses there, `{on}` is open")]
+    NothingPresses { name: String, on: String },
+    #[error("`{name}` cannot stick: it slides by {rate}")]
+    Slides { name: String, rate: String },
+    #[error("`{name}` cannot be idle: it slides by {rate}")]
+    NotIdle { name: String, rate: String },
+    #[error("`{name}` stands still: write slides+ or slides- for the way in which it begins to slide")]
+    StandsStill { name: String },
+    #[error("`{name}` slides the other way, by {rate}")]
+    OtherWay { name: String, rate: String },
+}
 
 /// Signs of what presses are tried: of no more than this.
 const MOST_SIGNS: usize = 12;
@@ -68,18 +117,18 @@ fn words(own: &Unilateral) -> &'static [(&'static str, WantedMode)] {
 ///
 /// # Errors
 /// There is no such part, or it cannot be that.
-pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<AskedPart>, String> {
+pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<AskedPart>, ModeError> {
     modes.iter().map(|(name, word)| find(mechanism, name, word)).collect()
 }
 
-fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, String> {
+fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, ModeError> {
     let all = &mechanism.unilaterals;
     let is_named =
         |own: &Unilateral| own.name == name || own.name.rsplit_once('.').is_some_and(|(part, _)| part == name);
     let named: Vec<usize> = (0..all.len()).filter(|&index| is_named(&all[index])).collect();
     let known = || suggest::known(name, all.iter().map(|own| own.name.as_str()));
     if named.is_empty() {
-        return Err(format!("nothing of the name `{name}` is held on one side only or rubs; {}", known()));
+        return Err(ModeError::Unknown { name: name.to_owned(), known: known() });
     }
     let meant = |index: &usize| words(&all[*index]).iter().find(|(own, _)| *own == word).map(|(_, wanted)| *wanted);
     let fitting: Vec<(usize, WantedMode)> =
@@ -90,9 +139,9 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, Stri
         (None, []) => {
             let words: Vec<String> =
                 named.iter().flat_map(|&index| words(&all[index])).map(|(own, _)| format!("{name}={own}")).collect();
-            Err(format!("`{name}` cannot be `{word}`; write {}", words.join(" or ")))
+            Err(ModeError::Word { name: name.to_owned(), word: word.to_owned(), permitted: words.join(" or ") })
         }
-        (None, _) => Err(format!("`{name}` is more than one thing; {}", known())),
+        (None, _) => Err(ModeError::Ambiguous { name: name.to_owned(), known: known() }),
     }
 }
 
@@ -128,7 +177,7 @@ pub(super) fn put(
 }
 
 /// What everything is once some of it is what is asked for, or why it cannot be.
-fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Result<Vec<HeldMode>, String> {
+fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Result<Vec<HeldMode>, Unfit> {
     let fastest = here.iter().fold(0.0, |most: f64, own| most.max(own.rate.abs()));
     let wanted = |own: &Closure| asked.iter().rev().find(|asked| asked.index == own.index).map(|asked| asked.wanted);
     let mut target: Vec<HeldMode> = here
@@ -142,7 +191,7 @@ fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Resul
         target[place].closed = holds;
         if let Some(why) = why_open(mechanism, own, fastest).filter(|_| holds) {
             let word = if own.kind == OneSidedKind::Freewheel { "caught" } else { "closed" };
-            return Err(format!("`{}` cannot be {word}: it {why}", own.name));
+            return Err(Unfit::Open { name: own.name.clone(), word, why });
         }
     }
     for (place, own) in here.iter().enumerate().filter(|(_, own)| is_friction(own)) {
@@ -150,7 +199,7 @@ fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Resul
         let on = on.and_then(|on| here.iter().position(|own| own.index == on));
         if let Some(on) = on.filter(|&on| !target[on].closed) {
             if wanted(own).is_some_and(|wanted| wanted != WantedMode::Idle) {
-                return Err(format!("`{}` cannot rub: nothing presses there, `{}` is open", own.name, here[on].name));
+                return Err(Unfit::NothingPresses { name: own.name.clone(), on: here[on].name.clone() });
             }
             target[place] = IDLE;
             continue;
@@ -179,25 +228,21 @@ fn rubs(
     (own, natural): (&Closure, HeldMode),
     (wanted, begins): (Option<WantedMode>, bool),
     fastest: f64,
-) -> Result<HeldMode, String> {
-    let (name, moves) = (&own.name, own.moves(fastest));
+) -> Result<HeldMode, Unfit> {
+    let (name, moves) = (own.name.clone(), own.moves(fastest));
     let rate = || told(mechanism, own.rate, own.unit_of_rate());
     let slides = |direction: f64| HeldMode { closed: false, direction };
     match wanted {
         None if begins => Ok(if moves { slides(own.rate.signum()) } else { STICKS }),
         None => Ok(natural),
-        Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
-            Err(format!("`{name}` cannot stick: it slides by {}", rate()))
-        }
+        Some(WantedMode::Holds | WantedMode::LetsGo) if moves => Err(Unfit::Slides { name, rate: rate() }),
         Some(WantedMode::Holds | WantedMode::LetsGo) => Ok(STICKS),
-        Some(WantedMode::Idle) if moves => Err(format!("`{name}` cannot be idle: it slides by {}", rate())),
+        Some(WantedMode::Idle) if moves => Err(Unfit::NotIdle { name, rate: rate() }),
         Some(WantedMode::Idle) => Ok(IDLE),
         Some(WantedMode::Slides(None)) if moves => Ok(slides(own.rate.signum())),
-        Some(WantedMode::Slides(None)) => {
-            Err(format!("`{name}` stands still: write slides+ or slides- for the way in which it begins to slide"))
-        }
+        Some(WantedMode::Slides(None)) => Err(Unfit::StandsStill { name }),
         Some(WantedMode::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
-            Err(format!("`{name}` slides the other way, by {}", rate()))
+            Err(Unfit::OtherWay { name, rate: rate() })
         }
         Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
     }

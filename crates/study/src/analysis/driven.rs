@@ -3,8 +3,27 @@
 use cotree::diagnostic::suggest;
 use cotree::model::{Mechanism, Unit};
 use cotree::report::csv::CsvTable;
-use cotree::run::{knots, set_inputs};
+use cotree::run::{SettingError, knots, set_inputs};
 use cotree_fmu::instance::{Instance, InstanceError};
+use thiserror::Error;
+
+/// Why a table gives no inputs over time.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum InputTableError {
+    /// A column of something else than an input.
+    #[error(transparent)]
+    Unknown(#[from] SettingError),
+    /// A column in another kind of unit.
+    #[error("`{input}` is in `{unit}`, but the input in `{si}`")]
+    Unit {
+        /// The input.
+        input: String,
+        /// The unit of its column.
+        unit: String,
+        /// Its SI unit.
+        si: String,
+    },
+}
 
 /// Inputs over time: linear between the rows of a table, constant before and after it. Without columns all inputs stay as they are.
 #[derive(Clone, Debug, Default)]
@@ -17,14 +36,18 @@ pub(super) struct DrivenInputs {
 impl DrivenInputs {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
-    pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, String> {
+    pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, InputTableError> {
         let names = || mechanism.open_inputs().iter().map(|own| own.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
-            let unknown = || format!("the scene has no input `{name}`; {}", suggest::known(name, names()));
+            let unknown = || SettingError::UnknownInput { name: name.clone(), known: suggest::known(name, names()) };
             let place = names().position(|own| own == name).ok_or_else(unknown)?;
             let own = &mechanism.inputs[place].unit;
             match unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
-                Some(unit) => Err(format!("`{name}` is in `{}`, but the input in `{}`", unit.shown(), own.si)),
+                Some(unit) => Err(InputTableError::Unit {
+                    input: name.clone(),
+                    unit: unit.shown().to_owned(),
+                    si: own.si.clone(),
+                }),
                 None => Ok(place),
             }
         };

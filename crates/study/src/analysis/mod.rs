@@ -23,13 +23,15 @@ mod study;
 mod supports;
 mod variation;
 
+use cotree::diagnostic::lines;
 use cotree_fmu::failure;
 use cotree_fmu::instance::InstanceError;
 use cotree_fmu::program::check::Fault;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-pub use asked::{AskedPart, WantedMode};
+pub use asked::{AskedPart, ModeError, WantedMode};
+pub use driven::InputTableError;
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
@@ -37,11 +39,12 @@ pub use one_sided::{Closure, at_start};
 pub use point::OperatingPoint;
 pub use rest::at_rest;
 pub use sensitivity::{
-    Along, At as AlongAt, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, Sensitivities, Varied, Varying,
+    Along, At as AlongAt, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, NotDifferentiable,
+    Sensitivities, Varied, Varying,
 };
 pub(crate) use sensitivity::{Differentiated, is_finite};
 pub use state_space::{StateSpace, StateSpaceSignal};
-pub use study::{LinearisedAt, Study, StudyError, state_at};
+pub use study::{LinearisedAt, SetError, Study, StudyError, state_at};
 pub use variation::Variation;
 
 /// Independent and dependent coordinates for a Jacobian of loop equations; none in a singular pose.
@@ -88,8 +91,16 @@ pub enum AnalysisFailure {
         what: String,
     },
     /// Parameters, inputs or initial values that the scene does not have.
-    #[error("{}", .0.join("\n"))]
-    Unknown(Vec<String>),
+    #[error("{}", lines(.0))]
+    Unknown(Vec<SetError>),
+    /// An input is to be held that moves a driver.
+    #[error(
+        "a driver follows `{input}`, too: an input that is held and jumps would move it without bound; let the driver follow an input that it integrates"
+    )]
+    Followed {
+        /// The input.
+        input: String,
+    },
     /// Ticks or events stand in the way.
     #[error("{0}")]
     Instants(String),

@@ -2,18 +2,19 @@
 
 use std::sync::Arc;
 
+use cotree::compile::QuantityError;
 use cotree::diagnostic::suggest;
 use cotree::formulate::{Formulated, formulate_written, pattern};
-use cotree::model::{Experiment, Formula, Mechanism, Output, Unit, Units};
+use cotree::model::{CalculatedError, Experiment, Formula, Mechanism, Output, Unit, Units, ValueError};
 use cotree::report::csv::CsvTable;
-use cotree::run::Gaps;
+use cotree::run::{Gaps, SettingError};
 use cotree::scene::{self, Fault, Faults, Resolved, Scene, Source};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
-use super::asked::{self, AskedPart};
-use super::driven::DrivenInputs;
+use super::asked::{self, AskedPart, ModeError};
+use super::driven::{DrivenInputs, InputTableError};
 use super::kept::{DerivativesKey, Kept, PoseKey};
 use super::local::Local;
 use super::report::{Linearization, Statics, VibrationModes};
@@ -45,6 +46,43 @@ pub enum StudyError {
     Scene(#[from] Faults),
     #[error(transparent)]
     Analysis(#[from] AnalysisFailure),
+}
+
+/// Why something cannot be set or varied.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SetError {
+    /// Nothing that can be set has that name.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// The parameter is calculated.
+    #[error(transparent)]
+    Calculated(#[from] CalculatedError),
+    /// The value cannot be read.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+    /// The variable cannot have the value.
+    #[error(transparent)]
+    Value(#[from] ValueError),
+    /// Nothing that can be varied has that name.
+    #[error("the scene has no parameter, input or initial value `{name}`; {known}")]
+    NotVariable {
+        /// The name.
+        name: String,
+        /// What may have been meant.
+        known: String,
+    },
+    /// The program has no such variable.
+    #[error("`{name}` cannot be set")]
+    NotSettable {
+        /// The name.
+        name: String,
+    },
+    /// A level of something else than an output.
+    #[error("`{name}` is no output")]
+    NoOutput {
+        /// The name.
+        name: String,
+    },
 }
 
 /// Where a mechanism is linearised.
@@ -122,7 +160,7 @@ impl Study {
     ///
     /// # Errors
     /// There is no such part, or it cannot be that.
-    pub fn set_modes(&mut self, modes: &[(String, String)]) -> Result<(), String> {
+    pub fn set_modes(&mut self, modes: &[(String, String)]) -> Result<(), ModeError> {
         self.asked = asked::asked(&self.mechanism, modes)?;
         Ok(())
     }
@@ -131,7 +169,7 @@ impl Study {
     ///
     /// # Errors
     /// A column that is no input, or in another kind of unit.
-    pub fn set_inputs(&mut self, table: CsvTable) -> Result<(), String> {
+    pub fn set_inputs(&mut self, table: CsvTable) -> Result<(), InputTableError> {
         self.driven = DrivenInputs::new(&self.mechanism, table)?;
         Ok(())
     }
@@ -150,7 +188,7 @@ impl Study {
     ///
     /// # Errors
     /// There is nothing of that name, `read` fails, or the value is out of bounds.
-    pub fn set(&mut self, name: &str, read: impl FnOnce(&Unit) -> Result<f64, String>) -> Result<(), String> {
+    pub fn set(&mut self, name: &str, read: impl FnOnce(&Unit) -> Result<f64, QuantityError>) -> Result<(), SetError> {
         let mechanism = &mut self.mechanism;
         if let Some(place) = (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name)
         {
@@ -195,14 +233,14 @@ impl Study {
         set.is_some() && set != pattern(&own.mechanism)
     }
 
-    fn unknown(&self, name: &str) -> String {
+    fn unknown(&self, name: &str) -> SetError {
         if let Some(why) = self.mechanism.why_calculated(name) {
-            return why;
+            return why.into();
         }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
         let known =
             suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
-        format!("the scene has no parameter or input `{name}`; {known}")
+        SettingError::Unknown { name: name.to_owned(), known }.into()
     }
 
     /// Where the mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable.

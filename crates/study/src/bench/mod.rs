@@ -15,7 +15,8 @@ use serde::{Serialize, Serializer};
 
 use clock::Elapsed;
 pub use reference::{Reference, ReferenceComparison};
-use runs::{BenchSubject, Budget, TOO_LONG, TimedMotion};
+pub use runs::BenchError;
+use runs::{BenchSubject, Budget, TimedMotion};
 
 const TOLERANCES: [f64; 10] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12];
 /// An error that is not above so many times that of the reference may be the reference's own.
@@ -49,23 +50,24 @@ pub struct BenchRun {
     pub method: &'static str,
     pub tolerance: f64,
     #[serde(flatten, serialize_with = "flat")]
-    pub result: Result<MeasuredRun, String>,
+    pub result: Result<MeasuredRun, BenchError>,
 }
 
 /// What a run without result is written as: every number is null.
 #[derive(Serialize)]
-struct Unmeasured<'a> {
+struct Unmeasured {
     cpu_seconds: Option<f64>,
     error: Option<f64>,
     steps: Option<u64>,
     evaluations: Option<u64>,
-    problem: &'a str,
+    problem: String,
 }
 
-fn flat<S: Serializer>(result: &Result<MeasuredRun, String>, serializer: S) -> Result<S::Ok, S::Error> {
+fn flat<S: Serializer>(result: &Result<MeasuredRun, BenchError>, serializer: S) -> Result<S::Ok, S::Error> {
     match result {
         Ok(measured) => measured.serialize(serializer),
         Err(problem) => {
+            let problem = problem.to_string();
             Unmeasured { cpu_seconds: None, error: None, steps: None, evaluations: None, problem }.serialize(serializer)
         }
     }
@@ -108,7 +110,7 @@ pub struct Next {
 ///
 /// # Errors
 /// There is no reference: the model cannot be simulated, or not in reasonable time.
-pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Bench, String> {
+pub fn measure(model: &Arc<Model>, variables: &[usize], experiment: Experiment) -> Result<Bench, BenchError> {
     measure_watched(model, variables, experiment, &mut |_| true)
 }
 
@@ -121,7 +123,7 @@ pub fn measure_watched(
     variables: &[usize],
     experiment: Experiment,
     watch: &mut dyn FnMut(Next) -> bool,
-) -> Result<Bench, String> {
+) -> Result<Bench, BenchError> {
     let subject = BenchSubject { model, variables, experiment };
     let methods = methods(model);
     let (times, mut exact, reference) = reference::find(&subject, &methods)?;
@@ -137,7 +139,7 @@ pub fn measure_watched(
         // Finer tolerances would take longer still.
         let is_slow = slow == Some(method);
         let found =
-            if is_slow { Err(TOO_LONG.to_owned()) } else { subject.run(engine, tolerance, Budget::Run, &times) };
+            if is_slow { Err(BenchError::TooLong) } else { subject.run(engine, tolerance, Budget::Run, &times) };
         let result = found.map(|mut found| {
             let cpu_seconds = subject.time(engine, tolerance).map(|(fastest, all)| {
                 total.add(all);
@@ -148,7 +150,7 @@ pub fn measure_watched(
             let resolved = error > RESOLVED * reference.error;
             MeasuredRun { cpu_seconds, resolved, ..MeasuredRun::of(&found, error, energy_kept) }
         });
-        slow = matches!(&result, Err(problem) if problem == TOO_LONG).then_some(method).or(slow);
+        slow = matches!(result, Err(BenchError::TooLong)).then_some(method).or(slow);
         runs.push(BenchRun { method, tolerance, result });
     }
     Ok(Bench {
@@ -191,25 +193,27 @@ fn methods(model: &Model) -> Vec<Method> {
 
 #[cfg(test)]
 mod tests {
+    use cotree_fmu::instance::InstanceError;
+
     use super::*;
 
     #[test]
     fn a_run_without_result_has_the_same_keys_and_says_why() {
-        let run = BenchRun { method: "explicit", tolerance: 1e-6, result: Err(TOO_LONG.to_owned()) };
+        let run = BenchRun { method: "explicit", tolerance: 1e-6, result: Err(BenchError::TooLong) };
         let written = serde_json::to_value(&run).expect("JSON");
         for key in ["cpu_seconds", "error", "steps", "evaluations"] {
             assert_eq!(written.get(key), Some(&serde_json::Value::Null), "{key}");
         }
-        assert_eq!(written["problem"], TOO_LONG);
+        assert_eq!(written["problem"], "it takes too long");
         let reference = Reference { method: "auto", tolerance: 1e-13, error: 0.0, other: None, confirmed: false };
         let name = "four_bar".to_owned();
-        let refused = BenchRun { result: Err("it left its branch".to_owned()), ..run.clone() };
+        let refused = BenchRun { result: Err(InstanceError::NoExchange.into()), ..run.clone() };
         let (points, clock, share, runs) = (1024, "processor time", 0.5, vec![run, refused]);
         let (span, energy_kept, attainable) = ([0.0, 1.0], false, 4e-8);
         let bench = Bench { name, span, reference, points, clock, share, energy_kept, attainable, runs };
         let table = bench.report().text(&cotree::model::Units::default());
         assert!(table.contains("rounding errors leave a relative accuracy of about 4e-8"), "{table}");
-        assert!(table.contains("too slow") && table.contains("no result") && table.contains("it left its branch"));
+        assert!(table.contains("too slow") && table.contains("no result") && table.contains("no Model Exchange"));
         assert!(table.contains("50 % of a processor"), "{table}");
     }
 }

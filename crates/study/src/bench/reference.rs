@@ -4,7 +4,7 @@ use cotree_fmu::program::Engine;
 use serde::Serialize;
 
 use super::Method;
-use super::runs::{BenchSubject, Budget, TOO_LONG, TimedMotion};
+use super::runs::{BenchError, BenchSubject, Budget, TimedMotion};
 
 /// Tolerances that are tried, from the finest on.
 const TOLERANCES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
@@ -43,7 +43,10 @@ struct Converged {
 ///
 /// Of all methods the two that agree best are taken; the one that the model does not choose by itself is the reference, so that its choice is judged by
 /// another method.
-pub(super) fn find(subject: &BenchSubject, methods: &[Method]) -> Result<(Vec<f64>, TimedMotion, Reference), String> {
+pub(super) fn find(
+    subject: &BenchSubject,
+    methods: &[Method],
+) -> Result<(Vec<f64>, TimedMotion, Reference), BenchError> {
     let times = times(subject)?;
     let chosen = subject.model.program().engine;
     let named = methods.iter().filter(|(_, engine)| engine.is_some());
@@ -65,11 +68,11 @@ pub(super) fn find(subject: &BenchSubject, methods: &[Method]) -> Result<(Vec<f6
     Ok((times, found, Reference { method, tolerance, error, other: Some(other), confirmed }))
 }
 
-fn times(subject: &BenchSubject) -> Result<Vec<f64>, String> {
+fn times(subject: &BenchSubject) -> Result<Vec<f64>, BenchError> {
     first(&[1e-9, 1e-6, 1e-4], |tolerance| subject.times(None, tolerance))
 }
 
-fn finest(subject: &BenchSubject, &(method, engine): &Method, times: &[f64]) -> Result<Converged, String> {
+fn finest(subject: &BenchSubject, &(method, engine): &Method, times: &[f64]) -> Result<Converged, BenchError> {
     first(&TOLERANCES, |tolerance| {
         let run = |tolerance| subject.run(engine, tolerance, Budget::Reference, times);
         let (coarser, found) = (run(10.0 * tolerance)?, run(tolerance)?);
@@ -79,15 +82,15 @@ fn finest(subject: &BenchSubject, &(method, engine): &Method, times: &[f64]) -> 
 }
 
 /// What is found at the first of the tolerances at which anything is.
-fn first<T>(tolerances: &[f64], found: impl Fn(f64) -> Result<T, String>) -> Result<T, String> {
-    let mut problem = TOO_LONG.to_owned();
+fn first<T>(tolerances: &[f64], found: impl Fn(f64) -> Result<T, BenchError>) -> Result<T, BenchError> {
+    let mut problem = BenchError::TooLong;
     for &tolerance in tolerances {
         match found(tolerance) {
             Ok(found) => return Ok(found),
             Err(error) => problem = error,
         }
     }
-    Err(format!("there is no reference to compare with: {problem}"))
+    Err(BenchError::NoReference(Box::new(problem)))
 }
 
 /// The two whose results are closest, and their distance.

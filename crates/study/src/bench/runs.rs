@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use cotree::model::Experiment;
-use cotree_fmu::instance::Instance;
+use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
+use thiserror::Error;
 
 use super::clock::{Clock, Elapsed};
 use super::trajectory::Trajectory;
@@ -22,13 +23,26 @@ const MOST_STEPS: usize = 2048;
 const MOST_EXTREMA: usize = 4096;
 /// Repetitions take so long together, at least.
 const LONG_ENOUGH: Duration = Duration::from_millis(20);
-pub(crate) const TOO_LONG: &str = "it takes too long";
 const ENERGY: &str = "energy.total";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Budget {
     Run,
     Reference,
+}
+
+/// Why a run or a measurement has no result.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BenchError {
+    /// It costs more than its budget.
+    #[error("it takes too long")]
+    TooLong,
+    /// The motion cannot be found or continued.
+    #[error(transparent)]
+    Motion(#[from] InstanceError),
+    /// No run is accurate enough to compare the others with.
+    #[error("there is no reference to compare with: {0}")]
+    NoReference(Box<BenchError>),
 }
 
 pub struct BenchSubject<'a> {
@@ -56,7 +70,7 @@ impl BenchSubject<'_> {
         tolerance: f64,
         budget: Budget,
         times: &[f64],
-    ) -> Result<TimedMotion, String> {
+    ) -> Result<TimedMotion, BenchError> {
         let most = self.most(budget);
         let mut instance = self.start(engine, tolerance)?;
         let mut machine = Machine::new(self.model);
@@ -65,16 +79,16 @@ impl BenchSubject<'_> {
         let (mut energies, mut worst) = (Vec::new(), 0.0);
         for &time in times {
             if time > instance.time() {
-                instance.step_to(time).map_err(|error| error.to_string())?;
+                instance.step_to(time)?;
             }
             if instance.statistics().evaluations > most {
-                return Err(TOO_LONG.to_owned());
+                return Err(BenchError::TooLong);
             }
             for (row, &variable) in trajectory.values.iter_mut().zip(self.variables) {
-                row.push(instance.reading(variable).map_err(|error| error.to_string())?);
+                row.push(instance.reading(variable)?);
             }
             if let Some(energy) = energy {
-                energies.push(instance.reading(energy).map_err(|error| error.to_string())?);
+                energies.push(instance.reading(energy)?);
             }
             worst = f64::max(worst, residual(self.model, &mut machine, &instance));
         }
@@ -100,17 +114,17 @@ impl BenchSubject<'_> {
     ///
     /// # Errors
     /// There is no consistent one.
-    pub fn start(&self, engine: Option<Engine>, tolerance: f64) -> Result<Instance, String> {
+    pub fn start(&self, engine: Option<Engine>, tolerance: f64) -> Result<Instance, BenchError> {
         let mut instance = Instance::new(self.model.clone());
         let Experiment { start, stop, .. } = self.experiment;
         let setup = instance.setup(start, Some(stop), Some(tolerance));
         let engine = setup.and_then(|()| engine.map_or(Ok(()), |engine| instance.set_engine(engine)));
-        engine.and_then(|()| instance.initialise()).map_err(|error| error.to_string())?;
+        engine.and_then(|()| instance.initialise())?;
         Ok(instance)
     }
 
     /// When results are compared: at equal distances, within the steps of this run, which are short where much happens, and where its variables turn back.
-    pub fn times(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
+    pub fn times(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, BenchError> {
         let mut times = self.even(POINTS);
         times.extend(within(&self.step_ends(engine, tolerance)?));
         times.sort_by(f64::total_cmp);
@@ -125,7 +139,7 @@ impl BenchSubject<'_> {
     }
 
     /// Where steps of a run begin and end.
-    fn step_ends(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, String> {
+    fn step_ends(&self, engine: Option<Engine>, tolerance: f64) -> Result<Vec<f64>, BenchError> {
         let Experiment { start, stop, .. } = self.experiment;
         let least = (stop - start) / MOST_STOPS;
         let most = self.most(Budget::Reference);
@@ -134,9 +148,9 @@ impl BenchSubject<'_> {
         while instance.time() < stop {
             // Just beyond the last step: so the next one is taken.
             let next = instance.end_of_step().next_up().max(instance.time() + least).min(stop);
-            instance.step_to(next).map_err(|error| error.to_string())?;
+            instance.step_to(next)?;
             if instance.statistics().evaluations > most {
-                return Err(TOO_LONG.to_owned());
+                return Err(BenchError::TooLong);
             }
             ends.push(instance.end_of_step().min(stop));
         }

@@ -4,8 +4,7 @@ use cotree::report::data::{Cell, Report, Table};
 use cotree::row;
 use cotree_fmu::instance::Inaccuracy;
 
-use super::runs::TOO_LONG;
-use super::{BUSY, Bench, BenchRun, Reference, TOLERANCES};
+use super::{BUSY, Bench, BenchError, BenchRun, Reference, TOLERANCES};
 
 impl Bench {
     pub fn report(&self) -> Report {
@@ -65,8 +64,11 @@ fn about(error: f64) -> String {
 fn problems(runs: &[BenchRun]) -> Vec<Cell> {
     let mut told = Vec::new();
     let first = runs.iter().filter_map(|run| {
-        let problem =
-            run.result.as_ref().err().filter(|problem| *problem != TOO_LONG && !told.contains(&run.method))?;
+        let problem = run
+            .result
+            .as_ref()
+            .err()
+            .filter(|problem| **problem != BenchError::TooLong && !told.contains(&run.method))?;
         told.push(run.method);
         Some(format!("\n{} at {:.0e}: {problem}", run.method, run.tolerance).into())
     });
@@ -76,7 +78,7 @@ fn problems(runs: &[BenchRun]) -> Vec<Cell> {
 fn row(run: &BenchRun) -> Vec<Cell> {
     let mut row = row![run.method, format!("{:.0e}", run.tolerance)];
     match &run.result {
-        Err(problem) => row.extend(row![if problem == TOO_LONG { "too slow" } else { "no result" }]),
+        Err(problem) => row.extend(row![if *problem == BenchError::TooLong { "too slow" } else { "no result" }]),
         Ok(own) => {
             let error = match own.error {
                 0.0 => "<1e-16".to_owned(),

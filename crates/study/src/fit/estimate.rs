@@ -3,10 +3,10 @@
 use cotree::diagnostic::suggest;
 use nalgebra::{DMatrix, DVector};
 
-use super::FittedQuantity;
 use super::levenberg::Residuals;
 use super::request::Weighed;
 use super::student::{NORMAL, limits_95};
+use super::{FittedQuantity, Undetermined};
 use crate::analysis::Varying;
 use crate::analysis::decompose::svd;
 
@@ -31,7 +31,12 @@ impl Estimates {
     ///
     /// # Errors
     /// Which quantities are not determined.
-    pub fn new(residuals: &Residuals, values: &[f64], weighed: &Weighed, varying: &Varying) -> Result<Self, String> {
+    pub fn new(
+        residuals: &Residuals,
+        values: &[f64],
+        weighed: &Weighed,
+        varying: &Varying,
+    ) -> Result<Self, Undetermined> {
         let is_free =
             |&index: &usize| values[index] > weighed.bounds[index][0] && values[index] < weighed.bounds[index][1];
         let free: Vec<usize> = (0..values.len()).filter(is_free).collect();
@@ -44,14 +49,11 @@ impl Estimates {
             .map(|(effect, norm)| *norm == 0.0 || effect > f64::MIN_POSITIVE * norm && effect < NO_EFFECT);
         let idle = suggest::list(names.iter().zip(idle).filter(|(_, idle)| *idle).map(|(name, _)| name));
         if !idle.is_empty() {
-            let what = "no measured value depends on it: leave it out, or measure something that it changes";
-            return Err(format!("the measured values do not determine {}: {what}", idle));
+            return Err(Undetermined::NoEffect { names: idle });
         }
         let covariance = covariance(&jacobian, &norms).map_err(|direction| {
             let takes_part = direction.iter().zip(&names).filter(|(share, _)| share.abs() > TAKES_PART);
-            let named = suggest::list(takes_part.map(|(_, name)| name));
-            let what = "only a combination of them has an effect: leave one out, or measure something else too";
-            format!("the measured values do not determine {}: {what}", named)
+            Undetermined::Combination { names: suggest::list(takes_part.map(|(_, name)| name)) }
         })?;
         let all_given = weighed.deviations.iter().all(|(_, is_given)| *is_given);
         let degrees = residuals.values.len().saturating_sub(free.len()).max(1);

@@ -10,6 +10,7 @@ mod written;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
+use cotree::diagnostic::lines;
 use cotree::report::csv::CsvTable;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
@@ -18,15 +19,16 @@ use thiserror::Error;
 use crate::analysis::{
     Along, AlongAt as At, AnalysisFailure, Differentiated, Guess, Study, StudyError, Varying, is_finite,
 };
+use crate::request::{RequestFault, TooFew};
 use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
 pub use levenberg::{FitEnded, FitTrial};
 use report::rows_left_out;
-pub use request::{FitRequest, Vary};
+pub use request::{FitRequest, Vary, VaryError};
 use request::{TablePlaces, Weighed, too_few};
 pub(crate) use request::{bounds, check_times, places};
-pub use written::with_values;
+pub use written::{RewriteError, with_values};
 
 /// Motions are computed at most so often, and so often more for each quantity.
 const MOST_EVALUATIONS: [usize; 2] = [100, 20];
@@ -125,11 +127,51 @@ pub enum FitError {
     #[error(transparent)]
     Study(#[from] StudyError),
     /// What was asked for; everything that is wrong with it.
-    #[error("{}", .0.join("\n"))]
-    Request(Vec<String>),
+    #[error("{}", lines(.0))]
+    Request(Vec<RequestFault>),
     /// The measured values do not determine the quantities.
-    #[error("{0}")]
-    Undetermined(String),
+    #[error(transparent)]
+    Undetermined(#[from] Undetermined),
+}
+
+/// Why measured values do not determine quantities.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Undetermined {
+    /// Quantities on which no measured value depends.
+    #[error(
+        "the measured values do not determine {names}: no measured value depends on it: leave it out, or measure something that it changes"
+    )]
+    NoEffect {
+        /// The quantities.
+        names: String,
+    },
+    /// Quantities of which only a combination has an effect.
+    #[error(
+        "the measured values do not determine {names}: only a combination of them has an effect: leave one out, or measure something else too"
+    )]
+    Combination {
+        /// The quantities.
+        names: String,
+    },
+    /// The search has come to the end of what moves.
+    #[error(
+        "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
+    )]
+    NoMinimum {
+        /// Why there is no motion.
+        cause: String,
+    },
+    /// Too many rows have no value in the motions.
+    #[error("{few}; {left_out}")]
+    TooFew {
+        /// How many values are left.
+        few: TooFew,
+        /// Which rows were left out.
+        left_out: String,
+    },
+    /// Standard deviations and quantities do not settle.
+    #[error("the standard deviations of the columns do not settle: give them (--sigma), or fit one column")]
+    Unsettled,
 }
 
 /// Fits quantities of a scene to measured outputs. Each experiment has a study, with what was set, the inputs and the times of its own, and a table of the request, whose columns are
@@ -185,13 +227,6 @@ struct First {
     kept: Vec<(usize, usize)>,
 }
 
-/// What a search says that has come to the end of what moves.
-fn no_minimum(cause: &str) -> String {
-    format!(
-        "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
-    )
-}
-
 impl FitProblem<'_, '_> {
     fn solve(
         mut self,
@@ -209,9 +244,9 @@ impl FitProblem<'_, '_> {
             };
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
-            let blocked = found.blocked.map(|cause| no_minimum(&cause));
-            if let Some(message) = blocked.or_else(|| self.too_few_left(start.len())) {
-                return Ok(Err(FitError::Undetermined(message)));
+            let blocked = found.blocked.map(|cause| Undetermined::NoMinimum { cause });
+            if let Some(why) = blocked.or_else(|| self.too_few_left(start.len())) {
+                return Ok(Err(FitError::Undetermined(why)));
             }
             let motions = self.motions(&values, Some(&found.beside))?;
             let residuals = self.residuals(&motions, values.len());
@@ -228,7 +263,7 @@ impl FitProblem<'_, '_> {
             let Some(first) = self.experiments.first() else { break };
             let estimates = match Estimates::new(&scaled, &values, &self.weighed, first.varying) {
                 Ok(estimates) => estimates,
-                Err(message) => return Ok(Err(FitError::Undetermined(message))),
+                Err(why) => return Ok(Err(FitError::Undetermined(why))),
             };
             let guesses = motions.first().map(|motion| first.varying.moved_guesses(&motion.start)).transpose()?;
             return Ok(Ok(Fit {
@@ -246,8 +281,7 @@ impl FitProblem<'_, '_> {
                 guesses: guesses.unwrap_or_default(),
             }));
         }
-        let message = "the standard deviations of the columns do not settle: give them (--sigma), or fit one column";
-        Ok(Err(FitError::Undetermined(message.to_owned())))
+        Ok(Err(FitError::Undetermined(Undetermined::Unsettled)))
     }
 
     /// Where the search begins: in all experiments at the same values.
@@ -269,14 +303,11 @@ impl FitProblem<'_, '_> {
     }
 
     /// Says that the values that count are too few, if they are.
-    fn too_few_left(&self, quantities: usize) -> Option<String> {
-        let message = too_few(self.experiments.iter().map(|own| own.kept().len()).sum(), quantities)?;
+    fn too_few_left(&self, quantities: usize) -> Option<Undetermined> {
+        let few = too_few(self.experiments.iter().map(|own| own.kept().len()).sum(), quantities)?;
         let left_out: Vec<f64> = self.experiments.iter().flat_map(FittedMotion::left_out).collect();
-        Some(
-            message
-                + "; "
-                + &rows_left_out(&left_out, self.experiments.iter().map(|own| own.table.times().len()).sum())?,
-        )
+        let rows = self.experiments.iter().map(|own| own.table.times().len()).sum();
+        Some(Undetermined::TooFew { few, left_out: rows_left_out(&left_out, rows)? })
     }
 
     /// The kind of each value that counts, in the order of the residuals.

@@ -1,13 +1,15 @@
 //! What is asked of a fit, and whether that makes sense.
 
-use cotree::compile::{quantity, with_units};
+use cotree::compile::{QuantityError, quantity, with_units};
 use cotree::diagnostic::suggest;
 use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;
+use thiserror::Error;
 
 use super::LEAST;
 use super::levenberg::Residuals;
 use crate::analysis::{Varied, Varying};
+use crate::request::{RequestFault, TooFew};
 
 /// What is to be fitted to what.
 #[derive(Clone, Debug)]
@@ -28,16 +30,27 @@ pub struct Vary {
     pub bounds: [Option<String>; 2],
 }
 
+/// Why a text names no quantity with its bounds.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum VaryError {
+    /// The bounds have no dots between them.
+    #[error("write the bounds as low..high")]
+    Form,
+    /// A bound cannot be read.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+}
+
 impl Vary {
     /// Reads `name`, `name=low..high`, `name=low..` or `name=..high`; the unit of `high` is that of `low`, too, if that has none.
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub fn read(text: &str) -> Result<Self, VaryError> {
         let Some((name, range)) = text.split_once('=') else {
             return Ok(Vary { name: text.trim().to_owned(), bounds: [None, None] });
         };
-        let (low, high) = range.split_once("..").ok_or("write the bounds as low..high")?;
+        let (low, high) = range.split_once("..").ok_or(VaryError::Form)?;
         let given: Vec<&str> = [low, high].into_iter().filter(|text| !text.trim().is_empty()).collect();
         let mut given = with_units(&given)?.into_iter();
         let mut bound = |text: &str| if text.trim().is_empty() { None } else { given.next() };
@@ -70,10 +83,10 @@ pub(super) struct TablePlaces {
 
 impl FitRequest {
     /// Everything that is wrong is said.
-    pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<String>> {
-        let Some((first, _)) = experiments.first() else { return Err(vec!["nothing was measured".to_owned()]) };
+    pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<RequestFault>> {
+        let Some((first, _)) = experiments.first() else { return Err(vec![RequestFault::NothingMeasured]) };
         if experiments.len() != self.tables.len() {
-            return Err(vec![format!("{} experiments with {} tables", experiments.len(), self.tables.len())]);
+            return Err(vec![RequestFault::Tables { experiments: experiments.len(), tables: self.tables.len() }]);
         }
         let mut faults = Vec::new();
         let bounds = bounds(&self.vary, first.parameters(), &mut faults);
@@ -86,23 +99,25 @@ impl FitRequest {
             own.extend(differing(varying.parameters(), first.parameters()));
             let measured = measured(table);
             let empty = (0..table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
-            own.extend(empty.map(|column| format!("the column `{}` has no value", table.names()[column])));
+            own.extend(empty.map(|column| RequestFault::EmptyColumn { column: table.names()[column].clone() }));
             let kind = |name: &String| kinds.iter().position(|own| *own == name).unwrap_or_default();
             tables.push(TablePlaces { outputs, kinds: table.names().iter().map(kind).collect(), measured });
-            let several =
-                |fault| if experiments.len() > 1 { format!("experiment {}: {fault}", index + 1) } else { fault };
+            let several = |fault| match experiments.len() > 1 {
+                true => RequestFault::Experiment { number: index + 1, cause: Box::new(fault) },
+                false => fault,
+            };
             faults.extend(own.into_iter().map(several));
         }
         let (values, quantities) = (tables.iter().map(|own| own.measured.len()).sum(), self.vary.len());
         if !kinds.is_empty() {
-            faults.extend(too_few(values, quantities));
+            faults.extend(too_few(values, quantities).map(RequestFault::from));
         }
         let extents: Vec<f64> = kinds.iter().map(|kind| self.extent(kind)).collect();
         let mut deviations: Vec<(f64, bool)> = extents.iter().map(|&extent| (extent, false)).collect();
         for (name, text) in &self.deviations {
             match deviation(&kinds, experiments, name, text) {
                 Ok((kind, deviation)) => deviations[kind] = (deviation, true),
-                Err(message) => faults.push(message),
+                Err(fault) => faults.push(fault),
             }
         }
         if faults.is_empty() { Ok(Weighed { bounds, tables, deviations, extents }) } else { Err(faults) }
@@ -130,17 +145,15 @@ impl FitRequest {
 }
 
 /// What is varied is the same in all experiments: none may set it otherwise.
-fn differing(parameters: &[Varied], first: &[Varied]) -> Vec<String> {
+fn differing(parameters: &[Varied], first: &[Varied]) -> Vec<RequestFault> {
     let differs = parameters.iter().zip(first).filter(|(own, first)| own.start != first.start);
-    let told = |(own, first): (&Varied, &Varied)| {
-        let [start, other] = [own, first].map(|own| own.start);
-        format!(
-            "`{}` is varied, but set to {start:?} {unit} here and to {other:?} {unit} in the first one",
-            own.name,
-            unit = own.unit.si
-        )
+    let fault = |(own, first): (&Varied, &Varied)| RequestFault::Differs {
+        name: own.name.clone(),
+        here: own.start,
+        first: first.start,
+        unit: own.unit.si.clone(),
     };
-    differs.map(told).collect()
+    differs.map(fault).collect()
 }
 
 /// The kind of a column, and its standard deviation.
@@ -149,44 +162,47 @@ fn deviation(
     experiments: &[(&Varying, Experiment)],
     name: &str,
     text: &str,
-) -> Result<(usize, f64), String> {
-    let Some(kind) = kinds.iter().position(|own| *own == name) else {
-        let known = suggest::known(name, kinds.iter().map(|own| own.as_str()));
-        return Err(format!("there is no column `{name}`; {known}"));
+) -> Result<(usize, f64), RequestFault> {
+    let (name, text) = (name.to_owned(), text.to_owned());
+    let Some(kind) = kinds.iter().position(|own| **own == name) else {
+        let known = suggest::known(&name, kinds.iter().map(|own| own.as_str()));
+        return Err(RequestFault::UnknownColumn { name, known });
     };
     let mut outputs = experiments.iter().flat_map(|(varying, _)| varying.outputs());
     let unit = outputs.find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
-    let value = quantity(text, &unit).map_err(|message| format!("`{name}={text}`: {message}"))?;
-    match value > 0.0 && value.is_finite() {
-        true => Ok((kind, value)),
-        false => Err(format!("`{name}={text}`: a standard deviation is above zero")),
+    match quantity(&text, &unit) {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok((kind, value)),
+        Ok(_) => Err(RequestFault::Deviation { name, text }),
+        Err(cause) => Err(RequestFault::Quantity { name, text, cause }),
     }
 }
 
 /// The bounds of what is varied, SI: those that are asked for, else those of the scene.
-pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<String>) -> Vec<[f64; 2]> {
+pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<RequestFault>) -> Vec<[f64; 2]> {
     if varied.is_empty() {
-        faults.push("nothing is varied".to_owned());
+        faults.push(RequestFault::NothingVaried);
     }
     let mut bounds = Vec::with_capacity(parameters.len());
     for (index, (vary, own)) in varied.iter().zip(parameters).enumerate() {
         if varied[..index].iter().any(|other| other.name == vary.name) {
-            faults.push(format!("`{}` is varied twice", vary.name));
+            faults.push(RequestFault::VariedTwice { name: vary.name.clone() });
         }
         let mut range = [own.bounds[0].unwrap_or(f64::NEG_INFINITY), own.bounds[1].unwrap_or(f64::INFINITY)];
         for (place, text) in vary.bounds.iter().enumerate() {
             let Some(text) = text else { continue };
-            match quantity(text, &own.unit).and_then(|value| own.unit.permit(value, own.bounds).map(|()| value)) {
-                Ok(value) => range[place] = value,
-                Err(message) => faults.push(format!("`{}={text}`: {message}", vary.name)),
+            let (name, text) = (vary.name.clone(), text.clone());
+            match quantity(&text, &own.unit).map(|value| (value, own.unit.permit(value, own.bounds))) {
+                Ok((value, Ok(()))) => range[place] = value,
+                Ok((_, Err(cause))) => faults.push(RequestFault::Bound { name, text, cause }),
+                Err(cause) => faults.push(RequestFault::Quantity { name, text, cause }),
             }
         }
-        let ([low, high], start, unit) = (range, own.start, &own.unit.si);
+        let ([low, high], start) = (range, own.start);
+        let (name, unit) = (vary.name.clone(), own.unit.si.clone());
         if low >= high {
-            faults.push(format!("`{}`: {low:?} {unit} is not below {high:?} {unit}", vary.name));
+            faults.push(RequestFault::Empty { name, low, high, unit });
         } else if !(low..=high).contains(&start) {
-            let name = &vary.name;
-            faults.push(format!("`{name}` starts at {start:?} {unit}, outside {low:?}..{high:?} {unit}; set it"));
+            faults.push(RequestFault::Start { name, start, low, high, unit });
         }
         bounds.push(range);
     }
@@ -194,19 +210,20 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<St
 }
 
 /// The output of each column of a table.
-pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<String>) -> Vec<usize> {
+pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<RequestFault>) -> Vec<usize> {
     if table.names().is_empty() {
-        faults.push("the table has no column beside `time`".to_owned());
+        faults.push(RequestFault::NoColumn);
     }
     let mut places = Vec::new();
     for (name, unit) in table.names().iter().zip(table.units()) {
         let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
             let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
-            faults.push(format!("the column `{name}` is no output; {known}"));
+            faults.push(RequestFault::NoOutput { column: name.clone(), known });
             continue;
         };
         if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
-            faults.push(format!("the column `{name}` is in `{}`, but the variable in `{}`", unit.shown(), own.si));
+            let (column, unit, si) = (name.clone(), unit.shown().to_owned(), own.si.clone());
+            faults.push(RequestFault::ColumnUnit { column, unit, si });
         }
         places.push(place);
     }
@@ -214,15 +231,16 @@ pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<Strin
 }
 
 /// Are all times of a table within the experiment?
-pub(crate) fn check_times(table: &CsvTable, Experiment { start, stop, .. }: Experiment, faults: &mut Vec<String>) {
+pub(crate) fn check_times(
+    table: &CsvTable,
+    Experiment { start, stop, .. }: Experiment,
+    faults: &mut Vec<RequestFault>,
+) {
     let outside = |time: &&f64| !(start..=stop).contains(*time);
     let times = table.times();
-    if let Some(first) = times.iter().find(outside) {
+    if let Some(&first) = times.iter().find(outside) {
         let (count, all) = (times.iter().filter(outside).count(), times.len());
-        let help = "leave these rows out, or change the times of the experiment";
-        faults.push(format!(
-            "{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; {help}"
-        ));
+        faults.push(RequestFault::Times { count, all, first, start, stop });
     }
 }
 
@@ -256,9 +274,8 @@ fn measured(table: &CsvTable) -> Vec<(usize, usize)> {
 }
 
 /// Says that measured values are too few, if they are.
-pub(super) fn too_few(values: usize, quantities: usize) -> Option<String> {
-    let message = || format!("{values} measured values cannot determine {quantities} quantities and their errors");
-    (values <= quantities).then(message)
+pub(super) fn too_few(values: usize, quantities: usize) -> Option<TooFew> {
+    (values <= quantities).then_some(TooFew { values, quantities })
 }
 
 /// How far apart values are; their size if they are all the same.

@@ -283,7 +283,7 @@ fn is_effort(driven: &Mechanism, output: &Output) -> bool {
 }
 
 /// One turn or the range, with one more load if there is one.
-pub fn sample(moved: &Moved, drive: &DrivenJoint, load: Option<Part>) -> Result<InputTable, SimulateError> {
+pub fn sample(moved: &Moved, drive: &DrivenJoint, load: Option<Part>) -> Result<InputTable, MotionError> {
     let loaded = load.map(|load| Moved { mechanism: moved.mechanism.loaded(load), ..moved.clone() });
     let moved = loaded.as_ref().unwrap_or(moved);
     let table = match drive.range {
@@ -298,7 +298,7 @@ pub fn sample(moved: &Moved, drive: &DrivenJoint, load: Option<Part>) -> Result<
 }
 
 /// What acts in each pose of a table while nothing moves, and what else is looked at. Where time matters it is that of the start.
-fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<HashMap<String, Vec<f64>>, SimulateError> {
+fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<HashMap<String, Vec<f64>>, MotionError> {
     let mechanism = &moved.mechanism;
     let (still, input) = mechanism.with_input(PLACE, Unit::default(), table.input(0));
     let mut still = driven_by(&Moved { mechanism: still, ..moved.clone() }, drive, Formula::Input(input));
@@ -312,7 +312,7 @@ fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<Has
     let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
     if !model.is_driven() {
         let what = "where nothing moves forces are those of a rest only if the input determines the whole pose: give a speed, or hold what else can move";
-        return Err(SimulateError::Settings(vec![what.to_owned()]));
+        return Err(MotionError::Request(what.to_owned()));
     }
     let variables = &compiled.description.variables;
     let named = |index: usize| (index, variables[index].name.clone());

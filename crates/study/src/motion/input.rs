@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cotree::diagnostic::suggest;
+use cotree::diagnostic::{FaultKind, suggest};
 use cotree::formulate::formulate;
 use cotree::model::{Class, Formula, JointId, Mechanism, Output, Owner, Part, Quantity, Unit, Variable};
 use cotree::scene::{Asked, Faults, Scene};
@@ -127,7 +127,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
         return Err(unknown(suggest::known(name, joints.chain(expressions()).chain(owners))));
     }
     let resolved = scene.resolve_asking(&Asked::these([name])).map_err(|faults| match faults.list.first() {
-        Some(fault) if fault.code == "scene::unknown_output" => unknown(fault.help.to_string()),
+        Some(fault) if fault.kind() == FaultKind::UnknownOutput => unknown(fault.help.to_string()),
         _ => MotionError::Scene(faults),
     })?;
     let Some(output) = resolved.outputs.into_iter().next() else { return Err(unknown(String::new())) };

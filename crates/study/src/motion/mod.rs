@@ -21,6 +21,7 @@ mod stops;
 
 use std::f64::consts::TAU;
 
+use cotree::diagnostic::FaultKind;
 use cotree::model::{HeldWhat, JointId, Mechanism, Output, Unit, Units};
 use cotree::run::{RunError, SimulateError};
 use cotree::scene::{Faults, Scene};
@@ -298,9 +299,9 @@ fn whole_way(moved: &Moved, drive: &mut DrivenJoint) -> Result<(InputTable, Spec
     let is_angular = drive.motion == ANGULAR;
     if is_angular {
         match drive::sample(moved, drive, None) {
-            Err(SimulateError::Run(_)) => {}
+            Err(MotionError::Run(_)) => {}
             // The turn begins a little ahead of the scene: out of reach already.
-            Err(SimulateError::Scene(faults)) if faults.list.iter().all(|own| own.code.starts_with("assembly::")) => {}
+            Err(MotionError::Scene(faults)) if faults.list.iter().all(|own| own.kind() == FaultKind::Assembly) => {}
             sampled => {
                 let table = sampled?;
                 let crossings = drive::change_points(moved, drive)?;

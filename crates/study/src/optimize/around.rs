@@ -25,8 +25,7 @@ impl Searches<'_, '_> {
         let goal = self.checked.problem.worth(&seen).map(|(goal, _)| self.checked.sign * goal);
         let is_it = goal.zip(best.values[1]).is_some_and(|(own, best)| (own - best).abs() <= SAME[0] * best.abs());
         if !is_it {
-            let message = "there is no picture around the best values: with them the scene starts on another branch; write them with -o and search from there";
-            return Ok(Err(OptimizeError::Nothing(message.to_owned())));
+            return Ok(Err(OptimizeError::OtherBranch));
         }
         Ok(Ok((0..values.len()).map(|quantity| self.along(quantity, &values, &start)).collect()))
     }

@@ -3,7 +3,57 @@
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
-use cotree::run::{Measure, Statistic};
+use cotree::compile::QuantityError;
+use cotree::run::{Measure, MeasureError, Statistic};
+use thiserror::Error;
+
+/// Why a text is no goal.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GoalError {
+    /// What stands before a measure is no number.
+    #[error("`{text}` is no weight: write a number")]
+    Weight {
+        /// As it is written.
+        text: String,
+    },
+    /// A term is empty.
+    #[error("a measure is missing, such as peak(motor.torque)")]
+    NoMeasure,
+    /// A term is no measure.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// The time of an extreme.
+    #[error("`{0}` changes in jumps from one extreme to another, which no search can follow")]
+    Jumps(Measure),
+}
+
+/// Why a limit makes no sense.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LimitError {
+    /// It has no sign.
+    #[error("write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =")]
+    NoSign,
+    /// Nothing stands behind the sign.
+    #[error("the number behind the sign is missing")]
+    NoBound,
+    /// What is limited cannot be read.
+    #[error(transparent)]
+    Goal(#[from] GoalError),
+    /// Measures of different units are added.
+    #[error("measures in `{first}` and in `{other}` have no sum")]
+    Units {
+        /// The unit of the first one.
+        first: String,
+        /// Another unit.
+        other: String,
+    },
+    /// The bound cannot be read.
+    #[error(transparent)]
+    Bound(#[from] QuantityError),
+    /// The bound is infinite or NaN.
+    #[error("the number must be finite")]
+    NotFinite,
+}
 
 /// A sum of measures with their weights, such as `peak(drive.torque) + 0.1*rms(ram.fn)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,9 +96,9 @@ impl Goal {
 }
 
 impl FromStr for Goal {
-    type Err = String;
+    type Err = GoalError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, GoalError> {
         let terms = split(text).into_iter().map(|(sign, text)| term(sign, text)).collect::<Result<_, _>>()?;
         Ok(Goal { terms })
     }
@@ -81,22 +131,20 @@ fn split(text: &str) -> Vec<(f64, &str)> {
 }
 
 /// `weight*measure`, or a measure alone.
-fn term(sign: f64, text: &str) -> Result<(f64, Measure), String> {
+fn term(sign: f64, text: &str) -> Result<(f64, Measure), GoalError> {
     let (weight, measure) = match text.split_once('*') {
         None => (1.0, text),
         Some((weight, measure)) => {
             let number = weight.trim().parse::<f64>().ok().filter(|number| number.is_finite() && *number != 0.0);
-            (number.ok_or_else(|| format!("`{}` is no weight: write a number", weight.trim()))?, measure.trim())
+            (number.ok_or_else(|| GoalError::Weight { text: weight.trim().to_owned() })?, measure.trim())
         }
     };
     if measure.is_empty() {
-        return Err("a measure is missing, such as peak(motor.torque)".to_owned());
+        return Err(GoalError::NoMeasure);
     }
     let measure: Measure = measure.parse()?;
     match measure.statistic() {
-        Statistic::WhenMax | Statistic::WhenMin => {
-            Err(format!("`{measure}` changes in jumps from one extreme to another, which no search can follow"))
-        }
+        Statistic::WhenMax | Statistic::WhenMin => Err(GoalError::Jumps(measure)),
         Statistic::Max
         | Statistic::Min
         | Statistic::Peak
@@ -127,16 +175,16 @@ impl Display for Goal {
 }
 
 impl FromStr for Limit {
-    type Err = String;
+    type Err = LimitError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, LimitError> {
         let found = RELATIONS.iter().find_map(|(sign, relation)| Some((text.split_once(sign)?, *relation)));
         let Some(((goal, bound), relation)) = found else {
-            return Err("write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =".to_owned());
+            return Err(LimitError::NoSign);
         };
         let bound = bound.trim().to_owned();
         if bound.is_empty() {
-            return Err("the number behind the sign is missing".to_owned());
+            return Err(LimitError::NoBound);
         }
         Ok(Limit { goal: goal.parse()?, relation, bound })
     }
@@ -178,11 +226,11 @@ mod tests {
         for (text, message) in
             [("", "missing"), ("max(x) +", "missing"), ("q*max(x)", "no weight"), ("0*x", "no weight")]
         {
-            let error = text.parse::<Goal>().unwrap_err();
+            let error = text.parse::<Goal>().unwrap_err().to_string();
             assert!(error.contains(message), "{text}: {error}");
         }
-        assert!("when_max(x)".parse::<Goal>().unwrap_err().contains("jumps"));
-        assert!("max(x) 3".parse::<Limit>().unwrap_err().contains("<="));
-        assert!("max(x) <=".parse::<Limit>().unwrap_err().contains("missing"));
+        assert!("when_max(x)".parse::<Goal>().unwrap_err().to_string().contains("jumps"));
+        assert!("max(x) 3".parse::<Limit>().unwrap_err().to_string().contains("<="));
+        assert!("max(x) <=".parse::<Limit>().unwrap_err().to_string().contains("missing"));
     }
 }

@@ -16,14 +16,16 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
+use cotree::diagnostic::lines;
 use cotree::model::Unit;
 use cotree::scene::Scene;
 use cotree_fmu::model::State;
 use thiserror::Error;
 
 use crate::analysis::{AnalysisFailure, Guess, Study, StudyError, Varying};
+use crate::request::RequestFault;
 pub use around::Around;
-pub use goal::{Goal, Limit, Relation};
+pub use goal::{Goal, GoalError, Limit, LimitError, Relation};
 use motion::Motions;
 use request::Checked;
 pub use request::{Aim, OptimizeRequest};
@@ -122,11 +124,24 @@ pub enum OptimizeError {
     #[error(transparent)]
     Study(#[from] StudyError),
     /// What was asked for; everything that is wrong with it.
-    #[error("{}", .0.join("\n"))]
-    Request(Vec<String>),
-    /// No values meet the limits, or none have a motion.
-    #[error("{0}")]
-    Nothing(String),
+    #[error("{}", lines(.0))]
+    Request(Vec<RequestFault>),
+    /// No values meet the limits.
+    #[error("no values were found that meet all limits; the nearest, {nearest}, miss {missed}")]
+    Unmet {
+        /// The nearest values.
+        nearest: String,
+        /// The limits that they miss, and by how much.
+        missed: String,
+    },
+    /// The search was stopped too early.
+    #[error("stopped before there was a motion")]
+    Stopped,
+    /// The scene moves otherwise than the search.
+    #[error(
+        "there is no picture around the best values: with them the scene starts on another branch; write them with -o and search from there"
+    )]
+    OtherBranch,
 }
 
 /// Searches for the best values of a scene. Its study has what is measured as outputs, and other values that were set. Whoever watches is told how far it is, and says whether it goes on; the best values so far are kept.
@@ -397,9 +412,9 @@ impl Searches<'_, '_> {
         let Some(nearest) = nearest.min_by(|a, b| a.violation().total_cmp(&b.violation())) else {
             return match outcomes.into_iter().find_map(Result::err) {
                 Some(cause) => OptimizeError::Study(cause.into()),
-                None => OptimizeError::Nothing("stopped before there was a motion".to_owned()),
+                None => OptimizeError::Stopped,
             };
         };
-        OptimizeError::Nothing(self.checked.nearest(nearest, self.varying))
+        self.checked.nearest(nearest, self.varying)
     }
 }

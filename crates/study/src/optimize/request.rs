@@ -6,13 +6,14 @@ use cotree::model::{Experiment, Unit};
 use cotree::report::csv::CsvTable;
 use cotree::typeset::short;
 
-use super::goal::{Goal, Limit, Relation};
+use super::goal::{Goal, Limit, LimitError, Relation};
 use super::search::{EndPoint, GoalCondition, GoalSum, Problem, SeenCourses};
 use super::starts::{MOST_QUANTITIES, MOST_STARTS};
-use super::{LimitAt, MET};
+use super::{LimitAt, MET, OptimizeError};
 use crate::analysis::{Varied, Varying};
 use crate::fit::{Vary, bounds, check_times, places};
 use crate::motion;
+use crate::request::RequestFault;
 
 /// A limit is active if the goal would change by more than this share of itself for as much again of the bound.
 const ACTIVE: f64 = 1e-8;
@@ -107,19 +108,19 @@ impl OptimizeRequest {
         varying: &Varying,
         known: &[(String, Unit)],
         experiment: Experiment,
-    ) -> Result<Checked, Vec<String>> {
+    ) -> Result<Checked, Vec<RequestFault>> {
         let mut faults = Vec::new();
         let parameters = varying.parameters();
         let bounds = bounds(&self.vary, parameters, &mut faults);
         let ranges = self.ranges(&bounds, parameters, &mut faults);
         self.check_size(&mut faults);
         let (mut outputs, columns) = (Vec::new(), self.columns(varying, experiment, &mut faults));
-        let mut sum = |goal: &Goal, faults: &mut Vec<String>| {
+        let mut sum = |goal: &Goal, faults: &mut Vec<RequestFault>| {
             let term = |(_, measure): &(f64, cotree::run::Measure)| {
                 let Some(place) = known.iter().position(|(own, _)| *own == measure.variable) else {
                     let what = if self.turn.is_some() { "figure of the turn" } else { "output" };
                     let known = suggest::known(&measure.variable, known.iter().map(|(own, _)| own.as_str()));
-                    faults.push(format!("`{}` is no {what}; {known}", measure.variable));
+                    faults.push(RequestFault::NotMeasured { name: measure.variable.clone(), what, known });
                     return 0;
                 };
                 outputs.iter().position(|own| *own == place).unwrap_or_else(|| {
@@ -142,7 +143,7 @@ impl OptimizeRequest {
                     limits.push(bounded);
                     conditions.push(condition);
                 }
-                Err(message) => faults.push(format!("`{limit}`: {message}")),
+                Err(cause) => faults.push(RequestFault::Limit { limit: limit.to_string(), cause }),
             }
         }
         if !faults.is_empty() {
@@ -156,14 +157,12 @@ impl OptimizeRequest {
     }
 
     /// How much of each quantity is much.
-    fn ranges(&self, bounds: &[[f64; 2]], parameters: &[Varied], faults: &mut Vec<String>) -> Vec<f64> {
+    fn ranges(&self, bounds: &[[f64; 2]], parameters: &[Varied], faults: &mut Vec<RequestFault>) -> Vec<f64> {
         let is_open = |[low, high]: &[f64; 2]| !low.is_finite() || !high.is_finite();
         let open = bounds.iter().zip(parameters).filter(|(own, _)| is_open(own)).map(|(_, own)| &own.name);
         let open = suggest::list(open);
         if !open.is_empty() && self.starts > 1 {
-            faults.push(format!(
-                "{open}: starts are spread between two bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)"
-            ));
+            faults.push(RequestFault::OpenBounds { names: open });
         }
         let range = |(own @ [low, high], parameter): (&[f64; 2], &Varied)| match (is_open(own), parameter.start.abs()) {
             (false, _) => high - low,
@@ -173,24 +172,23 @@ impl OptimizeRequest {
         bounds.iter().zip(parameters).map(range).collect()
     }
 
-    fn check_size(&self, faults: &mut Vec<String>) {
+    fn check_size(&self, faults: &mut Vec<RequestFault>) {
         if !(1..=MOST_STARTS).contains(&self.starts) {
-            faults.push(format!("{} starts: there are 1 to {MOST_STARTS}", self.starts));
+            faults.push(RequestFault::Starts { starts: self.starts, most: MOST_STARTS });
         }
         if self.vary.len() > MOST_QUANTITIES {
-            faults.push(format!("{} quantities are varied; {MOST_QUANTITIES} can be", self.vary.len()));
+            faults.push(RequestFault::Quantities { count: self.vary.len(), most: MOST_QUANTITIES });
         }
     }
 
-    fn columns(&self, varying: &Varying, experiment: Experiment, faults: &mut Vec<String>) -> Vec<usize> {
+    fn columns(&self, varying: &Varying, experiment: Experiment, faults: &mut Vec<RequestFault>) -> Vec<usize> {
         let Some(table) = self.table() else { return Vec::new() };
         let columns = places(table, varying, faults);
         check_times(table, experiment, faults);
         let units: Vec<&str> =
             columns.iter().filter_map(|&place| varying.outputs().nth(place)).map(|(_, own)| &*own.si).collect();
         if let Some(other) = units.iter().find(|own| **own != units[0]) {
-            faults
-                .push(format!("columns in `{}` and in `{other}` have no sum of squares: `fit` weighs them", units[0]));
+            faults.push(RequestFault::Squares { first: units[0].to_owned(), other: (*other).to_owned() });
         }
         columns
     }
@@ -211,22 +209,22 @@ impl OptimizeRequest {
 }
 
 /// The unit of all measures of a sum, if it is one.
-fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, String> {
+fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, LimitError> {
     let own = |name: &str| known.iter().find(|(own, _)| own == name).map(|(_, unit)| unit.clone());
     let mut units = goal.terms.iter().filter_map(|(_, measure)| own(&measure.variable));
     let first = units.next().unwrap_or_default();
     match units.find(|other| other.si != first.si) {
-        Some(other) => Err(format!("measures in `{}` and in `{}` have no sum", first.si, other.si)),
+        Some(other) => Err(LimitError::Units { first: first.si, other: other.si }),
         None => Ok(first),
     }
 }
 
 /// A limit as a condition of the problem.
-fn bounded(limit: &Limit, sum: GoalSum, known: &[(String, Unit)]) -> Result<(Bounded, GoalCondition), String> {
+fn bounded(limit: &Limit, sum: GoalSum, known: &[(String, Unit)]) -> Result<(Bounded, GoalCondition), LimitError> {
     let unit = common_unit(&limit.goal, known)?;
     let bound = quantity(&limit.bound, &unit)?;
     if !bound.is_finite() {
-        return Err("the number must be finite".to_owned());
+        return Err(LimitError::NotFinite);
     }
     let (sign, is_equation) = match limit.relation {
         Relation::AtMost => (1.0, false),
@@ -256,7 +254,7 @@ impl Checked {
     }
 
     /// That no values meet the limits, and which the nearest ones miss.
-    pub fn nearest<T>(&self, found: &EndPoint<T>, varying: &Varying) -> String {
+    pub fn nearest<T>(&self, found: &EndPoint<T>, varying: &Varying) -> OptimizeError {
         let values = varying.parameters().iter().zip(&found.values);
         let values = values.map(|(own, value)| format!("{} = {} {}", own.name, short(*value), own.unit.si));
         let missed = |(own, (condition, by)): (&Bounded, (&GoalCondition, &f64))| {
@@ -265,10 +263,7 @@ impl Checked {
         };
         let conditions = self.problem.limits.iter().zip(&found.beyond);
         let missed: Vec<String> = self.limits.iter().zip(conditions).filter_map(missed).collect();
-        format!(
-            "no values were found that meet all limits; the nearest, {}, miss {}",
-            values.map(|own| own.trim_end().to_owned()).collect::<Vec<_>>().join(", "),
-            missed.join(", ")
-        )
+        let nearest = values.map(|own| own.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
+        OptimizeError::Unmet { nearest, missed: missed.join(", ") }
     }
 }

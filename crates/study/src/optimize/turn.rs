@@ -135,7 +135,7 @@ impl Turns<'_> {
     fn measured(&self, values: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>), AnalysisFailure> {
         let mut study = self.study.clone();
         for (name, value) in self.names.iter().zip(values) {
-            study.set(name, |_| Ok(*value)).map_err(|message| AnalysisFailure::Unknown(vec![message]))?;
+            study.set(name, |_| Ok(*value)).map_err(|error| AnalysisFailure::Unknown(vec![error]))?;
         }
         let figures = turned(self.scene, &study, self.request)?;
         let inputs = figures.table.first().map_or(Vec::new(), |own| own.values.clone());

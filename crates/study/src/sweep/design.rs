@@ -3,9 +3,87 @@
 use cotree::export::description::Description;
 use cotree::run::Settings;
 
-use super::factor::{DesignFactor, Values};
+use cotree::sheet::SheetError;
+use thiserror::Error;
+
+use super::factor::{DesignFactor, FactorError, Values};
 use super::sample::{Sampling, drawn};
 use super::table;
+
+/// Why runs cannot be made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum DesignError {
+    /// A factor of a grid has no levels.
+    #[error("`{name}` has a range but no values: give a count, as in 0.4..0.6:21, or draw runs at random")]
+    NoValues {
+        /// The factor.
+        name: String,
+    },
+    /// Too many runs.
+    #[error("there are more than {most} runs")]
+    TooMany {
+        /// How many there can be.
+        most: usize,
+    },
+    /// None are to be drawn.
+    #[error("0 runs are none: draw at least one")]
+    NoRuns,
+    /// A factor is named more than once.
+    #[error("`{name}` is given twice")]
+    Twice {
+        /// The factor.
+        name: String,
+    },
+    /// A factor beside a table has several values.
+    #[error("beside a table `{name}` can have one value only")]
+    BesideTable {
+        /// The factor.
+        name: String,
+    },
+    /// The table cannot be read, or a heading names no unit.
+    #[error(transparent)]
+    Sheet(#[from] SheetError),
+    /// The table has no headings.
+    #[error("the table has no line of names to begin with")]
+    NoNames,
+    /// The table has headings only.
+    #[error("the table has names but no runs")]
+    NoRows,
+    /// A column is of nothing that can be set.
+    #[error(transparent)]
+    Factor(#[from] FactorError),
+    /// A column is in another kind of unit.
+    #[error("the column `{column}` is in {unit}, not in {si}")]
+    Unit {
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// The SI unit of the variable.
+        si: String,
+    },
+    /// A row has too few or too many cells.
+    #[error("line {line}: {}", .cause.message)]
+    Row {
+        /// Its line.
+        line: usize,
+        /// What is wrong with it.
+        cause: SheetError,
+    },
+    /// A cell cannot be read, or the variable cannot have the value.
+    #[error("line {line}, `{name}`: {cause}")]
+    Cell {
+        /// Its line.
+        line: usize,
+        /// The factor.
+        name: String,
+        /// What is wrong with it.
+        cause: FactorError,
+    },
+    /// Faults beyond those that are listed.
+    #[error("and {0} more")]
+    More(usize),
+}
 
 /// The runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,20 +105,21 @@ enum Runs {
 /// More runs than this are a mistake.
 const MOST_RUNS: usize = 100_000_000;
 
+const TOO_MANY: DesignError = DesignError::TooMany { most: MOST_RUNS };
+
 impl Design {
     /// All combinations.
     ///
     /// # Errors
     /// A factor has no levels but a range, is there twice, or there are too many combinations.
-    pub fn grid(factors: Vec<DesignFactor>) -> Result<Self, String> {
+    pub fn grid(factors: Vec<DesignFactor>) -> Result<Self, DesignError> {
         different(&factors)?;
         let mut count: usize = 1;
         for DesignFactor { name, values, .. } in &factors {
             let Values::Levels(levels) = values else {
-                let help = "give a count, as in 0.4..0.6:21, or draw runs at random";
-                return Err(format!("`{name}` has a range but no values: {help}"));
+                return Err(DesignError::NoValues { name: name.clone() });
             };
-            count = count.checked_mul(levels.len()).filter(|count| *count <= MOST_RUNS).ok_or_else(too_many)?;
+            count = count.checked_mul(levels.len()).filter(|count| *count <= MOST_RUNS).ok_or(TOO_MANY)?;
         }
         Ok(Design { factors, runs: Runs::Grid(count) })
     }
@@ -49,10 +128,10 @@ impl Design {
     ///
     /// # Errors
     /// A factor is there twice, or there are no runs or too many.
-    pub fn random(factors: Vec<DesignFactor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, String> {
+    pub fn random(factors: Vec<DesignFactor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, DesignError> {
         different(&factors)?;
         if !(1..=MOST_RUNS).contains(&count) {
-            return Err(if count == 0 { "0 runs are none: draw at least one".to_owned() } else { too_many() });
+            return Err(if count == 0 { DesignError::NoRuns } else { TOO_MANY });
         }
         let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
         let columns = columns.collect();
@@ -63,17 +142,17 @@ impl Design {
     ///
     /// # Errors
     /// Everything that is wrong with the table, with its lines.
-    pub fn table(description: &Description, text: &str, constant: Vec<DesignFactor>) -> Result<Self, Vec<String>> {
+    pub fn table(description: &Description, text: &str, constant: Vec<DesignFactor>) -> Result<Self, Vec<DesignError>> {
         let (mut factors, mut columns) = table::columns(description, text)?;
         let count = columns.first().map_or(0, Vec::len);
         for factor in constant {
             match &factor.values {
                 Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
-                _ => return Err(vec![format!("beside a table `{}` can have one value only", factor.name)]),
+                _ => return Err(vec![DesignError::BesideTable { name: factor.name }]),
             }
             factors.push(factor);
         }
-        different(&factors).map_err(|message| vec![message])?;
+        different(&factors).map_err(|error| vec![error])?;
         Ok(Design { factors, runs: Runs::Columns(columns, count) })
     }
 
@@ -131,16 +210,12 @@ impl Design {
     }
 }
 
-fn different(factors: &[DesignFactor]) -> Result<(), String> {
+fn different(factors: &[DesignFactor]) -> Result<(), DesignError> {
     let again = |(index, factor): (usize, &DesignFactor)| {
         factors[..index].iter().any(|other| other.variable == factor.variable)
     };
     match factors.iter().enumerate().find(|&place| again(place)) {
-        Some((_, factor)) => Err(format!("`{}` is given twice", factor.name)),
+        Some((_, factor)) => Err(DesignError::Twice { name: factor.name.clone() }),
         None => Ok(()),
     }
-}
-
-fn too_many() -> String {
-    format!("there are more than {MOST_RUNS} runs")
 }

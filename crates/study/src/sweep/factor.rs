@@ -1,9 +1,47 @@
 //! What is varied, and over which values.
 
-use cotree::compile::{both, quantities, quantity};
+use cotree::compile::{QuantityError, both, quantities, quantity};
 use cotree::export::description::Description;
 use cotree::model::Unit;
-use cotree::run::settings;
+use cotree::run::{SettingError, settings};
+use thiserror::Error;
+
+/// Why a text is no factor with its values.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FactorError {
+    /// It has no `=`.
+    #[error("write name=values")]
+    Form,
+    /// Nothing of that name can be set, or not to such a value.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// A value cannot be read.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+    /// A standard deviation that is zero or less.
+    #[error("the deviation is not above zero")]
+    Deviation,
+    /// No number of values, or too many.
+    #[error("the count after `:` is not between 1 and {most}")]
+    Count {
+        /// How many there can be.
+        most: usize,
+    },
+    /// What stands before `%` is no number.
+    #[error("`{text}` is no number of percent")]
+    Percent {
+        /// As it is written.
+        text: String,
+    },
+    /// The ends of a range are the wrong way round.
+    #[error("{low:?} is above {high:?}")]
+    Order {
+        /// The lower end, SI.
+        low: f64,
+        /// The upper end, SI.
+        high: f64,
+    },
+}
 
 /// A parameter, constant input or initial value that is varied.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,25 +75,25 @@ impl DesignFactor {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn read(description: &Description, text: &str) -> Result<Self, String> {
-        let (name, values) = text.split_once('=').ok_or("write name=values")?;
+    pub fn read(description: &Description, text: &str) -> Result<Self, FactorError> {
+        let (name, values) = text.split_once('=').ok_or(FactorError::Form)?;
         let variable = settings::settable(description, name.trim())?;
         let known = &description.variables[variable];
         let values = Values::read(values.trim(), &known.unit)?;
         for value in values.bounds() {
-            settings::permitted(known, value).map_err(|message| format!("{value:?} {message}"))?;
+            settings::permitted(known, value).map_err(|cause| SettingError::Value { value, cause })?;
         }
         Ok(DesignFactor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values })
     }
 }
 
 impl Values {
-    fn read(text: &str, unit: &Unit) -> Result<Self, String> {
-        let number = |text: &str| quantity(text.trim(), unit);
+    fn read(text: &str, unit: &Unit) -> Result<Self, FactorError> {
+        let number = |text: &str| Ok(quantity(text.trim(), unit)?);
         let both = |low: &str, high: &str| both(low, high, unit);
         let around = |mean: &str, within: &str| match share(within, || number(mean))? {
-            Some([mean, within]) => Ok::<_, String>([mean, within]),
-            None => both(mean, within),
+            Some([mean, within]) => Ok::<_, FactorError>([mean, within]),
+            None => Ok(both(mean, within)?),
         };
         if let Some((mean, within)) = text.split_once("+-").or_else(|| text.split_once('±')) {
             let [mean, within] = around(mean, within)?;
@@ -64,22 +102,19 @@ impl Values {
         if let Some((mean, deviation)) = text.split_once('~') {
             let [mean, deviation] = around(mean, deviation)?;
             let positive = deviation > 0.0 && deviation.is_finite();
-            return if positive {
-                Ok(Values::Normal(mean, deviation))
-            } else {
-                Err("the deviation is not above zero".into())
-            };
+            return if positive { Ok(Values::Normal(mean, deviation)) } else { Err(FactorError::Deviation) };
         }
         let Some((low, rest)) = text.split_once("..") else {
             return Ok(Values::Levels(quantities(&text.split(',').collect::<Vec<_>>(), unit)?));
         };
         match rest.rsplit_once(':') {
             None => {
-                both(low, rest).and_then(|[low, high]| ordered(low, high)).map(|[low, high]| Values::Uniform(low, high))
+                let [low, high] = both(low, rest)?;
+                ordered(low, high).map(|[low, high]| Values::Uniform(low, high))
             }
             Some((high, count)) => {
                 let count = count.trim().parse::<usize>().ok().filter(|count| (1..=MOST_LEVELS).contains(count));
-                let count = count.ok_or_else(|| format!("the count after `:` is not between 1 and {MOST_LEVELS}"))?;
+                let count = count.ok_or(FactorError::Count { most: MOST_LEVELS })?;
                 let [low, high] = both(low, high)?;
                 Ok(Values::Levels(spaced(low, high, count)))
             }
@@ -97,16 +132,16 @@ impl Values {
 }
 
 /// A mean and a tolerance such as `2 %` of it; none if it is no share.
-fn share(text: &str, mean: impl Fn() -> Result<f64, String>) -> Result<Option<[f64; 2]>, String> {
+fn share(text: &str, mean: impl Fn() -> Result<f64, FactorError>) -> Result<Option<[f64; 2]>, FactorError> {
     let Some(percent) = text.trim().strip_suffix('%') else { return Ok(None) };
     let mean = mean()?;
     let number = percent.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-    let number = number.ok_or_else(|| format!("`{}` is no number of percent", text.trim()))?;
+    let number = number.ok_or_else(|| FactorError::Percent { text: text.trim().to_owned() })?;
     Ok(Some([mean, 0.01 * number * mean.abs()]))
 }
 
-fn ordered(low: f64, high: f64) -> Result<[f64; 2], String> {
-    if low <= high { Ok([low, high]) } else { Err(format!("{low:?} is above {high:?}")) }
+fn ordered(low: f64, high: f64) -> Result<[f64; 2], FactorError> {
+    if low <= high { Ok([low, high]) } else { Err(FactorError::Order { low, high }) }
 }
 
 /// So many values, evenly spaced, the ends exact.
@@ -124,7 +159,7 @@ fn spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn values(text: &str) -> Result<Values, String> {
+    fn values(text: &str) -> Result<Values, FactorError> {
         Values::read(text, &Unit::length())
     }
 
@@ -152,9 +187,9 @@ mod tests {
         assert_eq!(values("500~10 mm"), Ok(Values::Normal(0.5, 0.01)));
         let number = |text: &str| Values::read(text, &Unit::default());
         assert_eq!(number("1..2 mm:2"), Ok(Values::Levels(vec![0.001, 0.002])));
-        assert!(number("1 deg..2 mm:2").unwrap_err().contains("different kinds"));
+        assert!(number("1 deg..2 mm:2").unwrap_err().to_string().contains("different kinds"));
         for unclear in ["180 mm..220:3", "180, 200 mm, 0.22 m", "180 mm,220"] {
-            assert!(values(unclear).unwrap_err().contains("has no unit"), "{unclear}");
+            assert!(values(unclear).unwrap_err().to_string().contains("has no unit"), "{unclear}");
         }
     }
 
@@ -171,7 +206,7 @@ mod tests {
             ("1 kg", "not in m"),
             ("", "not a number"),
         ] {
-            let error = values(text).unwrap_err();
+            let error = values(text).unwrap_err().to_string();
             assert!(error.contains(message), "{text}: {error}");
         }
     }

@@ -21,8 +21,8 @@ use cotree::typeset::titled;
 use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
-pub use design::Design;
-pub use factor::{DesignFactor, Values};
+pub use design::{Design, DesignError};
+pub use factor::{DesignFactor, FactorError, Values};
 pub use record::{RecordError, SweepRecord, begin, write};
 pub use sample::Sampling;
 
@@ -43,7 +43,21 @@ pub struct Sweep {
 }
 
 /// The numbers of a run, one for each measure; or why there are none.
-pub type Outcome = Result<Vec<f64>, String>;
+pub type Outcome = Result<Vec<f64>, OutcomeError>;
+
+/// Why a run has no numbers.
+#[derive(Debug, thiserror::Error)]
+pub enum OutcomeError {
+    /// It has ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A measure of it is not a number.
+    #[error("`{0}` has no value")]
+    NoValue(Measure),
+    /// As a table says it that was written before.
+    #[error("{0}")]
+    Recorded(String),
+}
 
 /// Runs whose rounding errors are larger than their tolerance.
 #[derive(Clone, Debug)]
@@ -134,15 +148,16 @@ impl Sweep {
     fn outcomes(&self, ended: Vec<(Vec<Accumulator>, Ended)>) -> Vec<Outcome> {
         let outcome = |(kept, ended): (Vec<Accumulator>, Ended)| match ended {
             Ok(_) => self.measures.iter().zip(&kept).map(|(measure, kept)| measured_value(measure, kept)).collect(),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(error.into()),
         };
         ended.into_iter().map(outcome).collect()
     }
 }
 
 /// A number of a run; or that it has none.
-fn measured_value(measure: &Measure, kept: &Accumulator) -> Result<f64, String> {
-    Some(measure.of(kept)).filter(|value| !value.is_nan()).ok_or_else(|| format!("`{measure}` has no value"))
+fn measured_value(measure: &Measure, kept: &Accumulator) -> Result<f64, OutcomeError> {
+    let value = measure.of(kept);
+    if value.is_nan() { Err(OutcomeError::NoValue(measure.clone())) } else { Ok(value) }
 }
 
 /// Counts further runs that are not as accurate as they should be.

@@ -8,7 +8,7 @@ use cotree::files::Draft;
 use cotree::report::csv::field;
 use csv::{ReaderBuilder, StringRecord};
 
-use super::{Outcome, Sweep};
+use super::{Outcome, OutcomeError, Sweep};
 
 /// The table of a sweep in a file. Until it is finished it is called `NAME.part`; its first line there says which sweep it belongs to.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl SweepRecord {
         let outcome = |row: csv::Result<StringRecord>| {
             let row = row.map_err(|error| failed(error.into()))?;
             match row.get(given + factors.len()) {
-                Some(failure) if !failure.is_empty() => return Ok(Err(failure.to_owned())),
+                Some(failure) if !failure.is_empty() => return Ok(Err(OutcomeError::Recorded(failure.to_owned()))),
                 _ => {}
             }
             let values = row.iter().skip(given).zip(factors).map(|(field, by)| Ok(field.parse::<f64>()? * by));
@@ -192,7 +192,7 @@ fn row(sweep: &Sweep, factors: &[f64], run: usize, outcome: &Outcome) -> String 
         Err(failure) => {
             line.push_str(&",".repeat(sweep.measures.len()));
             // One line a run: whoever counts lines counts runs.
-            line.push_str(&field(&failure.replace(['\n', '\r'], " ")));
+            line.push_str(&field(&failure.to_string().replace(['\n', '\r'], " ")));
         }
     }
     line

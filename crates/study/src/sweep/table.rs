@@ -3,10 +3,11 @@
 use cotree::compile::quantity;
 use cotree::export::description::Description;
 use cotree::model::Unit;
-use cotree::run::settings;
+use cotree::run::{SettingError, settings};
 use cotree::sheet::{Heading, Sheet, SheetError};
 
-use super::factor::{DesignFactor, Values};
+use super::design::DesignError;
+use super::factor::{DesignFactor, FactorError, Values};
 
 /// More faults than these are not listed.
 const MOST_FAULTS: usize = 20;
@@ -25,43 +26,43 @@ type Columns = (Vec<DesignFactor>, Vec<Vec<f64>>);
 ///
 /// # Errors
 /// Everything that is wrong with the table, with its lines.
-pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<String>> {
-    let sheet = Sheet::read(text).map_err(|error| vec![error.to_string()])?;
+pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<DesignError>> {
+    let sheet = Sheet::read(text).map_err(|error| vec![error.into()])?;
     let headings = sheet.headings();
     if headings.is_empty() {
-        return Err(vec!["the table has no line of names to begin with".to_owned()]);
+        return Err(vec![DesignError::NoNames]);
     }
     let (mut wrong, units) = (Vec::new(), description.units());
     let read =
         |own: &Heading| column(description, own.of_variable(|name| units.get(name).copied().cloned()), &own.text);
     let found: Vec<Option<FactorColumn>> =
-        headings.iter().map(|own| read(own).map_err(|message| wrong.push(message)).ok()).collect();
+        headings.iter().map(|own| read(own).map_err(|error| wrong.push(error)).ok()).collect();
     let mut columns: Vec<FactorColumn> = found.into_iter().flatten().collect();
     if columns.len() < headings.len() {
         return Err(wrong); // what their values mean is not known
     }
     for row in 0..sheet.rows() {
         let line = sheet.line(row);
-        if let Err(SheetError { message, .. }) = sheet.has_cells(row, columns.len()) {
-            wrong.push(format!("line {line}: {message}"));
+        if let Err(cause) = sheet.has_cells(row, columns.len()) {
+            wrong.push(DesignError::Row { line, cause });
             continue;
         }
         for (place, column) in columns.iter_mut().enumerate() {
             match value(description, &sheet.cell(row, place), column) {
                 Ok(value) => column.values.push(value),
-                Err(message) => wrong.push(format!("line {line}, `{}`: {message}", column.factor.name)),
+                Err(cause) => wrong.push(DesignError::Cell { line, name: column.factor.name.clone(), cause }),
             }
         }
     }
     if sheet.rows() == 0 {
-        wrong.push("the table has names but no runs".to_owned());
+        wrong.push(DesignError::NoRows);
     }
     if wrong.is_empty() {
         return Ok(columns.into_iter().map(|column| (column.factor, column.values)).unzip());
     }
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     wrong.truncate(MOST_FAULTS);
-    wrong.extend((more > 0).then(|| format!("and {more} more")));
+    wrong.extend((more > 0).then_some(DesignError::More(more)));
     Err(wrong)
 }
 
@@ -70,12 +71,13 @@ fn column(
     description: &Description,
     named: Result<(String, Option<Unit>), SheetError>,
     heading: &str,
-) -> Result<FactorColumn, String> {
-    let (name, unit) = named.map_err(|error| error.to_string())?;
-    let variable = settings::settable(description, &name)?;
+) -> Result<FactorColumn, DesignError> {
+    let (name, unit) = named?;
+    let variable = settings::settable(description, &name).map_err(FactorError::from)?;
     let known = &description.variables[variable];
     if let Some(unit) = unit.as_ref().filter(|unit| !known.unit.si.is_empty() && !unit.is_compatible(&known.unit)) {
-        return Err(format!("the column `{heading}` is in {}, not in {}", unit.shown(), known.unit.si));
+        let (column, unit, si) = (heading.to_owned(), unit.shown().to_owned(), known.unit.si.clone());
+        return Err(DesignError::Unit { column, unit, si });
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
     let factor = DesignFactor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
@@ -83,13 +85,13 @@ fn column(
 }
 
 /// A value, SI: a number in the unit of its column, or one with a unit of its own.
-fn value(description: &Description, text: &str, column: &FactorColumn) -> Result<f64, String> {
+fn value(description: &Description, text: &str, column: &FactorColumn) -> Result<f64, FactorError> {
     let variable = &description.variables[column.factor.variable];
     let factor = column.unit.as_ref().and_then(|unit| unit.display.as_ref()).map_or(1.0, |display| display.factor);
     let value = match text.parse::<f64>() {
         Ok(number) => number * factor,
         Err(_) => quantity(text, &variable.unit)?,
     };
-    settings::permitted(variable, value).map_err(|message| format!("{value:?} {message}"))?;
+    settings::permitted(variable, value).map_err(|cause| SettingError::Value { value, cause })?;
     Ok(value)
 }

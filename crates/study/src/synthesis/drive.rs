@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use cotree::compile;
-use cotree::scene::Scene;
+use cotree::scene::{Faults, Scene};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
+use cotree_fmu::program::check::Fault;
 use cotree_synthesis::{Point, Pose, way};
+use thiserror::Error;
 
 /// A pose that a scene is to have at a time \[s\].
 pub struct Station {
@@ -14,18 +16,34 @@ pub struct Station {
     pub pose: Pose,
 }
 
+/// Why a scene cannot be moved through poses.
+#[derive(Debug, Error)]
+pub enum DriveError {
+    /// The scene is at fault.
+    #[error(transparent)]
+    Scene(#[from] Faults),
+    /// The program is.
+    #[error(transparent)]
+    Program(#[from] Fault),
+    /// It has no such variable.
+    #[error("there is no {0}")]
+    NoVariable(&'static str),
+    /// The motion cannot be found or continued.
+    #[error(transparent)]
+    Motion(#[from] InstanceError),
+}
+
 /// How far a scene is from the poses at their times, at most: places as shares of the size, angles in radians.
 ///
 /// # Errors
 /// Why the scene cannot be moved there.
-pub fn largest_miss(text: &str, stations: &[Station], size: f64) -> Result<f64, String> {
-    let scene = Scene::from_toml(text).map_err(|faults| faults.to_string())?;
-    let program = compile(&scene).map_err(|faults| faults.to_string())?.program;
-    let model = Arc::new(Model::new(program).map_err(|fault| fault.to_string())?);
+pub fn largest_miss(text: &str, stations: &[Station], size: f64) -> Result<f64, DriveError> {
+    let program = compile(&Scene::from_toml(text)?)?.program;
+    let model = Arc::new(Model::new(program)?);
     let mut instance = Instance::new(model);
-    let name = |name: &str| instance.variable(name).ok_or_else(|| format!("there is no {name}"));
+    let name = |name: &'static str| instance.variable(name).ok_or(DriveError::NoVariable(name));
     let variables = [name("coupler.origin.x")?, name("coupler.origin.y")?, name("coupler.angle")?];
-    walk(&mut instance, variables, stations, size).map_err(|error| error.to_string())
+    Ok(walk(&mut instance, variables, stations, size)?)
 }
 
 fn walk(instance: &mut Instance, variables: [usize; 3], stations: &[Station], size: f64) -> Result<f64, InstanceError> {

@@ -39,14 +39,18 @@ struct AugmentedRow {
     values: Vec<f64>,
 }
 
+/// The loops determine no choice of coordinates at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("where the motion starts the loops do not determine the dependent coordinates: it is a singular pose")]
+pub struct SingularStart;
+
 /// Solves the loop equations `rows`.
 ///
 /// # Errors
 /// The loops determine no choice of coordinates at the start.
-pub fn solve(equations: &mut Equations, start: &Moment, rows: &[usize]) -> Result<Solved, String> {
+pub fn solve(equations: &mut Equations, start: &Moment, rows: &[usize]) -> Result<Solved, SingularStart> {
     let jacobian = start.jacobian(equations, rows);
-    let (independent, dependent) = independent_columns(&jacobian)
-        .ok_or("where the motion starts the loops do not determine the dependent coordinates: it is a singular pose")?;
+    let (independent, dependent) = independent_columns(&jacobian).ok_or(SingularStart)?;
     let mut system: Vec<AugmentedRow> = rows
         .iter()
         .zip(jacobian.row_iter())

@@ -26,7 +26,7 @@ use cotree::expr::Expr;
 use cotree::formulate::Formulated;
 use cotree::network::{Rotation, Translation};
 use cotree::resolve::symbolic::{Style, Symbolic};
-use cotree_study::analysis::state_at;
+use cotree_study::analysis::{AnalysisFailure, state_at};
 
 use super::document::{DocumentBlock, Piece};
 use super::motion::{Entry, context, has_masses};
@@ -49,7 +49,7 @@ struct Lesson<'a> {
     dynamic: bool,
     abbreviations: Abbreviations,
     /// Values that events alone change, as the motion begins with them; or why it does not begin.
-    modes: Result<Vec<(usize, f64)>, String>,
+    modes: Result<Vec<(usize, f64)>, AnalysisFailure>,
 }
 
 /// The derivation of the equations, as a lesson.
@@ -116,12 +116,12 @@ impl<'a> Lesson<'a> {
 }
 
 /// The modes in which the motion begins; nothing if there are none.
-fn modes_at_start(source: &Formulated) -> Result<Vec<(usize, f64)>, String> {
+fn modes_at_start(source: &Formulated) -> Result<Vec<(usize, f64)>, AnalysisFailure> {
     let mechanism = &source.equations.system.mechanism;
     if mechanism.unilaterals.is_empty() {
         return Ok(Vec::new());
     }
-    let state = state_at(source, source.lowered.program.experiment.start).map_err(|error| error.to_string())?;
+    let state = state_at(source, source.lowered.program.experiment.start)?;
     let held = mechanism.parameters.iter().enumerate().filter(|(_, own)| own.held);
     Ok(held.map(|(index, _)| (index, state.parameters()[index])).collect())
 }

@@ -71,7 +71,7 @@ impl Wish {
         let token = string(self.token).ok_or("the instantiation token is missing")?;
         let place = string(self.resources).map(CStr::to_bytes).filter(|place| !place.is_empty());
         let place = place.ok_or("the resource path is missing, but the program of the FMU lies there")?;
-        let model = resource::path(place.to_vec()).and_then(resource::load).map_err(Refusal::new)?;
+        let model = resource::load(resource::path(place.to_vec()).map_err(Refusal::new)?).map_err(Refusal::new)?;
         if token.to_bytes() != crate::fmi3::token(&model.program().guid).as_bytes() {
             return Err(
                 "the instantiation token is not that of this FMU: modelDescription.xml and the program do not belong \

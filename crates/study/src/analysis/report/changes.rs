@@ -124,7 +124,7 @@ impl Features {
             let [by_value, by_time] = [changes.map(|by| &by.value), changes.map(|by| &by.time)]
                 .map(|by| by.map(|by| by_name(&self.parameters, by)));
             features.push(json!({ "output": output, "unit": of, "kind": kind, "value": own.value, "time": own.time,
-                                  "d_value": by_value, "d_time": by_time, "refused": own.changes.as_ref().err() }));
+                                  "d_value": by_value, "d_time": by_time, "refused": own.changes.as_ref().err().map(ToString::to_string) }));
             let refused = own.changes.as_ref().err();
             notes.extend(refused.map(|what| format!("  no derivatives of the {kind} of {output}: {what}").into()));
         }

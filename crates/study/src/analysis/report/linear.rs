@@ -134,10 +134,7 @@ impl Linearization {
     pub fn held(self, step: f64) -> Result<Self, AnalysisFailure> {
         let rate = |own: &&StateSpaceSignal| own.name.contains(")/dt");
         if let Some(rate) = self.points.iter().flat_map(|point| &point.inputs).find(rate) {
-            return Err(AnalysisFailure::Unknown(vec![format!(
-                "a driver follows `{}`, too: an input that is held and jumps would move it without bound; let the driver follow an input that it integrates",
-                rate.name
-            )]));
+            return Err(AnalysisFailure::Followed { input: rate.name.clone() });
         }
         let points = self.points.into_iter().map(|point| point.held(step)).collect::<Result<_, _>>()?;
         Ok(Linearization { points, step: Some(step), ..self })

@@ -4,7 +4,7 @@
 
 use super::super::AnalysisFailure;
 use super::feature::{
-    CORNER, EQUAL, Feature, FeatureDerivatives, FeatureKind, FeatureSearch, ROUNDS, SHORTER, SeenMotion,
+    EQUAL, Feature, FeatureDerivatives, FeatureKind, FeatureSearch, NotDifferentiable, ROUNDS, SHORTER, SeenMotion,
 };
 
 /// What is found within this share of an interval from its end is found at its end.
@@ -55,7 +55,7 @@ impl SeenMotion<'_, '_> {
         }
         let time = switched.first().map_or(search.interval[0], |own| own.times[0]);
         let [value, _] = self.ends(&FeatureSearch { interval: [time, time], ..search.clone() })?;
-        let changes = Err(CORNER.to_owned());
+        let changes = Err(NotDifferentiable::Corner);
         Ok(Feature { output: named.clone(), kind: search.kind, time, value, changes })
     }
 

@@ -5,8 +5,10 @@
 
 use std::f64::consts::PI;
 
+use thiserror::Error;
+
 use super::super::report::Features;
-use super::super::{AnalysisFailure, Study, StudyError};
+use super::super::{AnalysisFailure, SetError, Study, StudyError};
 use super::corner::Switched;
 use super::{Along, At, Varying};
 
@@ -28,8 +30,6 @@ const CONSTANT: f64 = 1e-7;
 const SAME: f64 = 1e-5;
 /// A value is touched, not crossed, if its rate over the interval is below this share of the extent.
 const TOUCHED: f64 = 1e-9;
-/// Why there are no derivatives.
-pub(super) const CORNER: &str = "there is a corner: derivatives differ on both sides";
 /// The motion is looked at in so many intervals of time, at least.
 const INTERVALS: usize = 1000;
 /// Places that are looked at for the highest value of a polynomial.
@@ -46,7 +46,27 @@ pub struct Feature {
     /// The value then, SI.
     pub value: f64,
     /// How both change; or why they have no derivatives.
-    pub changes: Result<FeatureDerivatives, String>,
+    pub changes: Result<FeatureDerivatives, NotDifferentiable>,
+}
+
+/// Why what happens has no derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum NotDifferentiable {
+    /// The output does not change.
+    #[error("it is constant")]
+    Constant,
+    /// Another extreme has the same value.
+    #[error("it is equally high at {time:?} s and changes differently")]
+    EquallyHigh {
+        /// When \[s\].
+        time: f64,
+    },
+    /// A level is reached, but not crossed.
+    #[error("it is touched without being crossed")]
+    Touched,
+    /// A corner of the course.
+    #[error("there is a corner: derivatives differ on both sides")]
+    Corner,
 }
 
 /// Derivatives of a value and of the time at which it is reached, one for each parameter.
@@ -102,7 +122,7 @@ impl Study {
             }
             for (name, level) in levels {
                 let output = outputs.iter().position(|(own, _)| own == name);
-                let known = || AnalysisFailure::Unknown(vec![format!("`{name}` is no output")]);
+                let known = || AnalysisFailure::Unknown(vec![SetError::NoOutput { name: name.clone() }]);
                 features.extend(course.crossings(output.ok_or_else(known)?, *level, &outputs)?);
             }
             let parameters = varying.parameters().iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect();
@@ -156,7 +176,7 @@ impl SeenMotion<'_, '_> {
         let extent = self.extent(output);
         let first = self.value(0, output);
         if extent <= CONSTANT * first.abs() {
-            let changes = Err("it is constant".to_owned());
+            let changes = Err(NotDifferentiable::Constant);
             return Ok(Feature { output: named.clone(), kind, time: self.begin(), value: first, changes });
         }
         let mut found = Vec::new();
@@ -176,8 +196,7 @@ impl SeenMotion<'_, '_> {
         let Some(other) = others.iter().find(|own| differs(first, own, &self.sizes(output))) else {
             return Ok(first.clone());
         };
-        let what = format!("it is equally high at {:?} s and changes differently", other.time);
-        Ok(Feature { changes: Err(what), ..first.clone() })
+        Ok(Feature { changes: Err(NotDifferentiable::EquallyHigh { time: other.time }), ..first.clone() })
     }
 
     fn begin(&self) -> f64 {
@@ -260,7 +279,7 @@ impl SeenMotion<'_, '_> {
             let times_by = match kind {
                 _ if is_end => vec![0.0; values_by.len()],
                 FeatureKind::Crossing if slope.at(place).abs() <= TOUCHED * self.extent(output) => {
-                    return Ok(feature(time, level, Err("it is touched without being crossed".to_owned())));
+                    return Ok(feature(time, level, Err(NotDifferentiable::Touched)));
                 }
                 FeatureKind::Crossing => values_by.iter().map(|by| -by / (slope.at(place) * per_second)).collect(),
                 _ => {
@@ -274,7 +293,7 @@ impl SeenMotion<'_, '_> {
             };
             return Ok(feature(time, value, Ok(FeatureDerivatives { value: values_by, time: times_by })));
         }
-        Ok(feature(near, seen, Err(CORNER.to_owned())))
+        Ok(feature(near, seen, Err(NotDifferentiable::Corner)))
     }
 
     /// The values at both ends of an interval.

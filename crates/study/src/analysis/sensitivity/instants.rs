@@ -36,7 +36,7 @@ impl DifferentiatedMotion<'_> {
             }
         }
         let changes = [self.positions.as_slice(), self.rates.as_slice()];
-        self.variational.begin_held(&self.motion, changes).map_err(refused)?;
+        self.variational.begin_held(&self.motion, changes).map_err(|error| refused(error.to_string()))?;
         if happened.is_empty() {
             return Ok(());
         }
@@ -104,7 +104,7 @@ impl DifferentiatedMotion<'_> {
         self.motion = guide.without_instants();
         let state = [self.positions.as_mut_slice(), self.rates.as_mut_slice()];
         let moves = self.variational.pass(&self.model, happened, state, self.tolerance);
-        let moves = moves.map_err(|what| AnalysisFailure::NoDerivative { time, what })?;
+        let moves = moves.map_err(|error| AnalysisFailure::NoDerivative { time, what: error.to_string() })?;
         self.go_on_anew()?;
         self.reach();
         self.check_corners(time)?;

@@ -34,9 +34,9 @@ use nalgebra::{DMatrix, DVector};
 use super::driven::DrivenInputs;
 use super::kept::DerivativesKey;
 use super::variation::Variation;
-use super::{AnalysisFailure, Study, StudyError};
+use super::{AnalysisFailure, SetError, Study, StudyError};
 use corner::Switched;
-pub use feature::{Feature, FeatureDerivatives, FeatureKind};
+pub use feature::{Feature, FeatureDerivatives, FeatureKind, NotDifferentiable};
 pub use rest::ModeChanges;
 pub use step::At;
 use step::DifferentiatedMotion;
@@ -389,7 +389,7 @@ fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, Anal
 }
 
 /// The parameter, input or initial value behind a name; or that there is none.
-fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
+fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
@@ -417,10 +417,10 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, String> {
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
     if let Some(why) = mechanism.why_calculated(name) {
-        return Err(why);
+        return Err(why.into());
     }
     let names =
         program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
     let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
-    Err(format!("the scene has no parameter, input or initial value `{name}`; {}", suggest::known(name, names)))
+    Err(SetError::NotVariable { name: name.to_owned(), known: suggest::known(name, names) })
 }

@@ -1,6 +1,7 @@
 //! How the start changes: what is known there, and the loops.
 
 use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
 
 use super::super::AnalysisFailure;
 use super::super::decompose::svd;
@@ -11,12 +12,29 @@ const RANK: f64 = 1e-10;
 /// Equations contradict each other where more than this share of a change is left.
 const CONTRADICTION: f64 = 1e-8;
 
+/// Why there are no derivatives at the start.
+#[derive(Debug, Error)]
+pub enum StartError {
+    /// Rates that are not given and are not zero.
+    #[error("`[initial]` leaves rates open in a mechanism that moves at its start: give them")]
+    RatesOpen,
+    /// What is known contradicts the loops for other values.
+    #[error("what is known at the start and the loops fit for these very values only")]
+    TheseValuesOnly,
+    /// No decomposition.
+    #[error(transparent)]
+    Decomposition(#[from] AnalysisFailure),
+    /// No solution.
+    #[error("{0}")]
+    Solution(&'static str),
+}
+
 /// q_p and v_p at the start; `rates` are those of the coordinates there.
 pub fn start(
     numbers: &Numbers,
     parameters: usize,
     rates: &DVector<f64>,
-) -> Result<(DMatrix<f64>, DMatrix<f64>), String> {
+) -> Result<(DMatrix<f64>, DMatrix<f64>), StartError> {
     let of = |row: RowBlock, column: ColumnBlock| numbers.block(row, column);
     let by = |row: RowBlock| numbers.block(row, ColumnBlock::Signals).columns(0, parameters).into_owned();
     let known = stacked(&of(RowBlock::Loops, ColumnBlock::Positions), &of(RowBlock::Starts, ColumnBlock::Positions));
@@ -26,7 +44,7 @@ pub fn start(
     let (changes, full) = least(&known, &-stacked(&turning(RowBlock::Rates), &turning(RowBlock::StartRates)))?;
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
     if !full && rates.norm() > 0.0 {
-        return Err("`[initial]` leaves rates open in a mechanism that moves at its start: give them".to_owned());
+        return Err(StartError::RatesOpen);
     }
     Ok((positions, changes))
 }
@@ -56,21 +74,21 @@ pub fn still_repeat(numbers: &Numbers) -> Result<bool, AnalysisFailure> {
 }
 
 /// The smallest solution of A X = B, and whether it is the only one.
-fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), String> {
+fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), StartError> {
     let n = a.ncols();
     if a.nrows() == 0 || n == 0 {
         return Ok((DMatrix::zeros(n, b.ncols()), n == 0));
     }
-    let parts = svd(a.clone(), true, true).map_err(|error: AnalysisFailure| error.to_string())?;
+    let parts = svd(a.clone(), true, true)?;
     let limit = RANK * parts.singular_values.max();
     let rank = parts.singular_values.iter().filter(|value| **value > limit).count();
     let mut solution = DMatrix::zeros(n, b.ncols());
     for (mut place, column) in solution.column_iter_mut().zip(b.column_iter()) {
-        place.copy_from(&parts.solve(&column, limit).map_err(str::to_owned)?);
+        place.copy_from(&parts.solve(&column, limit).map_err(StartError::Solution)?);
     }
     let left = product(a, &solution) - b;
     if left.amax() > CONTRADICTION * (1.0 + b.amax()) {
-        return Err("what is known at the start and the loops fit for these very values only".to_owned());
+        return Err(StartError::TheseValuesOnly);
     }
     Ok((solution, rank == n))
 }

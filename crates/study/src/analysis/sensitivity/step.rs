@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::driven::DrivenInputs;
 use super::super::point::OperatingPoint;
 use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
-use super::super::{AnalysisFailure, decompose};
+use super::super::{AnalysisFailure, SetError, decompose};
 use super::collocation::SMALLEST;
 use super::corner::Switched;
 use super::event::Crossing;
@@ -114,7 +114,7 @@ impl<'f> DifferentiatedMotion<'f> {
         motion.record_instants();
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
-            let unknown = || AnalysisFailure::Unknown(vec![format!("`{name}` cannot be set")]);
+            let unknown = || AnalysisFailure::Unknown(vec![SetError::NotSettable { name: (*name).to_owned() }]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
         if let Some(pose) = from {
@@ -167,7 +167,8 @@ impl<'f> DifferentiatedMotion<'f> {
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         let rates = self.values(&point, Order::Velocity);
         let refused = |what: String| AnalysisFailure::NoDerivative { time: point.time(), what };
-        let (positions, changes) = start(&numbers, self.parameters, &rates).map_err(refused)?;
+        let (positions, changes) =
+            start(&numbers, self.parameters, &rates).map_err(|error| refused(error.to_string()))?;
         check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
             refused(
                 "redundant joints fit together for these very values only: a changed one cannot be assembled".into(),
