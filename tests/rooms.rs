@@ -78,7 +78,7 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_study",
         "crates/study/src",
-        &["analysis", "bench", "compare", "contact", "motion", "sweep", "fit", "optimize", "synthesis"],
+        &["analysis", "bench", "compare", "contact", "motion", "sweep", "request", "fit", "optimize", "synthesis"],
     ),
     (
         "cotree_draw",
@@ -89,7 +89,7 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_page",
         "crates/page/src",
-        &["page", "accuracy", "icon", "documentation", "overview", "moving", "sketch", "film", "export"],
+        &["motionless", "page", "accuracy", "icon", "documentation", "overview", "moving", "sketch", "film", "export"],
     ),
     ("cotree_cli", "crates/cli/src", &[]),
 ];

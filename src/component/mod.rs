@@ -25,6 +25,7 @@ pub use schema::schema;
 use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
+use crate::equations::NonlinearLoad;
 use crate::model::{
     Dimension, Formula, Friction, KeyValue, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit,
     Variable,
@@ -128,29 +129,6 @@ pub struct Component {
     pub placed: PlacedOf,
     /// What is drawn for it.
     pub icon: IconOf,
-}
-
-/// Why masses on a line have no matrices of a linear vibrating system.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NonlinearLoad {
-    /// A load that may be there or not.
-    #[error("an event can remove `{load}`")]
-    Removable {
-        /// The load.
-        load: String,
-    },
-    /// A spring with a cubic stiffness, or on one side of its free length only.
-    #[error("the spring `{spring}` is not linear")]
-    Spring {
-        /// The spring.
-        spring: String,
-    },
-    /// A law of the motion.
-    #[error("the law of `{load}` depends on the motion; write it as a spring if it is linear")]
-    Law {
-        /// The load.
-        load: String,
-    },
 }
 
 /// How dry friction acts.

@@ -33,7 +33,7 @@ pub use levels::{Level, Pressing};
 pub use record::{Edge, EdgeRow, GraphRecord};
 pub use shares::Share;
 pub use vector::FrameId;
-pub use vibration::{ElementColumn, Vibration};
+pub use vibration::{ElementColumn, NonlinearLoad, Vibration};
 
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{BodyId, Place, Variable};

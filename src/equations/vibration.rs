@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 
 use super::inertias::mass;
 use super::{Equations, GraphRecord};
-use crate::component::NonlinearLoad;
 use crate::expr::{Expr, Symbol};
 use crate::model::Dimension;
 use crate::network::{ElementId, Force, Known, Origin, Translation};
@@ -35,6 +34,29 @@ pub struct ElementColumn {
     pub damping: Expr,
     pub stiffness: Expr,
     pub force: Expr,
+}
+
+/// Why masses on a line have no matrices of a linear vibrating system.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NonlinearLoad {
+    /// A load that may be there or not.
+    #[error("an event can remove `{load}`")]
+    Removable {
+        /// The load.
+        load: String,
+    },
+    /// A spring with a cubic stiffness, or on one side of its free length only.
+    #[error("the spring `{spring}` is not linear")]
+    Spring {
+        /// The spring.
+        spring: String,
+    },
+    /// A law of the motion.
+    #[error("the law of `{load}` depends on the motion; write it as a spring if it is linear")]
+    Law {
+        /// The load.
+        load: String,
+    },
 }
 
 impl Equations {

@@ -2,9 +2,8 @@
 
 use cotree::compile::QuantityError;
 use cotree::model::ValueError;
+use cotree::run::{Measure, MeasureError};
 use thiserror::Error;
-
-use crate::optimize::LimitError;
 
 /// Measured values are fewer than what they are to determine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -14,6 +13,54 @@ pub struct TooFew {
     pub values: usize,
     /// How many quantities are varied.
     pub quantities: usize,
+}
+
+/// Why a text is no goal.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GoalError {
+    /// What stands before a measure is no number.
+    #[error("`{text}` is no weight: write a number")]
+    Weight {
+        /// As it is written.
+        text: String,
+    },
+    /// A term is empty.
+    #[error("a measure is missing, such as peak(motor.torque)")]
+    NoMeasure,
+    /// A term is no measure.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// The time of an extreme.
+    #[error("`{0}` changes in jumps from one extreme to another, which no search can follow")]
+    Jumps(Measure),
+}
+
+/// Why a limit makes no sense.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum LimitError {
+    /// It has no sign.
+    #[error("write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =")]
+    NoSign,
+    /// Nothing stands behind the sign.
+    #[error("the number behind the sign is missing")]
+    NoBound,
+    /// What is limited cannot be read.
+    #[error(transparent)]
+    Goal(#[from] GoalError),
+    /// Measures of different units are added.
+    #[error("measures in `{first}` and in `{other}` have no sum")]
+    Units {
+        /// The unit of the first one.
+        first: String,
+        /// Another unit.
+        other: String,
+    },
+    /// The bound cannot be read.
+    #[error(transparent)]
+    Bound(#[from] QuantityError),
+    /// The bound is infinite or NaN.
+    #[error("the number must be finite")]
+    NotFinite,
 }
 
 /// One thing that is wrong with a request.

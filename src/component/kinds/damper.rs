@@ -2,7 +2,8 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, IconStroke, Linear, NonlinearLoad, line};
+use crate::component::{Component, Icon, IconStroke, Linear, line};
+use crate::equations::NonlinearLoad;
 use crate::model::measure::DAMPING;
 use crate::model::{Formula, Part, Quantity as Q, Range};
 use crate::scene::{Load, Quantity};

@@ -4,7 +4,8 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, IconStroke, Linear, NonlinearLoad, line};
+use crate::component::{Component, Icon, IconStroke, Linear, line};
+use crate::equations::NonlinearLoad;
 use crate::model::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
 use crate::model::{Comparison, Formula, Part, Quantity as Q, Range};
 use crate::network::{Rows, System};

@@ -24,8 +24,9 @@ use thiserror::Error;
 
 use crate::analysis::{AnalysisFailure, Guess, Study, StudyError, Varying};
 use crate::request::RequestFault;
+pub use crate::request::{GoalError, LimitError};
 pub use around::Around;
-pub use goal::{Goal, GoalError, Limit, LimitError, Relation};
+pub use goal::{Goal, Limit, Relation};
 use motion::Motions;
 use request::Checked;
 pub use request::{Aim, OptimizeRequest};

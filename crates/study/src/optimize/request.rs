@@ -6,14 +6,14 @@ use cotree::model::{Experiment, Unit};
 use cotree::report::csv::CsvTable;
 use cotree::typeset::short;
 
-use super::goal::{Goal, Limit, LimitError, Relation};
+use super::goal::{Goal, Limit, Relation};
 use super::search::{EndPoint, GoalCondition, GoalSum, Problem, SeenCourses};
 use super::starts::{MOST_QUANTITIES, MOST_STARTS};
 use super::{LimitAt, MET, OptimizeError};
 use crate::analysis::{Varied, Varying};
 use crate::fit::{Vary, bounds, check_times, places};
 use crate::motion;
-use crate::request::RequestFault;
+use crate::request::{LimitError, RequestFault};
 
 /// A limit is active if the goal would change by more than this share of itself for as much again of the bound.
 const ACTIVE: f64 = 1e-8;
