@@ -26,7 +26,9 @@ const FALLS: f64 = 1.05;
 pub(crate) const HORIZON: f64 = 12.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 pub(crate) const HALF: f64 = 0.5;
-/// Steps at a larger tolerance are as long as the way between poses, and may lie across one and show nothing at their ends.
+/// Steps at this tolerance or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends.
+pub(crate) const COARSE: f64 = 1e-5;
+/// Those at this one show it.
 pub(crate) const SIGHTED: f64 = 1e-6;
 /// A row that comes closer by this factor in one step is about to arrive; one that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a
 /// singular pose.

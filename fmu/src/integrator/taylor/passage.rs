@@ -11,7 +11,7 @@ use crate::math;
 use crate::model::State;
 use crate::motion::Run;
 use crate::singular::dependence::{not_passed, undecided};
-use crate::singular::detect::{HALF, LANDING, SIGHTED, leapt_over, locate, refine};
+use crate::singular::detect::{COARSE, HALF, LANDING, leapt_over, locate, refine};
 use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
 use crate::singular::passing::{finds_avoided, note_left, note_passage};
 
@@ -86,7 +86,7 @@ impl Taylor {
 
     /// Could a singular pose be in a step that is proposed, and its ends not show it?
     pub(super) fn may_leap(&mut self, context: &Context, run: &Run, h: f64) -> bool {
-        let coarse = context.settings.tolerance > SIGHTED && !self.memory.turns_far && !self.guard.start.is_empty();
+        let coarse = context.settings.tolerance >= COARSE && !self.memory.turns_far && !self.guard.start.is_empty();
         coarse && !self.jet.stays_clear(&mut self.changes, (&run.last.dense, run.last.order as usize), h)
     }
 
