@@ -53,7 +53,7 @@ fn redundant_joints_are_solved() {
     assert_eq!(compiled.program.coordinates.len() - active, 1, "one degree of freedom");
 }
 
-/// The same with a motor: nothing moves while time stands still.
+/// A redundant rod with a motor: nothing moves while time stands still.
 #[test]
 fn redundant_equations_are_found_at_every_pose_or_not_at_all() {
     let path = Path::new(ROOT).join("tests/faults/equations/redundant_rod.toml");

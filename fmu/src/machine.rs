@@ -6,7 +6,7 @@ use crate::tape::{FEW_REGISTERS, Tape};
 
 /// Rounding errors of what a tape computes, as a share of its size.
 pub(crate) const ROUNDING: f64 = 1e-12;
-/// The same of what large numbers that cancel leave, as a share of those: accelerations and reactions, impulses, gaps, and rates that loops hold.
+/// Rounding errors that large numbers leave where they cancel, as a share of them: accelerations and reactions, impulses, gaps, and rates that loops hold.
 pub(crate) const CANCELLED: f64 = 1e-9;
 
 /// A register file with the constants of one model in it. Allocated once; nothing allocates afterwards.

@@ -86,7 +86,7 @@ impl SeriesBuilder {
             }
             let constant = match node {
                 ExprNode::Constant(_) => true,
-                ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+                ExprNode::Symbol(symbol) => symbol.is_parameter(),
                 node => node.operands().all(|operand| self.constants[&operand]),
             };
             self.constants.insert(next, constant);

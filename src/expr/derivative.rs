@@ -74,11 +74,35 @@ impl Arena {
 }
 
 impl Symbol {
-    /// Is this an acceleration or a reaction, known only after the equations of motion are solved?
+    /// True for an acceleration or a reaction, which is known only after the equations of motion are solved.
     pub fn is_solved(self) -> bool {
-        matches!(
-            self,
-            Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_)
-        )
+        match self {
+            Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_) => {
+                true
+            }
+            Symbol::Coordinate(_, Order::Position | Order::Velocity)
+            | Symbol::State(_, Order::Position | Order::Acceleration)
+            | Symbol::Time
+            | Symbol::Parameter(_)
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Missing(..)
+            | Symbol::Argument => false,
+        }
+    }
+
+    /// True for a parameter, the one symbol that stays as it is along a motion.
+    pub fn is_parameter(self) -> bool {
+        match self {
+            Symbol::Parameter(_) => true,
+            Symbol::Time
+            | Symbol::Input(..)
+            | Symbol::Follower(..)
+            | Symbol::Coordinate(..)
+            | Symbol::State(..)
+            | Symbol::Reaction(_)
+            | Symbol::Missing(..)
+            | Symbol::Argument => false,
+        }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use super::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
+use super::{Arena, Binary, Expr, ExprNode, Unary};
 
 /// Indicators of all subexpressions of the given results: differences of compared expressions, arguments of absolute values and
 /// signs. Those that only parameters move are left out.
@@ -31,5 +31,5 @@ fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
 }
 
 fn moves(arena: &Arena, expr: Expr) -> bool {
-    arena.symbols([expr]).into_iter().any(|symbol| !matches!(symbol, Symbol::Parameter(_)))
+    arena.symbols([expr]).into_iter().any(|symbol| !symbol.is_parameter())
 }

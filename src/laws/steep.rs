@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use cotree_fmu::program::Steep;
 
-use crate::expr::{Arena, Binary, Expr, ExprNode, Symbol, Unary, indicators};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Unary, indicators};
 
 /// How the functions that these results depend on are steep, and their arguments. Those that only parameters move are left out.
 pub(crate) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
@@ -12,11 +12,7 @@ pub(crate) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
     let reached = arena.reachable(expanded);
     let divisors = reached.iter().filter_map(|&expr| divisor(arena, expr));
     let divides: BTreeSet<Expr> = arena.reachable(divisors).into_iter().collect();
-    let moves = depending(
-        arena,
-        &reached,
-        |node| matches!(node, ExprNode::Symbol(symbol) if !matches!(symbol, Symbol::Parameter(_))),
-    );
+    let moves = depending(arena, &reached, |node| matches!(node, ExprNode::Symbol(symbol) if !symbol.is_parameter()));
     let exponential = depending(arena, &reached, |node| matches!(node, ExprNode::Unary(Unary::Exp | Unary::Tanh, _)));
     let vanishing = reached.iter().filter_map(|&expr| divisor(arena, expr));
     let vanishing = vanishing.filter(|&argument| !is_root(arena, argument) && !exponential.contains(&argument));

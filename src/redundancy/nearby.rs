@@ -7,7 +7,7 @@ use cotree_fmu::math::Random;
 use cotree_fmu::model::{Model, State};
 
 /// Poses whose loops are closed this well, relative to the scales, satisfy them: as well as those with which runs begin.
-const CLOSED: f64 = 1e-9;
+pub(super) const CLOSED: f64 = 1e-9;
 
 /// Consistent poses near a state, the state itself first: random moves in all coordinates (up to `reach` in units of
 /// their scales) and in time (up to `reach` seconds), then back to the loops, in so many parts of the way. The same every time; moves from which there is

@@ -12,6 +12,7 @@ use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
 use super::closing::close;
+use super::nearby::CLOSED;
 
 /// Into so many parts the experiment is divided.
 const PARTS: f64 = 200.0;
@@ -19,8 +20,6 @@ const PARTS: f64 = 200.0;
 const FINEST: f64 = 1e-5;
 /// Equations hold that are open by less than this, relative to their scales: lengths may be typed with few digits.
 const OPEN: f64 = 1e-6;
-/// Poses whose loops are closed this well satisfy them.
-const CLOSED: f64 = 1e-9;
 /// A pose further from where the motion was going may be on another branch.
 const NEAR: f64 = 0.3;
 /// The equations that count are further from depending on each other than this in a regular pose.

@@ -41,24 +41,28 @@ impl Resolver<'_> {
 
     /// The values of a record.
     pub(super) fn record(&mut self, record: Record, node: &DocumentNode, what: &str, user: &str) -> Option<KeyValue> {
-        match record {
-            Record::Friction(wanted, pressed) => {
-                self.friction(node, what, user, (&wanted, pressed)).map(KeyValue::Friction)
+        let fields = match record {
+            Record::Friction(_, pressed) => self.friction_fields(node, what, record.names(), pressed)?,
+            Record::Limits(_) | Record::Play(_) | Record::Rebound => {
+                Fields::open(node, what, node.span, &record.names(), self.faults)?
             }
-            Record::Limits(wanted) => self.stops(node, what, user, &wanted).map(KeyValue::Limits),
-            Record::Play(wanted) => self.play(node, what, user, &wanted).map(KeyValue::Limits),
-            Record::Rebound => self.rebound(node, what, user).map(KeyValue::Limits),
+        };
+        match record {
+            Record::Friction(wanted, _) => self.friction(&fields, user, &wanted).map(KeyValue::Friction),
+            Record::Limits(wanted) => self.stops(&fields, user, &wanted).map(KeyValue::Limits),
+            Record::Play(wanted) => self.play(&fields, user, &wanted).map(KeyValue::Limits),
+            Record::Rebound => self.rebound(&fields, user).map(KeyValue::Limits),
         }
     }
 
-    /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks.
-    fn friction(
+    /// The fields of friction, if they belong together.
+    fn friction_fields<'n>(
         &mut self,
-        node: &DocumentNode,
+        node: &'n DocumentNode,
         what: &str,
-        user: &str,
-        ([level, speed], pressed): (&[Wanted; 2], Pressed),
-    ) -> Option<Friction> {
+        mut known: Vec<&str>,
+        pressed: Pressed,
+    ) -> Option<Fields<'n>> {
         let example = pressed.example();
         if matches!(node.kind, Content::Number(_) | Content::Text(_)) {
             let message = format!("{what} is a number, but needs a table");
@@ -66,20 +70,22 @@ impl Resolver<'_> {
             self.faults.push(fault.help(format!("write `friction = {example}`")));
             return None;
         }
-        let known = ["coulomb", "velocity", "mu", "static", "radius", "length", "viscous", "coefficient"];
-        let fields = Fields::open(node, what, node.span, &known, self.faults)?;
         let refused = [
             ("viscous", "viscous friction is a key of the joint itself", "write `damping = ...` beside `friction`"),
             ("coefficient", "the coefficient of friction is called `mu`", "write `mu = ...`"),
         ];
+        known.extend(refused.map(|(key, ..)| key));
+        let fields = Fields::open(node, what, node.span, &known, self.faults)?;
         let mut is_refused = false;
         for (key, why, help) in refused {
             // What is only in the wrong place is not missed here.
             is_refused |= self.refuse_friction_key(&fields, key, why, help) && key == "coefficient";
         }
-        if is_refused || !self.check_friction_keys(&fields, pressed, node.span, example) {
-            return None;
-        }
+        (!is_refused && self.check_friction_keys(&fields, pressed, node.span, example)).then_some(fields)
+    }
+
+    /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks.
+    fn friction(&mut self, fields: &Fields, user: &str, [level, speed]: &[Wanted; 2]) -> Option<Friction> {
         let of = |key: &str| format!("`{key}` of the friction of {user}");
         let mut given = |key: &str, range: Range, wanted: &Wanted| -> Option<Option<Formula>> {
             let Some(node) = fields.get(key) else { return Some(None) };
@@ -138,8 +144,7 @@ impl Resolver<'_> {
     }
 
     /// `{ min = -0.1, max = 0.2, restitution = 0.5 }`
-    fn stops(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
-        let fields = Fields::open(node, what, node.span, &Record::Limits(*wanted).names(), self.faults)?;
+    fn stops(&mut self, fields: &Fields, user: &str, wanted: &Wanted) -> Option<Limits> {
         let of = |key: &str| format!("`{key}` of the limits of {user}");
         let mut quantity = |key: &str| match fields.get(key) {
             Some(node) => self.faults.quantity(node, &of(key)).map(Some),
@@ -149,16 +154,15 @@ impl Resolver<'_> {
         let [min, max] =
             [("min", min?), ("max", max?)].map(|(key, end)| end.map(|end| self.constant(&end, &of(key), wanted)));
         let restitution = self.share(restitution?, &of("restitution"));
-        self.check_limits([min.as_ref(), max.as_ref()], what, user, node.span)?;
+        self.check_limits([min.as_ref(), max.as_ref()], &fields.owner, user, fields.span)?;
         Some(Limits { ends: [min, max], restitution })
     }
 
     /// `{ play = "0.5 deg", restitution = 0.4 }`: a relation that may be off by half of the play either way.
-    fn play(&mut self, node: &DocumentNode, what: &str, user: &str, wanted: &Wanted) -> Option<Limits> {
-        let fields = Fields::open(node, what, node.span, &Record::Play(*wanted).names(), self.faults)?;
+    fn play(&mut self, fields: &Fields, user: &str, wanted: &Wanted) -> Option<Limits> {
         let of = |key: &str| format!("`{key}` of the backlash of {user}");
         let play = self.faults.required_quantity(
-            &fields,
+            fields,
             "play",
             "give the way from one flank to the other: `backlash = { play = \"0.5 deg\", restitution = 0.4 }`, a length if it moves a slide",
         );
@@ -172,8 +176,7 @@ impl Resolver<'_> {
     }
 
     /// `{ restitution = 0.4 }`: a relation that presses only.
-    fn rebound(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<Limits> {
-        let fields = Fields::open(node, what, node.span, &Record::Rebound.names(), self.faults)?;
+    fn rebound(&mut self, fields: &Fields, user: &str) -> Option<Limits> {
         let of = format!("`restitution` of {user}");
         let restitution = match fields.get("restitution") {
             Some(node) => Some(self.faults.quantity(node, &of)?),

@@ -41,7 +41,7 @@ pub enum SettingError {
         /// Why not.
         cause: ValueError,
     },
-    /// The same, where the variable is named.
+    /// A variable that is named cannot have the value.
     #[error("{name}: {value:?} {cause}")]
     ValueOf {
         /// The variable.

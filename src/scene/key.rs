@@ -93,7 +93,7 @@ impl Form {
         matches!(self, Points | Bodies | BodyAndPoint | Point | Body | Joint)
     }
 
-    /// Does it make a joint hold something on one side only?
+    /// True if it makes a joint hold something on one side only.
     pub fn is_one_sided(self) -> bool {
         matches!(self, Form::Record(record) if record.is_one_sided())
     }

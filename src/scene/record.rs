@@ -87,7 +87,7 @@ impl Record {
         }
     }
 
-    /// Does it make a joint hold something on one side only?
+    /// True if it makes a joint hold something on one side only.
     pub const fn is_one_sided(self) -> bool {
         match self {
             Self::Friction(..) => false,

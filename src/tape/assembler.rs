@@ -37,7 +37,7 @@ impl<'a> Assembler<'a> {
         for &expr in &used {
             fixed[expr.index()] = match arena.node(expr) {
                 ExprNode::Constant(_) => true,
-                ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
+                ExprNode::Symbol(symbol) => symbol.is_parameter(),
                 node => node.operands().all(|operand| fixed[operand.index()]),
             };
         }

@@ -44,11 +44,14 @@ use crate::pace::MOST_WORK;
 use crate::program::Engine;
 use crate::program::Source;
 use crate::singular::dependence::not_singular;
-use crate::singular::detect::SIGHTED;
 use crossing::Watch;
 use instants::Instants;
 use limits::{Limits, is_beside_pose};
 use snapshot::Phase;
+
+/// The tolerance of the steps of a driven mechanism: what they leave is closed to rounding errors wherever it is read. Longer steps would be as many, for they end at singular
+/// poses.
+const DRIVEN: f64 = 1e-6;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
@@ -497,8 +500,7 @@ impl Instance {
         Settings {
             engine,
             automatic: self.now.automatic && moves,
-            // What the steps of a driven mechanism leave is closed to rounding errors wherever it is read. Longer ones would be as many, for they end at singular poses.
-            tolerance: if self.model.is_driven() { SIGHTED } else { self.now.tolerance },
+            tolerance: if self.model.is_driven() { DRIVEN } else { self.now.tolerance },
             least_rate: self.model.least_rate(self.now.stop),
             max_step: self.model.program().experiment.max_step,
             stop: self.limit(),

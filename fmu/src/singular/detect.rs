@@ -28,7 +28,7 @@ pub(crate) const HORIZON: f64 = 12.0;
 pub(crate) const HALF: f64 = 0.5;
 /// Steps at this tolerance or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends.
 pub(crate) const COARSE: f64 = 1e-5;
-/// Those at this one show it.
+/// Steps at this tolerance show every pose that they come by.
 pub(crate) const SIGHTED: f64 = 1e-6;
 /// A row that comes closer by this factor in one step is about to arrive; one that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a
 /// singular pose.

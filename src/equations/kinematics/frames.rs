@@ -6,7 +6,7 @@ use super::terminal::angle_of;
 use super::{FirstCoordinate, ScalarMotion};
 use crate::equations::form::LinearForm;
 use crate::equations::vector::{Frame, FrameId, Frames};
-use crate::expr::{Arena, Expr, ExprNode, Symbol};
+use crate::expr::{Arena, Expr, ExprNode};
 use crate::network::{Rotation, System, Topology};
 
 pub(super) fn angles(
@@ -57,7 +57,7 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
 pub fn is_constant(arena: &Arena, expr: Expr) -> bool {
     match arena.node(expr) {
         ExprNode::Constant(_) => true,
-        ExprNode::Symbol(symbol) => matches!(symbol, Symbol::Parameter(_)),
-        _ => arena.symbols([expr]).iter().all(|symbol| matches!(symbol, Symbol::Parameter(_))),
+        ExprNode::Symbol(symbol) => symbol.is_parameter(),
+        _ => arena.symbols([expr]).iter().all(|symbol| symbol.is_parameter()),
     }
 }

@@ -12,12 +12,14 @@ use crate::math::Random;
 use crate::model::{Model, State};
 use crate::program::{Condition, Role};
 
-/// Longest Newton step, relative to the scales: longer ones jump between assemblies, and a mechanism that turned over has moved at least this much.
+/// Longest Newton step, relative to the scales: longer ones jump between assemblies.
 const REACH: f64 = 0.5;
 /// Sizes of the random disturbances that lead out of a pose where Newton's method stands still.
 const DISTURBANCES: [f64; 7] = [1e-3, 1e-2, 0.1, 0.3, 0.6, 1.0, 2.0];
 /// Disturbances tried of each size; as many poses that are turned at random are tried where none next to the guess closes the loops.
 const TRIES: usize = 6;
+/// A mechanism that turned over has moved at least this much [rad].
+const TURNED: f64 = 0.5;
 /// Where the drivers are followed to another time: the first part of the way and the shortest one, and how many there may be.
 const FIRST_PART: f64 = 1e-3;
 const SHORTEST_PART: f64 = 1e-9;
@@ -197,13 +199,13 @@ impl<'a> Positions<'a> {
             self.0.given.substitute(self.0.model, &mut found);
             let (missed, moved) = (longest(&found, &ahead), longest(&found, &x));
             // Written so that NaN is astray.
-            if fulfilled(&r) && missed <= ASTRAY && moved <= REACH {
+            if fulfilled(&r) && missed <= ASTRAY && moved <= TURNED {
                 if last {
                     return Some(found);
                 }
                 rates = found.iter().zip(&x).map(|(found, x)| (found - x) / span).collect();
                 (x, time) = (found, next);
-                part *= if missed < 0.25 * ASTRAY && moved < 0.5 * REACH { 2.0 } else { 1.0 };
+                part *= if missed < 0.25 * ASTRAY && moved < 0.5 * TURNED { 2.0 } else { 1.0 };
             } else {
                 part *= 0.5;
                 if part.abs() < SHORTEST_PART * whole.abs() {
@@ -317,7 +319,7 @@ impl<'a> Positions<'a> {
         for (index, condition) in self.conditions().iter().enumerate().filter(|(_, condition)| !condition.known) {
             let (target, found) = (after[k + index], after[index]);
             let far = is_far(condition, found, target);
-            let moved = (found - before[index]).abs() / condition.scale > REACH;
+            let moved = (found - before[index]).abs() / condition.scale > TURNED;
             if far || (turned_over && moved) {
                 let (condition, angular) = (condition.name.clone(), condition.angular);
                 return Err(Failure::OtherBranch { condition, guess: target, found, angular });

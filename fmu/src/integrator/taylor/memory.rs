@@ -12,6 +12,6 @@ pub(crate) struct Memory {
     pub series: Option<bool>,
     /// Steps since one was last compared with the tape of the accelerations.
     pub unseen: u32,
-    /// Have arms turned so far in a step that a pose could have been in it? The rest of the run is then taken as one at [`SIGHTED`](crate::singular::detect::SIGHTED).
+    /// True once arms could turn so far in a step that a singular pose was in it. The rest of the run is then taken as one at [`SIGHTED`](crate::singular::detect::SIGHTED).
     pub turns_far: bool,
 }

@@ -14,6 +14,7 @@ use super::control::{Horizon, Progress, take_step};
 use crate::context::Context;
 use crate::events::Layers;
 use crate::failure::Failure;
+use crate::machine::Machine;
 use crate::model::Model;
 use crate::motion::Run;
 use crate::singular::dependence::begins_near;
@@ -56,7 +57,7 @@ enum Start {
     Singular,
 }
 
-/// What a start with the loops closed tightly has ended with: where the jet has looked elsewhere since, that is begun again, with the same bits.
+/// What a start with the loops closed tightly has ended with: it can be begun again, with the same bits, where the jet has looked elsewhere since.
 #[derive(Clone, Debug)]
 struct Begun {
     time: f64,
@@ -234,15 +235,12 @@ impl Taylor {
             self.begun.time = time;
             self.begun.motion.copy_from_slice(&self.closed);
             self.begun.next.copy_from_slice(&self.guard.next);
-            self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
-            self.jet.close_tightly();
-            self.take_closed(model);
+            self.begin_closed(model, machine, order)?;
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
 
-    /// Starts the series once more that the last start has started at this time, after the jet has looked elsewhere. False if that was another one, or one that is
-    /// started with a single pose.
+    /// Begins the series again that the last start has left at this time with the loops closed tightly, after the jet has looked elsewhere. False if there is none.
     fn start_again(&mut self, context: &mut Context, run: &Run, time: f64) -> bool {
         let Context { model, machine, settings, .. } = context;
         if self.begun.time != time {
@@ -251,11 +249,17 @@ impl Taylor {
         model.forget_integrals(&mut self.next);
         machine.load_signals(model, &run.signals.origin, time);
         self.jet.update(machine.registers());
-        let begun = self.jet.begin(model, machine.registers(), order_for(settings.tolerance), &self.begun.motion);
+        self.guard.next.copy_from_slice(&self.begun.next);
+        self.closed.copy_from_slice(&self.begun.motion);
+        self.begin_closed(model, machine, order_for(settings.tolerance)).is_some()
+    }
+
+    /// Begins the series of the pose in which the loops have been closed, and closes them there.
+    fn begin_closed(&mut self, model: &Model, machine: &Machine, order: usize) -> Option<()> {
+        self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
         self.jet.close_tightly();
         self.take_closed(model);
-        self.guard.next.copy_from_slice(&self.begun.next);
-        begun.is_ok()
+        Some(())
     }
 
     fn take_closed(&mut self, model: &Model) {

@@ -84,7 +84,7 @@ impl Taylor {
         false
     }
 
-    /// Could a singular pose be in a step that is proposed, and its ends not show it?
+    /// True if a singular pose could be in a step that is proposed, and its ends not show it.
     pub(super) fn may_leap(&mut self, context: &Context, run: &Run, h: f64) -> bool {
         let coarse = context.settings.tolerance >= COARSE && !self.memory.turns_far && !self.guard.start.is_empty();
         coarse && !self.jet.stays_clear(&mut self.changes, (&run.last.dense, run.last.order as usize), h)
