@@ -1,7 +1,7 @@
 //! `expected.csv` of the models with gears, racks, rolling discs, slots, links, friction and shapes, computed again here: in absolute coordinates, or
 //! by Lagrange's equations, with classical Runge-Kutta steps. The other tests compare the FMU with those files.
 //!
-//! `COTREE_WRITE_EXPECTED=1 cargo test --test all component_models::` writes the files.
+//! `COTREE_WRITE_EXPECTED=1 cargo test --test library component_models::` writes the files.
 
 use crate::support::ROOT;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

@@ -2,9 +2,9 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use crate::model_exchange::integrate;
 use crate::sensitivities::check as check_sensitivities;
 use crate::support::ROOT;
+use crate::support::exchange::integrate;
 use crate::support::run::{compiled, model, scene_of, sound, started, value};
 
 use cotree::compile::compile;

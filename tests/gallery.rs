@@ -1,7 +1,7 @@
 //! The models of known linkages against closed forms: every output of each is computed here again, by intersecting circles, triangles and plain
 //! formulas, and each has one number that books say of it. The other tests compare the FMUs with `expected.csv`.
 //!
-//! `COTREE_WRITE_EXPECTED=1 cargo test --test all gallery::` writes the files.
+//! `COTREE_WRITE_EXPECTED=1 cargo test --test library gallery::` writes the files.
 
 use crate::support::ROOT;
 use crate::support::run;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::model_exchange::integrate;
 use crate::support::ROOT;
+use crate::support::exchange::integrate;
 use crate::support::run::{RUBBING, RUBBING_IN_DRIVEN, compiled, model, models, scene_of, sound, started, value};
 
 use cotree::compile::compile;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::model_exchange::integrate;
 use crate::support::ROOT;
+use crate::support::exchange::integrate;
 use crate::support::run::{model, scene_of, started, value};
 
 use cotree::compile::compile;

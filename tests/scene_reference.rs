@@ -1,6 +1,6 @@
 //! The reference of the scene and the table of components are made from what the components say of themselves.
 //!
-//! `COTREE_WRITE_REFERENCE=1 cargo test --test all scene_reference::` writes both.
+//! `COTREE_WRITE_REFERENCE=1 cargo test --test library scene_reference::` writes both.
 
 use crate::support::ROOT;
 use std::path::{Path, PathBuf};

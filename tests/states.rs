@@ -1,7 +1,7 @@
 //! States of a scene, whose rates are given: against closed forms, differences, and themselves by other methods.
 
-use crate::model_exchange::integrate;
 use crate::sensitivities::check as check_sensitivities;
+use crate::support::exchange::integrate;
 use crate::support::motion::Run;
 use crate::support::run::{compiled, model, sound, started, value};
 

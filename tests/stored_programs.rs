@@ -1,6 +1,6 @@
 //! The programs by which the runtime is tested alone, `fmu/tests/programs`, are what the models compile to.
 //!
-//! `COTREE_WRITE_EXPECTED=1 cargo test --test all stored_programs::` writes them anew. The motions that they must make stay: `models/*/expected.csv`.
+//! `COTREE_WRITE_EXPECTED=1 cargo test --test library stored_programs::` writes them anew. The motions that they must make stay: `models/*/expected.csv`.
 
 use crate::support::ROOT;
 use std::fs;

@@ -4,6 +4,7 @@
 pub mod absolute;
 pub mod cam;
 pub mod chain;
+pub mod exchange;
 pub mod fine;
 pub mod hanging;
 pub mod hard;
@@ -23,4 +24,4 @@ pub mod scene_text;
 pub mod variables;
 
 /// The folder of the whole project.
-pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+pub const ROOT: &str = crate::ROOT;
