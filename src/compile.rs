@@ -148,8 +148,7 @@ fn impossible(fault: &check::Fault) -> Fault {
 
 /// Something that no scene should be able to cause.
 fn internal(what: &str) -> Fault {
-    Fault::new("cotree::internal", format!("the program cannot be written: {what}"), Span::default())
-        .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+    Fault::internal(format!("the program cannot be written: {what}"))
 }
 
 /// Why a text is no value of a variable.

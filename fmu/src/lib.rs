@@ -10,6 +10,7 @@
 //! * `hybrid`: when sampled values change, when a comparison begins to hold.
 //! * [`integrator`], [`singular`]: from one communication point to the next, also through singular configurations.
 //! * [`instance`]: one simulation, as the command line and the FMI functions use it.
+//! * [`contain`]: where panics end.
 //! * `fmi`, [`fmi2`], [`fmi3`]: the functions of FMI 2.0 and 3.0 for Co-Simulation and Model Exchange.
 
 #![cfg_attr(
@@ -25,6 +26,7 @@
 #![allow(rustdoc::broken_intra_doc_links, reason = "square brackets hold units: [m], [rad]")]
 
 pub mod constraints;
+pub mod contain;
 pub mod context;
 pub mod events;
 pub mod failure;

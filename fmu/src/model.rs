@@ -113,7 +113,7 @@ impl Model {
     }
 
     /// Number of coordinates of the mechanism: those before the integrals of states.
-    pub(crate) fn mechanical(&self) -> usize {
+    pub fn mechanical(&self) -> usize {
         self.program.mechanical()
     }
 

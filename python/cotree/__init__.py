@@ -31,7 +31,7 @@ Numbers are in SI units, angles in radians; wherever a number is given, a text w
 from ._build import Builder
 from ._commands import Assembly, Best, Profile, Report, dxf, png
 from ._cotree import __version__
-from ._faults import CotreeError, Fault, Place, RunError, SceneError
+from ._faults import CotreeError, Fault, InternalError, Place, RunError, SceneError
 from ._linkages import Linkages, inspect, load_linkage, synthesize
 from ._model import Model, Variable, from_dict, load, loads
 from ._results import Results, ResultsList, Table
@@ -48,6 +48,7 @@ __all__ = [
     "Fault",
     "Fit",
     "Fitted",
+    "InternalError",
     "Linkages",
     "Mode",
     "Model",

@@ -110,18 +110,21 @@ class Profile(Compared):
 
 def dxf(curves: Mapping[str, np.ndarray]) -> str:
     """Curves as a drawing for CAD: names, and places (point, xy) [m]."""
-    return _cotree.curves([(name, np.asarray(places, dtype=float).tolist()) for name, places in curves.items()])
+    with raised():
+        return _cotree.curves([(name, np.asarray(places, dtype=float).tolist()) for name, places in curves.items()])
 
 
 def png(svg: str, *, width: int = 1280) -> bytes:
     """A picture as PNG, so many pixels wide."""
-    return _cotree.png(svg, float(width))
+    with raised():
+        return _cotree.png(svg, float(width))
 
 
 def summary(results: Results) -> Report:
     """A run in figures."""
     columns = [(name, results.units[name], results[name].tolist()) for name in results]
-    return Report(_cotree.summary(results.time.tolist(), columns))
+    with raised():
+        return Report(_cotree.summary(results.time.tolist(), columns))
 
 
 class Commands:

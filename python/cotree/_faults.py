@@ -38,7 +38,7 @@ class Fault:
 
 
 class CotreeError(Exception):
-    """What this package raises beside the usual exceptions for arguments and files: SceneError and RunError."""
+    """What this package raises beside the usual exceptions for arguments and files: SceneError, RunError and InternalError."""
 
 
 class SceneError(CotreeError, ValueError):
@@ -66,6 +66,10 @@ class RunError(CotreeError, RuntimeError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.results)
+
+
+class InternalError(CotreeError, RuntimeError):
+    """An error of cotree itself (`cotree::internal`), not of the scene: please report it with the scene file."""
 
 
 def _place(place: dict[str, int]) -> Place:
@@ -102,6 +106,8 @@ class raised:
             raise SceneError(text, *faults(report)) from None
         if isinstance(error, _cotree.RunError):
             raise RunError(str(error)) from None
+        if isinstance(error, _cotree.PanicException):
+            raise InternalError(f"cotree::internal: {error}; please report it with the scene file") from None
 
 
 def unknown(name: object, known: Iterable[str], what: str) -> KeyError:

@@ -41,11 +41,13 @@ def load_linkage(path: str | os.PathLike[str]) -> tuple[Model, tuple[str, ...]]:
     Raises OSError, ValueError with everything that keeps it from being read.
     """
     file = Path(path)
-    text, notes = _cotree.imported(file.stem, file.read_text(encoding="utf-8"))
+    with raised():
+        text, notes = _cotree.imported(file.stem, file.read_text(encoding="utf-8"))
     return loads(text, f"{file.stem}.toml"), tuple(notes)
 
 
 def inspect(fmu: str | os.PathLike[str]) -> tuple[str, Model | None]:
     """What is in an FMU that cotree has made, as `cotree info` says it, and the model of its scene, if it was read from a file."""
-    text, scene = _cotree.contents(os.fspath(fmu))
+    with raised():
+        text, scene = _cotree.contents(os.fspath(fmu))
     return text, None if scene is None else loads(scene)

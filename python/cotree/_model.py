@@ -175,7 +175,8 @@ class Model(Commands):
 
         Raises ValueError where there is nothing to trace, and as `simulate` does.
         """
-        named = list(points) or _cotree.traced(self._core)
+        with raised():
+            named = list(points) or _cotree.traced(self._core)
         if not named:
             raise ValueError("trace: the scene does not report x and y of a point; name points")
         seen = self.simulate(outputs=[f"{point}.{axis}" for point in named for axis in "xy"], **run)

@@ -46,5 +46,6 @@ fn _cotree(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("SceneError", module.py().get_type::<outcome::SceneError>())?;
     module.add("RunError", module.py().get_type::<outcome::RunError>())?;
+    module.add("PanicException", module.py().get_type::<pyo3::panic::PanicException>())?;
     Ok(())
 }

@@ -565,10 +565,5 @@ pub fn pattern(mechanism: &Mechanism) -> Option<LoopPattern> {
 
 /// An internal error, which no scene should cause.
 fn internal(mechanism: &Mechanism, what: &str) -> Fault {
-    Fault::new(
-        "cotree::internal",
-        format!("the program of `{}` does not pass its own check: {what}", mechanism.name),
-        Span::default(),
-    )
-    .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+    Fault::internal(format!("the program of `{}` does not pass its own check: {what}", mechanism.name))
 }

@@ -4,6 +4,7 @@
 //! constant angle of a body, a constant sum or difference of two, or a constant coordinate of a mass centre. Planar angles add up linearly, so this says "level", "parallel" and "in line";
 //! a direction that turns with the mechanism cannot be said so, and is refused.
 
+use cotree_fmu::constraints::poses::scaled_rates;
 use cotree_fmu::model::{Model, State};
 use nalgebra::DVector;
 
@@ -106,12 +107,11 @@ pub(super) fn judge(equations: &mut Equations, independent: &[usize], restrictin
 
 /// Where the mechanism will move first: as it does already, as its loads push, and all coordinates alike. In units of the scales.
 fn ahead(equations: &mut Equations, model: &Model, state: &State) -> Vec<Vec<f64>> {
-    let scales: Vec<f64> = model.program().coordinates.iter().map(|coordinate| coordinate.scale).collect();
+    let coordinates = model.program().branch_coordinates();
     let load = equations.dynamics().load.clone();
     let push = equations.system.arena.evaluate(&load, state);
-    let rates = state.rates().iter().zip(&scales).map(|(rate, scale)| rate / scale).collect();
-    let push = push.iter().zip(&scales).map(|(load, scale)| load * scale).collect();
-    vec![rates, push, vec![1.0; scales.len()]]
+    let push = push.iter().zip(coordinates).map(|(load, coordinate)| load * coordinate.scale).collect();
+    vec![scaled_rates(model, state), push, vec![1.0; coordinates.len()]]
 }
 
 /// What of bodies may be constant, as an expression with its natural size.
@@ -180,7 +180,7 @@ fn single(equations: &mut Equations, model: &Model, found: &Independence) -> Vec
 fn slopes(equations: &Equations, model: &Model, pose: &State, way: &[f64], values: &[Expr]) -> Vec<f64> {
     let [ahead, behind] = [STEP, -STEP].map(|step| {
         let mut moved = pose.clone();
-        let coordinates = &model.program().coordinates;
+        let coordinates = model.program().branch_coordinates();
         for ((place, way), coordinate) in moved.positions_mut().iter_mut().zip(way).zip(coordinates) {
             *place += step * way * coordinate.scale;
         }

@@ -94,7 +94,7 @@ pub fn independence(
     first: &[usize],
 ) -> Result<Independence, Undecided> {
     let mut study = Study::new(model, state, first);
-    let n = model.coordinates();
+    let n = model.mechanical();
     let rows = study.ordered(sparse_jacobian(model, state));
     let (clear, independent) = sparse::independent_rows(rows, NEW, CLEAR);
     if clear && independent.len() == study.rows.len() {
@@ -146,7 +146,7 @@ impl<'a> Study<'a> {
         let program = model.program();
         let entries = program.tapes.jacobian.entries.iter();
         let mut rows: Vec<usize> =
-            entries.filter(|entry| (entry.1 as usize) < model.coordinates()).map(|entry| entry.0 as usize).collect();
+            entries.filter(|entry| (entry.1 as usize) < model.mechanical()).map(|entry| entry.0 as usize).collect();
         rows.sort_unstable();
         rows.dedup();
         let rest = rows.iter().copied().filter(|row| !first.contains(row));
@@ -170,7 +170,7 @@ impl<'a> Study<'a> {
 
     fn regular(&self, state: &State, places: Vec<usize>) -> Independence {
         Independence {
-            mobility: self.model.coordinates() - places.len(),
+            mobility: self.model.mechanical() - places.len(),
             independent: self.named(places),
             poses: vec![state.clone()],
             forbidden: Vec::new(),
@@ -205,7 +205,7 @@ impl<'a> Study<'a> {
         let free = decomposed.free.clone();
         let mut moves = free.clone();
         let mut forbidden = DMatrix::zeros(free.nrows(), 0);
-        if self.model.coordinates() - free.ncols() < self.rows.len() && free.ncols() > 0 {
+        if self.model.mechanical() - free.ncols() < self.rows.len() && free.ncols() > 0 {
             (moves, forbidden) = self.tangents(&pose, &free).ok_or_else(|| self.undecided(&pose, flat))?;
         }
         let independent = self.independent(&pose, flat);
@@ -241,7 +241,7 @@ impl<'a> Study<'a> {
 
     /// The Jacobian, with rows of zeros so that it has at least as many rows as columns.
     fn jacobian(&mut self, pose: &Pose) -> DMatrix<f64> {
-        let n = self.model.coordinates();
+        let n = self.model.mechanical();
         let all = self.loops(&mut pose.state.clone(), None).rows(&pose.x);
         let mut matrix = DMatrix::zeros(self.order.len().max(n), n);
         for (place, row) in self.ordered(all).into_iter().enumerate() {
@@ -251,7 +251,7 @@ impl<'a> Study<'a> {
     }
 
     fn decompose(&mut self, pose: &Pose, flat: f64) -> Decomposed {
-        let n = self.model.coordinates();
+        let n = self.model.mechanical();
         let svd = svd(self.jacobian(pose), false, true);
         let values = &svd.singular_values;
         let is_free = |place: &usize| values[*place] <= flat;
@@ -340,7 +340,7 @@ impl<'a> Study<'a> {
 
     /// The pose of the largest rank, of these the clearest one.
     fn generic(&mut self, poses: &[Pose], flat: f64) -> (usize, Decomposed) {
-        let least = self.model.coordinates().saturating_sub(self.rows.len());
+        let least = self.model.mechanical().saturating_sub(self.rows.len());
         let mut best: Option<(usize, Decomposed)> = None;
         for (place, pose) in poses.iter().enumerate() {
             let found = self.decompose(pose, flat);
@@ -474,7 +474,7 @@ impl<'a> Study<'a> {
     ) {
         let from = poses[0].clone();
         let (mut at, mut tangents) = (from.clone(), moves.clone());
-        for step in 0..2 * self.model.coordinates().min(24) + 12 {
+        for step in 0..2 * self.model.mechanical().min(24) + 12 {
             let mut next = match moves.ncols() {
                 0 => match self.driven_elsewhere(&at) {
                     ways if ways.is_empty() => break,

@@ -18,7 +18,7 @@ pub fn consistent_poses(model: &Model, state: &State, samples: usize, reach: f64
     let mut poses = vec![state.clone()];
     for _ in 0..samples {
         let time = reach * random.symmetric().abs();
-        let moves: Vec<f64> = (0..model.coordinates()).map(|_| reach * random.symmetric()).collect();
+        let moves: Vec<f64> = (0..model.mechanical()).map(|_| reach * random.symmetric()).collect();
         poses.extend(moved(model, &mut machine, state, (time, &moves), reach.min(0.5), parts));
     }
     poses

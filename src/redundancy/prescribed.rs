@@ -44,7 +44,7 @@ pub struct Contradiction {
 
 /// The first contradiction within the experiment, from a consistent state on. `kept`: the independent loop equations; `all`: these and those that they imply at the start.
 pub fn first_contradiction(model: &Model, state: &State, kept: &[usize], all: &[usize]) -> Option<Contradiction> {
-    if kept.len() == all.len() || model.coordinates() > LARGEST {
+    if kept.len() == all.len() || model.mechanical() > LARGEST {
         return None;
     }
     let mut course = Course { model, machine: Machine::new(model), start: state, kept, all };
@@ -162,7 +162,7 @@ impl Course<'_> {
         let mut state = self.at(time);
         let all = self.all;
         self.loops(&mut state, all).load(x);
-        let (model, columns) = (self.model, self.model.coordinates());
+        let (model, columns) = (self.model, self.model.mechanical());
         let dense = |rows: &[usize]| {
             let sparse = rows_of(model, &state, rows);
             DMatrix::from_fn(columns, rows.len(), |column, row| sparse[row].get(&column).copied().unwrap_or_default())

@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-use cotree::diagnostic::every;
 use cotree::diagnostic::visible::visible;
+use cotree::diagnostic::{Fault, Source, every};
 use cotree::export::ExportError;
 use cotree::run::RunError;
 use cotree::scene::Faults;
@@ -39,6 +39,12 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// A panic: an error of the program itself.
+    pub fn internal(panic: &str) -> Self {
+        let fault = Fault::internal(format!("cotree failed where it should not: {panic}"));
+        Failure::Scene(Faults::new(Source::new("", ""), vec![fault]))
+    }
+
     /// A file that cannot be read or written.
     pub fn file(action: &str, path: &Path, error: impl Display) -> Self {
         Failure::Usage(format!("cannot {action} `{}`: {error}", path.display()))

@@ -47,6 +47,9 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use cotree_fmu::contain::contain;
+
+use failure::Failure;
 
 /// Planar mechanisms to FMUs: describe bodies and joints in a scene file, get equations of motion, a simulation, and an
 /// FMU for any tool that reads FMI 2.0 or 3.0.
@@ -60,8 +63,8 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
                   cotree simulate my_mechanism.toml  see it move, as numbers\n  \
                   cotree view my_mechanism.toml      see it move, in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
-                  Exit codes: 0 good, 1 the scene is at fault, 2 usage or files, 3 the numbers do not work out, 130 stopped by\n            \
-                  Ctrl-C. Also 1, without a word, if standard output is closed before everything is written."
+                  Exit codes: 0 good, 1 the scene is at fault (or cotree itself: cotree::internal), 2 usage or files,\n            \
+                  3 the numbers do not work out, 130 stopped by Ctrl-C. Also 1, without a word, if standard output is closed before everything is written."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -133,7 +136,19 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     let format = cli.global.message_format;
-    let result = match cli.command {
+    conclude(|| dispatch(cli.command, format), format)
+}
+
+/// The exit code of a command. A panic ends here, as a fault that is reported like others.
+fn conclude(command: impl FnOnce() -> Result<(), Failure>, format: MessageFormat) -> u8 {
+    match contain(command).unwrap_or_else(|panic| Err(Failure::internal(&panic))) {
+        Ok(()) => 0,
+        Err(failure) => failure.report(format),
+    }
+}
+
+fn dispatch(command: Command, format: MessageFormat) -> Result<(), Failure> {
+    match command {
         Command::New(command) => command.run(),
         Command::Check(command) => command.run(format),
         Command::Show(command) => command.run(format),
@@ -158,16 +173,21 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Schema(command) => command.run(),
         Command::Completions(command) => command.run(Cli::command()),
         Command::Man(command) => command.run(Cli::command()),
-    };
-    match result {
-        Ok(()) => 0,
-        Err(failure) => failure.report(format),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
+
+    use super::{MessageFormat, conclude};
+
+    #[test]
+    fn a_panic_is_a_fault_with_an_exit_code() {
+        let fails = || panic!("index out of bounds");
+        assert_eq!(conclude(fails, MessageFormat::Human), 1);
+        assert_eq!(conclude(fails, MessageFormat::Json), 1);
+    }
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -1,4 +1,6 @@
 //! Loop equations as equations for the pose, and the rows of their Jacobian, in units of the scales.
+//!
+//! A pose is given by the branch coordinates alone. What the scene adds as states of its own is no part of it: neither loops nor what depends on them may read or move a state.
 
 use crate::linalg::least_squares::{Entry, Equations};
 use crate::linalg::sparse::SparseRow;
@@ -11,10 +13,16 @@ pub fn sparse_jacobian(model: &Model, state: &State) -> Vec<SparseRow> {
     Loops { model, machine: &mut machine, state: &mut state.clone(), only: None }.rows(&scaled(model, state))
 }
 
-/// The coordinates of a state in units of their scales.
+/// The branch coordinates of a state in units of their scales.
 pub fn scaled(model: &Model, state: &State) -> Vec<f64> {
-    let coordinates = state.positions().iter().zip(&model.program().coordinates);
+    let coordinates = state.positions().iter().zip(model.program().branch_coordinates());
     coordinates.map(|(q, coordinate)| q / coordinate.scale).collect()
+}
+
+/// Their rates in units of the scales.
+pub fn scaled_rates(model: &Model, state: &State) -> Vec<f64> {
+    let coordinates = state.rates().iter().zip(model.program().branch_coordinates());
+    coordinates.map(|(rate, coordinate)| rate / coordinate.scale).collect()
 }
 
 /// Those of some loop equations.
@@ -64,7 +72,7 @@ fn take_off(row: &mut SparseRow, direction: &SparseRow, square: f64) {
     }
 }
 
-/// Loop equations with q as the unknown, all of them unless only some are named.
+/// Loop equations with the branch coordinates as the unknowns, all of them unless only some are named.
 pub struct Loops<'a> {
     /// Whose equations they are.
     pub model: &'a Model,
@@ -77,9 +85,9 @@ pub struct Loops<'a> {
 }
 
 impl Loops<'_> {
-    /// Writes the coordinates, in units of their scales, to the state and the registers.
+    /// Writes the branch coordinates, in units of their scales, to the state and the registers.
     pub fn load(&mut self, x: &[f64]) {
-        let coordinates = &self.model.program().coordinates;
+        let coordinates = self.model.program().branch_coordinates();
         for ((place, x), coordinate) in self.state.positions_mut().iter_mut().zip(x).zip(coordinates) {
             *place = x * coordinate.scale;
         }
@@ -119,7 +127,7 @@ impl Equations for Loops<'_> {
         for (&(row, column), value) in jacobian.entries.iter().zip(jacobian.tape.results(self.machine.registers())) {
             let (row, column) = (row as usize, column as usize);
             let place = self.only.map_or(Some(row), |only| only.binary_search(&row).ok());
-            if let (Some(place), Some(coordinate)) = (place, program.coordinates.get(column)) {
+            if let (Some(place), Some(coordinate)) = (place, program.branch_coordinates().get(column)) {
                 entries.push((place, column, value * coordinate.scale / program.constraints[row].scale));
             }
         }

@@ -1,9 +1,7 @@
 //! Between C and Rust: pointers are checked, and nothing unwinds into the importer.
 
-use std::cell::{Cell, UnsafeCell};
+use std::cell::UnsafeCell;
 use std::ffi::CStr;
-use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use core::ffi::{c_char, c_void};
@@ -11,6 +9,7 @@ use core::ffi::{c_char, c_void};
 use super::component::{Component, Outcome, Refusal, Version};
 pub(crate) use super::environment::FloatEnvironment;
 use super::logging::{Category, Severity};
+pub(crate) use crate::contain::contain;
 
 /// Runs what can neither panic nor fail; false without a component.
 pub(crate) fn fast_path<V: Version>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> bool) -> bool {
@@ -27,9 +26,9 @@ pub(crate) fn call<V: Version>(
     let _environment = FloatEnvironment::enter();
     let done = with(component, |component: &mut Component<V>| {
         component.call = name;
-        contain(|| run(component).unwrap_or_else(|refusal| V::refuse(component, &refusal))).unwrap_or_else(|| {
-            let message = "internal error: please report it with this FMU";
-            component.logger.log(Severity::Error, Category::Errors, message);
+        contain(|| run(component).unwrap_or_else(|refusal| V::refuse(component, &refusal))).unwrap_or_else(|panic| {
+            let message = format!("internal error: {panic}; please report it with this FMU");
+            component.logger.log(Severity::Error, Category::Errors, &message);
             V::ERROR
         })
     });
@@ -56,7 +55,7 @@ impl<V: Version> Handle<V> {
             let _environment = FloatEnvironment::enter();
             // SAFETY: by the contract it came from `Box::into_raw` in `give` and is not used again.
             let handle = unsafe { Box::from_raw(component.cast::<Self>()) };
-            contain(|| drop(handle));
+            let _ = contain(|| drop(handle)); // nobody is left to tell
         }
     }
 }
@@ -82,35 +81,6 @@ pub(crate) fn plain<V: Version>(
     run: impl FnOnce(&mut Component<V>) -> Outcome,
 ) -> V::Status {
     call(component, name, |component| run(component).map(|()| V::OK))
-}
-
-thread_local! {
-    /// Is this thread inside a call?
-    static CONTAINED: Cell<bool> = const { Cell::new(false) };
-}
-
-/// The hook for panics outside of calls. It stays in the library's own memory, and a function that captures nothing needs none: unloading
-/// the library loses nothing.
-static PREVIOUS: OnceLock<Hook> = OnceLock::new();
-type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;
-
-/// Nothing here should panic; if something does all the same, it neither reaches the importer nor prints.
-pub(crate) fn contain<T>(run: impl FnOnce() -> T) -> Option<T> {
-    PREVIOUS.get_or_init(|| {
-        let previous = panic::take_hook();
-        panic::set_hook(Box::new(|info| {
-            if !CONTAINED.get()
-                && let Some(previous) = PREVIOUS.get()
-            {
-                previous(info);
-            }
-        }));
-        previous
-    });
-    let before = CONTAINED.replace(true);
-    let result = panic::catch_unwind(AssertUnwindSafe(run)).ok();
-    CONTAINED.set(before);
-    result
 }
 
 /// An array argument. A null pointer is fine for no elements.

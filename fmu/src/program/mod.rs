@@ -572,6 +572,11 @@ impl Program {
         self.coordinates.len() - self.states as usize
     }
 
+    /// The branch coordinates: those of the mechanism, without the integrals of states. Loop equations depend on no others.
+    pub fn branch_coordinates(&self) -> &[Coordinate] {
+        &self.coordinates[..self.mechanical()]
+    }
+
     /// How many event indicators Model Exchange has: those of laws, then one for each event of the scene.
     pub fn indicators(&self) -> usize {
         self.tapes.indicators.results.len() + self.instants.occasions()

@@ -6,7 +6,7 @@
 
 use super::crossing::Changes;
 use super::passing::describe;
-use crate::constraints::poses::{imposed, rows_of};
+use crate::constraints::poses::{imposed, rows_of, scaled_rates};
 use crate::constraints::reciprocals::read;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -76,9 +76,9 @@ fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>)
     let imposed = imposed(model, pose);
     let rows = rows_of(model, pose, &imposed);
     let Some((combination, joints)) = weakest_combination(model, (&imposed, &rows)) else { return (0.0, Vec::new()) };
-    let bend = change_along((model, pose), (imposed, &combination), &scaled(model, before.rates()));
+    let bend = change_along((model, pose), (imposed, &combination), &scaled_rates(model, before));
     let (mut product, mut bends, mut rates) = (0.0, 0.0, 0.0);
-    for (bend, rate) in bend.iter().zip(scaled(model, after.rates())) {
+    for (bend, rate) in bend.iter().zip(scaled_rates(model, after)) {
         product += bend * rate;
         bends += bend * bend;
         rates += if *bend == 0.0 { 0.0 } else { rate * rate };
@@ -87,11 +87,6 @@ fn turn(model: &Model, [before, pose, after]: [&State; 3]) -> (f64, Vec<String>)
     let angle = if factors > 0.0 { product.abs() / factors } else { 0.0 };
     let turned = angle >= SAME && !describe(model, pose).is_avoided();
     (if turned { angle } else { 0.0 }, joints)
-}
-
-/// In units of the scales.
-fn scaled(model: &Model, rates: &[f64]) -> Vec<f64> {
-    rates.iter().zip(&model.program().coordinates).map(|(rate, coordinate)| rate / coordinate.scale).collect()
 }
 
 /// How l J, the combination of the loop equations' rows, changes along a direction in units of the scales.

@@ -66,7 +66,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
             }
         }
     });
-    match made.flatten() {
+    match made.ok().flatten() {
         Some(component) => Handle::give(component),
         None => std::ptr::null_mut(),
     }

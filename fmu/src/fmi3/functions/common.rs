@@ -55,7 +55,7 @@ fn instantiate(logger: Logger, make: impl FnOnce(Logger) -> Result<Component, (L
             None
         }
     });
-    match made.flatten() {
+    match made.ok().flatten() {
         Some(component) => Handle::give(component),
         None => std::ptr::null_mut(),
     }
