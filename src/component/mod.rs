@@ -323,22 +323,7 @@ impl Mechanism {
 
     /// What is wrong with parts that only the whole mechanism shows.
     pub(crate) fn check(&self) -> Vec<Fault> {
-        let of_parts = self.parts().flat_map(|part| (part.component().check)(part, self));
-        of_parts.chain(self.check_removable()).collect()
-    }
-
-    /// What holds on one side only opens by itself: an event that removes its joint would leave it.
-    fn check_removable(&self) -> impl Iterator<Item = Fault> {
-        let stays = |part: &&Part| {
-            let is_removed = self.removable.iter().any(|own| own.owner == part.owner);
-            is_removed && self.unilaterals.iter().any(|own| own.owner == part.owner)
-        };
-        self.parts().filter(stays).map(|part| {
-            let message = format!("an event removes `{}`, but its stops or its friction would stay", part.name);
-            Fault::new("scene::limits", message, part.span).label("cannot be removed").help(
-                "leave it out of `remove`; a joint without `limits` and without friction that sticks can be removed",
-            )
-        })
+        self.parts().flat_map(|part| (part.component().check)(part, self)).collect()
     }
 
     /// The profiles of its cams, at these parameters.

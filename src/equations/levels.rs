@@ -72,7 +72,13 @@ impl Equations {
         let slip = own.slip.as_ref()?;
         let row = self.row_of_unilateral(index)? + 1;
         let coulomb = self.formula(&slip.law.coulomb);
-        let free = self.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
+        let mut free = self.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
+        if let Some(there) = mechanism.there(own.owner) {
+            // What an event has removed does not rub; what pressed there is zero, too.
+            let arena = &mut self.system.arena;
+            let there = arena.symbol(Symbol::Parameter(there.0));
+            free = arena.multiply(there, free);
+        }
         let mut share = self.system.value(&slip.law.mu);
         let pressing = match slip.pressed {
             Pressed::Nothing => Pressing::Sum(Vec::new()),

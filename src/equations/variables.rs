@@ -8,8 +8,8 @@ use super::vector::Vector;
 use super::{Constraint, Equations, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
-    Aspect, Axis, BodyId, Contact, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Variable,
-    Whole,
+    Aspect, Axis, BodyId, Contact, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Slip,
+    Variable, Whole,
 };
 use crate::network::{
     Angle, Coupling, Curve, Direction, ElementId, Force, Held, Origin, Port, RNode, RotationalRow, System, TNode,
@@ -291,10 +291,10 @@ impl Equations {
         if let (Contact::Mode, Some((.., slip))) = (what, mechanism.slip_of(owner))
             && mechanism.unilaterals_of(owner).next().is_none()
         {
-            return self.system.arena.symbol(Symbol::Parameter(slip.direction.0));
+            return self.direction(owner, slip);
         }
         if let (Contact::Sliding, Some((.., slip))) = (what, mechanism.slip_of(owner)) {
-            return self.system.arena.symbol(Symbol::Parameter(slip.direction.0));
+            return self.direction(owner, slip);
         }
         if what == Contact::Gap && mechanism.unilaterals_of(owner).next().is_none() {
             return self.gap_apart(owner);
@@ -328,6 +328,20 @@ impl Equations {
             total = self.system.arena.add(total, value);
         }
         total
+    }
+
+    /// Which way something slides; 0 once an event has removed it.
+    fn direction(&mut self, owner: Owner, slip: &Slip) -> Expr {
+        let there = self.system.mechanism.there(owner);
+        let arena = &mut self.system.arena;
+        let direction = arena.symbol(Symbol::Parameter(slip.direction.0));
+        match there {
+            Some(there) => {
+                let there = arena.symbol(Symbol::Parameter(there.0));
+                arena.multiply(there, direction)
+            }
+            None => direction,
+        }
     }
 
     /// The gap of something whose relation is among no loop equations: sign x (what it is off by - bound).

@@ -198,6 +198,18 @@ impl Mechanism {
         }
     }
 
+    /// The parameter that is 1 until an event removes this part, then 0; none if no event does.
+    pub fn there(&self, owner: Owner) -> Option<ParameterId> {
+        self.removable.iter().find(|own| own.owner == owner).map(|own| own.there)
+    }
+
+    /// What is 0 once a part has been removed: whether it is there, and all that its stops and its friction held.
+    pub(crate) fn values_of_presence(&self, part: &Removable) -> Vec<ParameterId> {
+        let held = self.unilaterals.iter().filter(|own| own.owner == part.owner);
+        let of = |own: &Unilateral| [Some(own.closed), own.slip.as_ref().map(|slip| slip.direction)];
+        std::iter::once(part.there).chain(held.flat_map(of).flatten()).collect()
+    }
+
     /// Adds a value that events alone change.
     fn hold(&mut self, name: String, value: f64, unit: Unit, span: Span) -> ParameterId {
         self.parameters.push(Parameter { name, value, unit, span, held: true, ..Parameter::default() });

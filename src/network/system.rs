@@ -272,7 +272,7 @@ impl System {
             translation.iter_mut().for_each(|row| row.through.scale(&presence));
             rotation.iter_mut().for_each(|row| row.through.scale(&presence));
         }
-        let there = self.mechanism.removable.iter().find(|own| own.owner == part.owner).map(|own| own.there);
+        let there = self.mechanism.there(part.owner);
         let closed = there.map(|there| self.arena.symbol(Symbol::Parameter(there.0)));
         self.push(Element { label, name, origin, translation, rotation, coupling, closed, slip: None });
     }

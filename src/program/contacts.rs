@@ -4,7 +4,7 @@ use cotree_fmu::program::{Contact, Contacts, Slip};
 use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
-use crate::expr::{Expr, Order, Symbol};
+use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::Formula;
 use crate::solve::{Levels, MotionSolver};
 
@@ -20,6 +20,18 @@ pub(super) struct ContactKernels {
     pub locks: Vec<Expr>,
 }
 
+/// A gap, its rate and its second derivative until an event removes what holds it. From then on the gap is 1 and never closes; what is `held_anywhere`, friction and freewheels, has no gap but a rate:
+/// that is 1, as if it slipped or ran free for ever.
+fn while_there(arena: &mut Arena, there: Expr, motion: [Expr; 3], held_anywhere: bool) -> [Expr; 3] {
+    let gone = arena.subtract(Expr::ONE, there);
+    let [gap, rate, acceleration] = motion.map(|own| arena.multiply(there, own));
+    let (gap, rate) = match held_anywhere {
+        true => (gap, arena.add(rate, gone)),
+        false => (arena.add(gap, gone), rate),
+    };
+    [gap, rate, acceleration]
+}
+
 impl ContactKernels {
     /// The kernels of a mechanism that moves freely; `solver` has the factors of its equations of motion, and `locks` must be positive in its solution with these levels.
     pub fn new(equations: &mut Equations, solver: &MotionSolver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
@@ -29,11 +41,15 @@ impl ContactKernels {
             let row = equations.row_that_may_hold(index).map(|row| equations.constraints[row].clone());
             let Some(gap) = row.and_then(|row| row.one_sided) else { continue };
             let arena = &mut equations.system.arena;
-            kernels.gaps.push(gap.value);
-            kernels.rates.push(gap.rate(arena));
-            kernels.accelerations.push(
-                gap.acceleration(arena, |arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration))),
-            );
+            let acceleration = |arena: &mut Arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
+            let mut motion = [gap.value, gap.rate(arena), gap.acceleration(arena, acceleration)];
+            if let Some(there) = mechanism.there(own.owner) {
+                let there = arena.symbol(Symbol::Parameter(there.0));
+                motion = while_there(arena, there, motion, own.place().is_some());
+            }
+            kernels.gaps.push(motion[0]);
+            kernels.rates.push(motion[1]);
+            kernels.accelerations.push(motion[2]);
             let share = own.slip.as_ref().map_or(&own.held.restitution, |slip| &slip.law.ratio);
             kernels.restitutions.push(equations.system.value(share));
         }

@@ -5,7 +5,7 @@ use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::Expr;
-use crate::model::{Formula, InputId, Mechanism};
+use crate::model::{self, Formula, InputId, Mechanism};
 
 /// The expressions behind [`Instants`].
 #[derive(Clone, Debug, Default)]
@@ -52,17 +52,22 @@ impl InstantKernels {
             .iter()
             .map(|own| Sampler { name: own.name.clone(), writes: own.writes.iter().map(&mut write).collect() });
         let samplers = samplers.collect();
-        let there = |part: &crate::model::Removable| part.there.0 as u32;
         let events = mechanism.events.iter().map(|own| Event {
             name: own.name.clone(),
             strict: own.is_strict(),
             once: own.once,
             stop: own.stop,
             writes: own.writes.iter().map(&mut write).collect(),
-            removes: mechanism.removable.iter().filter(|part| own.removes.contains(&part.owner)).map(there).collect(),
+            removes: removes(mechanism, own),
         });
         Instants { held, samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
     }
+}
+
+/// What becomes 0 where an event removes parts.
+fn removes(mechanism: &Mechanism, event: &model::Event) -> Vec<u32> {
+    let parts = mechanism.removable.iter().filter(|part| event.removes.contains(&part.owner));
+    parts.flat_map(|part| mechanism.values_of_presence(part)).map(|own| own.0 as u32).collect()
 }
 
 /// Everything that is written at instants, those of samplers first.

@@ -26,6 +26,8 @@ pub(super) enum Context {
     Law(LoadId),
     /// As a law of a load: the rate of a state.
     Rate,
+    /// As a law of a load, but for accelerations, forces and torques: how much friction holds at most.
+    Level,
     /// Numbers, parameters and the own variables of this joint.
     Curve(JointId),
     Output,
@@ -460,6 +462,10 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
             "scene::load_depends",
             "a load may use positions, velocities, accelerations and reactions of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
         ),
+        Context::Level => (
+            "scene::load_depends",
+            "a level may use positions, velocities, states, sampled values, the time `t`, parameters and inputs; where something presses, friction follows it by `mu`",
+        ),
         Context::Start => (
             "scene::begin_depends",
             "what a sampled value begins with may use positions, velocities and states at the start, the time `t`, parameters and inputs",
@@ -482,6 +488,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
             return None;
         }
         (Class::Acceleration, ..) => "an acceleration",
+        (Class::Effort, ..) if site.context == Context::Level => "a force or torque, which may depend on it",
         (Class::Effort, ..) if site.context == Context::Start => "a force or torque, which may depend on it",
         // Their laws are written out in its place.
         (Class::Effort, Owner::Load(_), Quantity::Force | Quantity::Torque) => return None,

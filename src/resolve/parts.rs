@@ -213,6 +213,7 @@ impl<'s> Resolver<'s> {
                 let context = match reading.owner {
                     Owner::Load(load) => Context::Law(load),
                     Owner::Joint(joint) if matches!(key.form, Form::Curve(..)) => Context::Curve(joint),
+                    Owner::Joint(_) if matches!(key.form, Form::Law(_)) => Context::Level,
                     Owner::Joint(_) | Owner::Driver(_) | Owner::Place(_) | Owner::System => Context::Driver,
                 };
                 let reader = KeyReader { fields: &reading.fields, user: &reading.user, context };
