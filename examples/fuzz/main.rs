@@ -1,11 +1,12 @@
-//! Feeds damaged scenes or programs to cotree and looks for panics and for inputs that take too long.
+//! Feeds damaged scenes or programs to cotree, or calls in any order to a runtime, and looks for panics and for inputs that take too long.
 //!
-//! usage: fuzz scene|program SECONDS [SEED]
-//!        fuzz scene|program FILE             tries one input again
+//! usage: fuzz scene|program|calls SECONDS [SEED]
+//!        fuzz scene|program|calls FILE             tries one input again
 //!
 //! What is found is saved in `target/fuzz/`, and the exit code is 1. The same seed gives the same inputs. A build with debug
 //! assertions also finds arithmetic that overflows.
 
+mod calls;
 mod mutate;
 mod program;
 mod scene;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
     let worker: Box<dyn Target> = match target {
         "scene" => Box::new(scene::Scenes::new()),
         "program" => Box::new(program::Programs::new()),
+        "calls" => Box::new(calls::Calls::new()),
         _ => return usage(),
     };
     if let (Err(_), [_, file]) = (&seconds, &words[..]) {
@@ -54,7 +56,7 @@ fn main() -> ExitCode {
 }
 
 fn usage() -> ExitCode {
-    eprintln!("usage: fuzz scene|program SECONDS [SEED]\n       fuzz scene|program FILE");
+    eprintln!("usage: fuzz scene|program|calls SECONDS [SEED]\n       fuzz scene|program|calls FILE");
     ExitCode::from(2)
 }
 

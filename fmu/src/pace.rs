@@ -30,11 +30,16 @@ impl Pace {
     /// Counts the attempts since the last time as work, each so much: fails if that is more than one communication step may take. A step of a large mechanism is work
     /// for thousands of a small one.
     pub fn spend(&mut self, context: &mut Context, [time, target]: [f64; 2], each: f64) -> Result<(), Failure> {
+        self.count(context, each);
+        let done = context.statistics.work - self.begin;
+        if done > context.settings.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
+    }
+
+    /// Counts the attempts since the last time as work, each so much: the last ones before a communication point, too, for it may take many calls with one step each to get there.
+    pub fn count(&mut self, context: &mut Context, each: f64) {
         let made = attempts(context.statistics);
         context.statistics.work += ((made - self.counted) as f64 * each) as u64;
         self.counted = made;
-        let done = context.statistics.work - self.begin;
-        if done > context.settings.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
     }
 
     /// Measures the pace now and then: fails if so many steps as would be too many are still to come at the pace since the last time.

@@ -5,8 +5,11 @@ use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 use cotree_fmu::fmi3::token;
+use cotree_fmu::instance::Instance;
+use cotree_fmu::model::Model;
 use cotree_fmu::program::{Experiment, Program};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
@@ -43,6 +46,8 @@ pub struct Contents {
     /// `Co-Simulation`, `Model Exchange`.
     pub interfaces: Vec<&'static str>,
     pub experiment: Experiment,
+    /// Why it cannot start with the values in it, if it cannot.
+    pub no_start: Option<String>,
     /// The platforms it runs on, with the size of their shared libraries \[bytes\].
     pub platforms: Vec<(String, u64)>,
     pub variables: Vec<InspectedVariable>,
@@ -145,10 +150,12 @@ impl Contents {
         for name in ["resources/scene.toml", "resources/scene.json"] {
             scene = scene.or(entry(&mut archive, name)?);
         }
+        let (experiment, guid) = (program.experiment, program.guid.clone());
         Ok(Self {
             platforms: platforms(&mut archive)?,
-            experiment: program.experiment,
-            guid: program.guid,
+            experiment,
+            guid,
+            no_start: why_no_start(program),
             name: header.name,
             description: header.description,
             credits: header.credits,
@@ -160,6 +167,15 @@ impl Contents {
             scene: scene.map(|text| String::from_utf8_lossy(&text).into_owned()),
         })
     }
+}
+
+/// Why a model does not start with its own values; none where it does.
+fn why_no_start(program: Program) -> Option<String> {
+    let model = match Model::new(program) {
+        Ok(model) => model,
+        Err(fault) => return Some(fault.to_string()),
+    };
+    Instance::boxed(Arc::new(model)).initialise().err().map(|failure| failure.to_string())
 }
 
 /// An ordinary file and its size.
@@ -318,6 +334,7 @@ impl fmt::Display for Contents {
             cells!["size", kilobytes(self.size)],
             cells!["scene", scene],
         ]);
+        facts.extend(self.no_start.iter().map(|why| cells!["start", format!("fails: {why}")]));
         let variable = |own: &InspectedVariable| {
             cells![own.causality, own.name, own.unit, own.start(), own.remark(), own.description]
         };

@@ -478,11 +478,14 @@ pub const CASES: &[Case] = &[
             assert_eq!(instance.run(0..40), plain);
         }
     }),
-    ("3D71", "silence when logging is off", |fmu| {
+    ("3D71", "errors, and nothing else, without debug logging", |fmu| {
         let instance = fmu.make(&Making { logging: Some(false), ..Making::default() }).expect("instantiates");
         instance.start();
-        assert_eq!(instance.step(99.0, 0.1).status, fmi3Error);
         assert_eq!(instance.log(), []);
+        assert_eq!(instance.step(99.0, 0.1).status, fmi3Error);
+        let log = instance.log();
+        assert_eq!(log.len(), 1, "{log:?}");
+        assert_eq!((log[0].0, log[0].1.as_str()), (fmi3Error, "logStatusError"));
     }),
     ("3D72", "an error is logged in a declared category", |fmu| {
         let instance = fmu.make(&logged()).expect("instantiates");

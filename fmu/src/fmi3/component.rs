@@ -303,10 +303,11 @@ impl Component {
             let (ended, time) = (self.instance.is_ended(), self.instance.time());
             return match done {
                 Err(refusal) if !ended => Err(refusal),
-                _ => Ok(Progress::Done(End::new(false, ended, time, point + step))),
+                _ => Ok(Progress::Done(End::new([false, ended, false], time, point + step))),
             };
         }
         self.check_step(point, step)?;
+        self.instance.check_step(point + step)?;
         self.note_inputs();
         self.version.step = Some((point + step, self.instance.is_changed()));
         self.advance()
@@ -324,7 +325,7 @@ impl Component {
                 // NaN is no time.
                 let time = time.clamp(now, target);
                 if time > now {
-                    self.instance.step_to(time)?;
+                    self.instance.go_to(time)?;
                 }
                 Ok(self.end(changed, target, false))
             }
@@ -362,14 +363,17 @@ impl Component {
     fn end(&mut self, changed: bool, target: f64, event: bool) -> Progress {
         self.version.step = None;
         self.instance.join_steps(changed);
-        Progress::Done(End::new(event, self.instance.is_ended(), self.instance.time(), target))
+        let is_ended = self.instance.is_ended();
+        let reasons = [event, is_ended, self.version.early_return_allowed];
+        Progress::Done(End::new(reasons, self.instance.time(), target))
     }
 }
 
 impl End {
-    /// A tick that differs from the communication point by rounding errors only is that point.
-    fn new(event: bool, ended: bool, time: f64, target: f64) -> Self {
-        let early = is_later(target, time);
-        Self { event, early, ended, time: if early { time } else { target } }
+    /// A tick that differs from the communication point by rounding errors only is that point. Where an event of the scene ends the run before it and the step may not return early, it
+    /// does not, and nothing happens from the event on.
+    fn new([event, ended, may_be_early]: [bool; 3], time: f64, target: f64) -> Self {
+        let is_before = is_later(target, time);
+        Self { event, early: is_before && may_be_early, ended, time: if is_before { time } else { target } }
     }
 }

@@ -22,9 +22,9 @@ struct Callback {
     environment: fmi3InstanceEnvironment,
 }
 
-/// Either all categories are logged or none.
-pub fn logger(function: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, on: bool) -> Logger {
-    Logger::new(Box::new(Callback { function, environment }), [on; 3])
+/// Errors are logged from the beginning, the rest when the importer asks for it: nobody has to run a model again to learn why it did not start.
+pub fn logger(function: fmi3LogMessageCallback, environment: fmi3InstanceEnvironment, all: bool) -> Logger {
+    Logger::new(Box::new(Callback { function, environment }), [all, all, true])
 }
 
 /// A name that is that of no category.

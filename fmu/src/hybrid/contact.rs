@@ -144,7 +144,7 @@ impl ContactValues {
         &mut self,
         model: &Model,
         machine: &mut Machine,
-        (state, tolerance): (&mut State, f64),
+        (state, [tolerance, shortest]): (&mut State, [f64; 2]),
         turns: impl Fn(usize) -> bool,
     ) -> Result<(), Failure> {
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
@@ -169,7 +169,7 @@ impl ContactValues {
         };
         if (0..self.gaps.len()).any(hits) {
             self.collide(context)?;
-            self.end_bounces(context, tolerance)?;
+            self.end_bounces(context, shortest)?;
         }
         self.decide(context, turns)
     }
@@ -314,14 +314,14 @@ impl ContactValues {
         }
     }
 
-    /// A series of ever shorter bounces ends here where the next flight would last less than `tolerance` of the time in which a fall takes a scale: what is left out is lower than the square of
+    /// A series of ever shorter bounces ends here where the next flight would last less than the share `shortest` of the time in which a fall takes a scale: what is left out is lower than the square of
     /// that, and the impulse of the closing keeps what the flights would have kept.
-    fn end_bounces(&mut self, context: &mut Place, tolerance: f64) -> Result<(), Failure> {
+    fn end_bounces(&mut self, context: &mut Place, shortest: f64) -> Result<(), Failure> {
         self.accelerate(context);
         for index in (0..self.gaps.len()).filter(|&index| self.hit[index]) {
             let (rate, acceleration, scale) = (self.rates[index], self.accelerations[index], context.scale(index));
             let fall = (scale / acceleration.abs()).sqrt();
-            let shortest = maximum(tolerance, SHORTEST_FLIGHT * (8.0 * f64::EPSILON).sqrt()) * fall;
+            let shortest = maximum(shortest, SHORTEST_FLIGHT * (8.0 * f64::EPSILON).sqrt()) * fall;
             self.dead[index] = acceleration < 0.0 && 2.0 * rate < shortest * acceleration.abs();
         }
         if self.dead.contains(&true) {

@@ -73,7 +73,7 @@ impl Instance {
         self.now.run.is_changed()
     }
 
-    /// Moves on to the end of the integrator's next step, or to a time that comes first. Says whether a law changes over to another piece there.
+    /// Moves on to the end of the integrator's next step, or to the end of a communication step that has been checked if that comes first. Says whether a law changes over to another piece there.
     pub fn step_towards(&mut self, time: f64) -> Result<bool, InstanceError> {
         let (from, run) = (self.time(), &self.now.run);
         // A driven mechanism has no steps of its own; and steps that end at communication points are not cut.
@@ -82,16 +82,16 @@ impl Instance {
             return Ok(self.take_happened());
         }
         if !self.model.program().has_own_steps() || run.ends_at_communication_points() {
-            self.step_to(time)?;
+            self.go_to(time)?;
             return Ok(false);
         }
         if run.is_changed() || run.step_end() <= from {
             // The integrator takes its whole step, of which only the very beginning is looked at.
-            self.step_to(from.next_up().min(time))?;
+            self.go_to(from.next_up().min(time))?;
         }
         let end = self.now.run.step_end();
         if self.time() < time.min(end) {
-            self.step_to(time.min(end))?;
+            self.go_to(time.min(end))?;
         }
         Ok(end <= time && self.now.memory.switches())
     }

@@ -38,6 +38,7 @@ use crate::integrator::accelerations::Accelerations;
 use crate::integrator::accuracy::Accuracy;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
+use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::motion::Passage;
 use crate::pace::MOST_WORK;
@@ -418,6 +419,12 @@ impl Instance {
 
     /// Moves on to a later time; less far if that is more work than one step may take, which is an error: the run can go on from there.
     pub fn step_to(&mut self, time: f64) -> Result<(), InstanceError> {
+        self.check_step(time)?;
+        self.go_to(time)
+    }
+
+    /// May a communication step from here end at this time? Rounding errors may take its end a little behind the stop.
+    pub(crate) fn check_step(&self, time: f64) -> Result<(), InstanceError> {
         let from = self.time();
         if self.now.phase != Phase::Running {
             return Err(InstanceError::Phase { running: false });
@@ -425,11 +432,14 @@ impl Instance {
         if !(time.is_finite() && time > from) {
             return Err(InstanceError::Step { from, to: time });
         }
-        if let Some(stop) = self.now.stop
-            && time > stop + OVERRUN * (time - from)
-        {
-            return Err(InstanceError::Stop { to: time, stop });
+        match self.now.stop {
+            Some(stop) if time > stop + OVERRUN * (time - from) => Err(InstanceError::Stop { to: time, stop }),
+            _ => Ok(()),
         }
+    }
+
+    /// Moves on to a later time within a communication step that has been checked.
+    pub(crate) fn go_to(&mut self, time: f64) -> Result<(), InstanceError> {
         if self.instants.is_some() { self.pass_instants(time, false) } else { self.advance(time) }
     }
 
@@ -509,10 +519,12 @@ impl Instance {
         }
     }
 
-    /// No step goes beyond this time, if there is one.
+    /// No step goes beyond this time, if there is one. A communication point that rounding errors have taken behind the stop is the stop.
     fn limit(&self) -> Option<f64> {
-        let tick = self.instants.as_ref().map(|own| own.limit).filter(|limit| limit.is_finite());
-        match (self.now.stop, tick) {
+        let own = self.instants.as_ref();
+        let tick = own.map(|own| own.limit).filter(|limit| limit.is_finite());
+        let stop = self.now.stop.map(|stop| own.map_or(stop, |own| maximum(stop, own.target)));
+        match (stop, tick) {
             (Some(stop), Some(tick)) => Some(stop.min(tick)),
             (stop, tick) => stop.or(tick),
         }

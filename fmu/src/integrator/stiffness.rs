@@ -248,7 +248,8 @@ impl Engines<'_> {
             pace.check(context, run.last.end_time, horizon.target)
                 .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
             let is_implicit = context.settings.engine == Engine::Radau || self.memory.choice.stiff;
-            pace.spend(context, [run.last.end_time, horizon.target], if is_implicit { implicit } else { other })?;
+            let each = if is_implicit { implicit } else { other };
+            pace.spend(context, [run.last.end_time, horizon.target], each)?;
             context.settings.check_patience(run.last.end_time)?;
             if context.settings.engine == Engine::Radau {
                 if self.implicit_step(context, run, horizon)? == Progress::Declined {
@@ -264,6 +265,7 @@ impl Engines<'_> {
                 Some(taylor) => taylor.amplification(context, run),
                 None => masses.as_mut()?.amplification(context, run),
             });
+            pace.count(context, each);
             note_end(context, run)?;
         }
         Ok(())

@@ -5,7 +5,7 @@
 
 use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
-use super::events::LOCATED;
+use super::importer::APART;
 use super::{Distance, Instants};
 use crate::failure::Failure;
 use crate::hybrid::contact::{TOUCHING, direction, is_closed};
@@ -16,8 +16,8 @@ use crate::program::{Constraint, Contact, Contacts, Program};
 
 /// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
 const OVERLOOKED: f64 = 100.0;
-/// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within rounding errors, where an importer sees none.
-const SHORTEST_SEEN: f64 = 1e-4;
+/// A contact pulls where its reaction is more than this share of the largest that it has had, where an importer integrates.
+const PULLS: f64 = 1e-9;
 /// A force that is smaller than rounding errors of the largest one is none, nor is one that is smaller than this \[N\].
 const LEAST_FORCE: f64 = 1e-14;
 /// A gap is far if it exceeds so many times the largest rate in three places of a step, times the step: to close and open between two of these places, which are apart by 0.54 of the step at most, it would have to be fifteen times as fast.
@@ -82,26 +82,21 @@ impl Instance {
     pub(super) fn pulls(&self, event: usize, excess: f64) -> bool {
         let (program, happened) = (self.model.program(), &self.now.happened);
         let is_closed = event >= program.instants.events.len() && !self.is_open(event);
-        let is_seen = excess > 0.0 && excess > LOCATED * happened.sizes[event];
+        let is_seen = excess > 0.0 && excess > PULLS * happened.importer.sizes[event];
         self.now.phase == Phase::Exchange && is_closed && !happened.armed[event] && is_seen
     }
 
     /// How far a contact that rests seems to move in a step, by rounding errors.
     pub(super) fn resting(&self, event: usize, [begin, end]: [f64; 2]) -> f64 {
+        TOUCHING * self.scale_of(event) * (end - begin)
+    }
+
+    /// The scale of a contact; zero for what is none.
+    pub(super) fn scale_of(&self, event: usize) -> f64 {
         let program = self.model.program();
         let contact = event.checked_sub(program.instants.events.len());
         let contact = contact.and_then(|index| program.instants.contacts().get(index));
-        TOUCHING * contact.map_or(0.0, |contact| row_of(program, contact).scale) * (end - begin)
-    }
-
-    /// What an importer sees below zero of the indicator of a contact that has just been left: there it begins at zero, and a rounding error would be another impact.
-    pub(super) fn clearance(&self, event: usize) -> f64 {
-        let program = self.model.program();
-        let index = event.checked_sub(program.instants.events.len());
-        let contact = index.and_then(|index| program.instants.contacts().get(index));
-        let is_left = !self.now.happened.armed[event] && self.is_open(event);
-        let scale = contact.map_or(0.0, |contact| row_of(program, contact).scale);
-        if is_left { ROUNDING * scale } else { 0.0 }
+        contact.map_or(0.0, |contact| row_of(program, contact).scale)
     }
 
     /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if they are `solved` or any of them counts. Within a step what has just been left is divided by the share of
@@ -188,10 +183,12 @@ impl Instance {
         let (model, tolerance) = (self.model.clone(), self.now.tolerance);
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.catch_up();
-        let tolerance = match self.now.phase {
+        // Flights that are not apart end here, lest an importer loses its way in them: their height is the square of their time, in parts of a fall's, divided by 8.
+        let shortest = match self.now.phase {
             Phase::Exchange => {
+                self.note_returns();
                 self.put_back()?;
-                tolerance.max(SHORTEST_SEEN)
+                (8.0 * APART * self.importer_errors()).sqrt()
             }
             _ => {
                 self.check_inside(CANCELLED.max(tolerance))?;
@@ -201,7 +198,7 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, contacts, .. } = &mut *own;
-        let resolved = contacts.resolve(&model, &mut self.machine, (state, tolerance), |index| due[first + index]);
+        let resolved = contacts.resolve(&model, &mut self.machine, (state, [tolerance, shortest]), |index| due[first + index]);
         let happened = &mut self.now.happened;
         for index in (0..data.all.len()).filter(|&index| contacts.has_changed(data, state, index)) {
             happened.counts[first + index] = happened.counts[first + index].saturating_add(1);
@@ -309,7 +306,7 @@ impl Instance {
         for (index, contact) in data.all.iter().enumerate() {
             let scale = row_of(model.program(), contact).scale;
             let is_open = contact.slip.is_none() && !is_closed(data, &self.now.state, index);
-            let least = if is_open { TOUCHING * scale } else { 0.0 };
+            let least = maximum(if is_open { TOUCHING * scale } else { 0.0 }, self.apart(first + index));
             self.now.happened.armed[first + index] |= own.indicators[index] < -least;
         }
         for index in data.all.len()..own.indicators.len() {

@@ -1,9 +1,9 @@
 //! Events: steps are looked through for where comparisons begin to hold, and what holds happens.
 
-use super::super::snapshot::{Phase, Snapshot};
+use super::super::snapshot::Snapshot;
 use super::super::{Computed, Instance, InstanceError};
 use super::{Instants, Searched};
-use crate::context::{Deadline, Settings};
+use crate::context::Settings;
 use crate::failure::Failure;
 use crate::hybrid::onset::{self, PARTS};
 use crate::hybrid::tick::is_later;
@@ -11,8 +11,6 @@ use crate::machine::ROUNDING;
 
 /// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
 const DEEPEST: i32 = 20;
-/// An importer finds where a comparison begins to hold so well, as a share of what its sides differed by before.
-pub(super) const LOCATED: f64 = 1e-9;
 
 impl Instance {
     /// The first event up to a time, and when. Each step of the method is looked through as a whole.
@@ -20,7 +18,6 @@ impl Instance {
         if self.model.program().instants.occasions() == 0 {
             return Ok(None);
         }
-        let begin = self.statistics().work;
         while self.time() < target {
             let now = self.time();
             if self.now.run.is_changed() || self.now.run.step_end() <= now {
@@ -44,7 +41,7 @@ impl Instance {
                 return Ok(None);
             }
             // Each step has a measure of its own; together they may not do more than a communication step may.
-            self.check_work(self.statistics().work - begin, [self.time(), target])?;
+            self.check_work([self.time(), target])?;
             self.reach(self.now.run.step_end())?;
         }
         Ok(None)
@@ -92,15 +89,13 @@ impl Instance {
             return Searched { step, first: None };
         }
         let (mut from, mut depth, mut first) = (0.0, 0, None);
-        let begin = own.evaluated;
         while from < 1.0 && first.is_none() {
             let to = from + 0.5_f64.powi(depth);
             let piece = [from, to].map(|share| between(step, share));
             let is_resolved = self.is_resolved(own, step, piece);
             if depth < DEEPEST && !is_resolved {
                 depth += 1;
-                let spent = (own.evaluated - begin) * own.evaluation;
-                if let Err(failure) = self.check_search(own.deadline, spent, [piece[0], step[1]]) {
+                if let Err(failure) = self.check_search(own, [piece[0], step[1]]) {
                     own.overlooked = Some(failure);
                     return Searched { step, first: None };
                 }
@@ -136,13 +131,18 @@ impl Instance {
     }
 
     /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
-    fn check_search(&self, deadline: Option<Deadline>, spent: u64, [time, target]: [f64; 2]) -> Result<(), Failure> {
-        Settings { deadline, ..self.settings() }.check_patience(time)?;
-        self.check_work(spent, [time, target])
+    fn check_search(&self, own: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        Settings { deadline: own.deadline, ..self.settings() }.check_patience(time)?;
+        self.check_work_of(own, [time, target])
     }
 
-    /// Fails where more work has been done than a communication step may be.
-    pub(super) fn check_work(&self, done: u64, [time, target]: [f64; 2]) -> Result<(), Failure> {
+    /// Fails where more work has been done since the last communication point than a communication step may be.
+    pub(super) fn check_work(&self, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        self.instants.as_ref().map_or(Ok(()), |own| self.check_work_of(own, [time, target]))
+    }
+
+    fn check_work_of(&self, own: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        let done = self.stepper.statistics().work + own.work(self.model.program()) - own.done_before;
         if done > self.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
     }
 
@@ -247,25 +247,32 @@ impl Instance {
         Ok(())
     }
 
+    /// The sides of all comparisons, and what contacts do, at the present state.
+    pub(super) fn evaluate_now(&mut self) -> Result<(), InstanceError> {
+        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        let model = self.model.clone();
+        let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
+        let evaluated = evaluated.and_then(|()| self.indicate_now(&mut own));
+        self.instants = Some(own);
+        evaluated
+    }
+
     /// Says whether an event is due.
     fn find_due(&mut self, found: Option<usize>) -> Result<bool, InstanceError> {
-        let model = self.model.clone();
+        self.evaluate_now()?;
         let Some(mut own) = self.instants.take() else { return Ok(false) };
-        let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
-        self.indicate_now(&mut own)?;
-        for index in 0..model.program().instants.occasions() {
-            let excess = own.excess(index);
-            let nearly = self.now.phase == Phase::Exchange && excess > -LOCATED * self.now.happened.sizes[index];
-            let holds = nearly || if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
+        for index in 0..own.due.len() {
+            let excess = self.counted(&own, index);
+            let holds = if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
             // An importer may go on into what has been left for less than it can see.
-            let inside = self.now.phase == Phase::Exchange && self.clearance(index) > 0.0 && excess > 0.0;
+            let inside = self.is_exchanged() && self.is_left(index) && excess > 0.0;
             let begins =
                 found == Some(index) || inside || self.pulls(index, excess) || self.now.happened.armed[index] && holds;
             own.due[index] = begins && !self.is_over(index);
         }
         let any = own.due.contains(&true);
         self.instants = Some(own);
-        evaluated.map(|()| any)
+        Ok(any)
     }
 
     /// Writes what the events that are due write, all at once.
@@ -297,27 +304,28 @@ impl Instance {
 
     /// Arms the events whose comparisons do not hold at the present time, by more than rounding errors.
     fn arm(&mut self) {
-        let Some(own) = &self.instants else { return };
-        for (armed, sides) in self.now.happened.armed.iter_mut().zip(own.sides.chunks_exact(2)) {
+        let Some(own) = self.instants.take() else { return };
+        let mut ceased = false;
+        for (event, sides) in own.sides.chunks_exact(2).enumerate() {
             // Sides that have just been equal differ by rounding errors.
-            *armed |= sides[0] - sides[1] < -ROUNDING * (sides[0].abs() + sides[1].abs());
+            let ceases = self.counted(&own, event) < -ROUNDING * (sides[0].abs() + sides[1].abs());
+            ceased |= ceases && !self.now.happened.armed[event];
+            self.now.happened.armed[event] |= ceases;
+        }
+        self.instants = Some(own);
+        if ceased && self.is_exchanged() {
+            self.forget_search();
         }
         self.arm_contacts();
     }
 
-    /// By how much the first side of each comparison exceeds the second.
+    /// By how much the first side of each comparison exceeds the second, as an importer is shown it.
     pub(in crate::instance) fn excesses(&mut self, excesses: &mut [f64]) -> Result<(), InstanceError> {
-        let Some(mut own) = self.instants.take() else { return Ok(()) };
-        let model = self.model.clone();
-        let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
-        let evaluated = evaluated.and_then(|()| self.indicate_now(&mut own));
-        for (event, excess) in excesses.iter_mut().enumerate() {
-            *excess = own.excess(event) - self.clearance(event);
-            let size = &mut self.now.happened.sizes[event];
-            *size = if excess.is_finite() { size.max(excess.abs()) } else { *size };
-        }
+        self.evaluate_now()?;
+        let Some(own) = self.instants.take() else { return Ok(()) };
+        self.show(&own, excesses);
         self.instants = Some(own);
-        evaluated
+        Ok(())
     }
 
     /// In Model Exchange: true if there is a tick or an event that the importer must let happen.
@@ -326,6 +334,7 @@ impl Instance {
             return Ok(false);
         }
         let due = self.find_due(None)?;
+        let due = self.end_step(due);
         self.arm();
         let tick = self.next_tick(self.now.happened.ticked)?;
         Ok(due || !is_later(tick, self.time()))
@@ -343,10 +352,13 @@ impl Instance {
         if is_later(now, tick) {
             return Err(InstanceError::Passed { time: tick, now });
         }
+        self.follow_search()?;
         if !is_later(tick, now) {
             self.tick()?;
         }
-        self.happen(None)
+        self.happen(None)?;
+        self.end_search();
+        Ok(())
     }
 
     /// True if an event has ended the run.

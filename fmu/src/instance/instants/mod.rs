@@ -5,6 +5,7 @@
 
 mod contacts;
 mod events;
+mod importer;
 mod record;
 
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,7 @@ use crate::integrator::control::shortest;
 use crate::model::{Model, State};
 use crate::program::{Program, Write};
 use crate::tape::Tape;
+use importer::Importer;
 
 /// What a run remembers of what has happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,12 +32,12 @@ pub(super) struct Happened {
     armed: Vec<bool>,
     /// How often each has happened.
     counts: Vec<u32>,
-    /// In Model Exchange: by how much the sides of each have differed at most.
-    sizes: Vec<f64>,
     /// Ticks up to this time are done \[s\].
     ticked: f64,
     /// The event that has ended the run.
     ended: Option<u32>,
+    /// In Model Exchange.
+    importer: Importer,
 }
 
 impl Happened {
@@ -44,16 +46,16 @@ impl Happened {
         Self {
             armed: vec![true; events],
             counts: vec![0; events],
-            sizes: vec![0.0; events],
             ticked: f64::MIN,
             ended: None,
+            importer: Importer::new(events),
         }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
         self.armed.clone_from(&other.armed);
         self.counts.clone_from(&other.counts);
-        self.sizes.clone_from(&other.sizes);
+        self.importer.copy_from(&other.importer);
         (self.ticked, self.ended) = (other.ticked, other.ended);
     }
 
@@ -61,8 +63,7 @@ impl Happened {
         let events = model.program().instants.occasions();
         self.armed.len() == events
             && self.counts.len() == events
-            && self.sizes.len() == events
-            && self.sizes.iter().all(|size| size.is_finite())
+            && self.importer.is_sound(events)
             && self.ticked.is_finite()
             && self.ended.is_none_or(|event| (event as usize) < events)
     }
@@ -76,6 +77,8 @@ pub(super) struct Instants {
     tick: f64,
     /// No step goes beyond this time \[s\].
     pub limit: f64,
+    /// The end of the communication step under way \[s\].
+    pub target: f64,
     /// When the computer must be done with the step under way.
     pub deadline: Option<Deadline>,
     /// Results of the tapes.
@@ -97,6 +100,8 @@ pub(super) struct Instants {
     /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
     evaluated: u64,
     evaluation: u64,
+    /// All work before the communication step under way.
+    done_before: u64,
     /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
     turned: Option<(f64, usize)>,
     /// The excess of each event, then of each contact, in the parts of the last step.
@@ -159,6 +164,7 @@ impl Instants {
             clocks: Vec::with_capacity(instants.samplers.len()),
             tick: f64::INFINITY,
             limit: f64::INFINITY,
+            target: f64::NEG_INFINITY,
             deadline: None,
             begin: vec![0.0; instants.begin.results.len()],
             written: vec![0.0; instants.written.results.len()],
@@ -178,6 +184,7 @@ impl Instants {
             overlooked: None,
             evaluated: 0,
             evaluation: lengths.sum(),
+            done_before: 0,
             seen: None,
             turned: None,
             happened: false,
@@ -258,11 +265,13 @@ impl Instance {
         self.save_into(&mut own.before);
         own.happened = false;
         own.deadline = Deadline::after(self.model.program().experiment.budget);
+        own.target = time;
+        own.done_before = self.stepper.statistics().work + own.work(self.model.program());
         self.instants = Some(own);
         let changed = self.now.run.is_changed();
         let done = self.go_through(time, to_first, changed);
         if let Some(own) = &mut self.instants {
-            own.limit = f64::INFINITY;
+            (own.limit, own.target) = (f64::INFINITY, f64::NEG_INFINITY);
         }
         match done {
             Err(failure) if !failure.is_unfinished() && !failure.is_end() => {
@@ -282,7 +291,6 @@ impl Instance {
 
     fn go_through(&mut self, time: f64, to_first: bool, changed: bool) -> Result<(), InstanceError> {
         self.check_end()?;
-        let begin = self.statistics().work;
         let each_ends = self.now.run.ends_at_communication_points();
         if changed {
             self.arm_until_now();
@@ -310,7 +318,7 @@ impl Instance {
             }
             self.check_end()?;
             // Each part has a measure of its own; together they may not do more than one step may.
-            self.check_work(self.statistics().work - begin, [self.time(), time])?;
+            self.check_work([self.time(), time])?;
             if to_first || self.time() >= time {
                 return Ok(());
             }
