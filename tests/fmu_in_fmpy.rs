@@ -32,3 +32,16 @@ fn odd_scenes_behave_in_fmpy_as_worked_out_by_hand() {
         Err(report) => panic!("{report}"),
     }
 }
+
+#[test]
+fn events_in_model_exchange_are_those_of_the_log() {
+    let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
+    let root = Path::new(ROOT);
+    let mut check = Command::new(python);
+    check.arg(root.join("tests/fmpy/events.py")).arg(env!("CARGO_BIN_EXE_cotree"));
+    check.arg(root.join("models")).arg(work);
+    match python::run(&mut check) {
+        Ok(report) => println!("{report}"),
+        Err(report) => panic!("{report}"),
+    }
+}

@@ -4,16 +4,19 @@ usage: events.py COTREE MODELS WORK
 """
 
 import csv
+import ctypes
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model
-from fmpy.fmi3 import FMU3Model
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 HEAD = "format = 1\n"
+DOUBLES = ctypes.POINTER(ctypes.c_double)
 TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10]
 # Models of the gallery in which something opens, rebounds, slips or is sampled.
 HYBRID = ["end_stop", "stick_slip", "clutch_start", "worm_hoist", "friction_press", "play_train", "valve_train"]
@@ -145,7 +148,7 @@ tolerance = 1e-9
 class Fmu:
     """An exported scene."""
 
-    def __init__(self, cotree, work, name, scene, version=2):
+    def __init__(self, cotree, work, name, scene, version, runs):
         self.file, self.log = work / f"{name}-{version}.fmu", work / f"{name}.csv"
         if not isinstance(scene, Path):
             path = work / f"{name}.toml"
@@ -154,13 +157,16 @@ class Fmu:
         self.name = name
         run = lambda *words: subprocess.run([cotree, *words], check=True, stdin=subprocess.DEVNULL, capture_output=True)
         run("export", scene, "--fmi", str(version), "-o", self.file)
-        run("simulate", scene, "-o", work / f"{name}-table.csv", "--log", self.log)
-        with open(self.log, newline="") as file:
-            times = [float(row[0]) for row in list(csv.reader(file))[1:]]
-        # What happens at one time is one event of an importer.
-        self.events = len(np.unique(np.round(times, 9)))
+        self.events = self.count(run, scene, work) if runs else None
         self.description = read_model_description(self.file)
         self.unzipped = extract(self.file, work / f"{name}-{version}")
+
+    def count(self, run, scene, work):
+        """What happens at one time is one event of an importer."""
+        run("simulate", scene, "-o", work / f"{self.name}-table.csv", "--log", self.log)
+        with open(self.log, newline="") as file:
+            times = [float(row[0]) for row in list(csv.reader(file))[1:]]
+        return len(np.unique(np.round(times, 9)))
 
     def outputs(self):
         return [own.name for own in self.description.modelVariables if own.causality == "output"]
@@ -236,13 +242,13 @@ class Master:
 
     def vector(self, get, count):
         values = np.zeros(count)
-        get(values.ctypes.data_as(__import__("ctypes").POINTER(__import__("ctypes").c_double)), count)
+        get(values.ctypes.data_as(DOUBLES), count)
         return values
 
     def place(self, time, states):
         self.model.setTime(time)
         states = np.ascontiguousarray(states)
-        pointer = states.ctypes.data_as(__import__("ctypes").POINTER(__import__("ctypes").c_double))
+        pointer = states.ctypes.data_as(DOUBLES)
         self.model.setContinuousStates(pointer, self.states)
 
     def slope(self, time, states):
@@ -375,9 +381,99 @@ def check_counts(make, models):
         assert max(counts) <= most, f"{name}: {counts} events in CVode at {TOLERANCES}, {fmu.events} in the log"
 
 
+# Turns of a wheel that drag slows down are counted; the eighth ends the run.
+TURNS = HEAD + """
+name = "turns"
+[bodies.wheel]
+mass = 2.0
+inertia = 0.1
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+[loads.drag]
+type = "torque"
+on = "wheel"
+value = "-1e-3*wheel.omega*abs(wheel.omega)"
+[sampled.counter]
+period = "1e4 s"
+offset = "5e3 s"
+values = { turns = 0 }
+[events.turn]
+when = "wheel.angle > 2*pi*(turns + 1)"
+set = { turns = "turns + 1" }
+[events.done]
+when = "turns > 7.5"
+stop = true
+[initial]
+"wheel.omega" = 30
+[outputs]
+variables = ["wheel.angle", "turns"]
+[experiment]
+stop = "10 s"
+step = "0.1 s"
+tolerance = 1e-10
+"""
+
+
+def check_ends(make):
+    # J w' = -c w^2: the angle is J/c ln(1 + c w0 t/J).
+    right = (np.exp(8 * 2 * np.pi * 1e-3 / 0.1) - 1) * 0.1 / (1e-3 * 30)
+    for version in (2, 3):
+        fmu = make("turns", TURNS, version)
+        for early in (False, True)[: version - 1]:
+            rows = simulate_fmu(str(fmu.unzipped), fmi_type="CoSimulation", early_return_allowed=early)
+            assert right - 1e-6 < rows["time"][-1] < right + 0.1 + 1e-6, f"turns: {rows['time'][-1]} s, not {right}"
+            assert rows["turns"][-1] == 8 and abs(rows["wheel.angle"][-1] - 16 * np.pi) < 1e-6, rows[-1]
+    fmu = make("ball", BALL, 3)
+    own = fmu.description
+    for early in (False, True):
+        slave = FMU3Slave(
+            guid=own.guid,
+            unzipDirectory=str(fmu.unzipped),
+            modelIdentifier=own.coSimulation.modelIdentifier,
+            instanceName="ball",
+        )
+        slave.instantiate(earlyReturnAllowed=early)
+        slave.enterInitializationMode(startTime=0.0, stopTime=0.3)
+        slave.exitInitializationMode()
+        time = 0.0
+        for _ in range(29):
+            time = slave.doStep(time, 0.01)[3]
+        # The sum of the steps is behind the stop time by a rounding error.
+        *_, returned, time = slave.doStep(time, 0.3 + 1e-15 - time)
+        assert not returned and abs(time - 0.3) < 1e-14, time
+        try:
+            slave.doStep(time, 0.01)
+        except FMICallException:
+            pass
+        else:
+            raise AssertionError("a step behind the stop time")
+        slave.freeInstance()
+    print(f"turns: ends at {right:.6f} s; the last step ends behind the stop time")
+
+
+def check_messages(cotree, make):
+    inside = BALL.replace('"fall.s" = 0.7', '"fall.s" = -0.2')
+    for version in (2, 3):
+        fmu = make("inside", inside, version, runs=False)
+        said = []
+        try:
+            simulate_fmu(str(fmu.unzipped), fmi_type="CoSimulation", logger=lambda *words: said.append(str(words[-1])))
+        except Exception:
+            pass
+        else:
+            raise AssertionError("a start inside a stop")
+        assert any("fall.min" in str(words) for words in said), f"FMI {version}: {said}"
+        told = subprocess.run([cotree, "info", fmu.file], check=True, capture_output=True, text=True).stdout
+        assert "start" in told and "fails" in told and "fall.min" in told, told
+    print("a start that fails is explained by cotree info and without debug logging")
+
+
 def main(cotree, models, work):
     work = Path(work)
-    make = lambda name, scene, version=2: Fmu(cotree, work, name, scene, version)
+    make = lambda name, scene, version=2, runs=True: Fmu(cotree, work, name, scene, version, runs)
+    check_ends(make)
+    check_messages(cotree, make)
     check_masters(make)
     check_counts(make, Path(models))
 

@@ -264,6 +264,7 @@ impl Instance {
         for index in 0..own.due.len() {
             let excess = self.counted(&own, index);
             let holds = if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
+            let holds = holds || self.is_exchanged() && self.has_come_to_zero(&own, index);
             // An importer may go on into what has been left for less than it can see.
             let inside = self.is_exchanged() && self.is_left(index) && excess > 0.0;
             let begins =
@@ -314,7 +315,7 @@ impl Instance {
         }
         self.instants = Some(own);
         if ceased && self.is_exchanged() {
-            self.forget_search();
+            self.begin_search();
         }
         self.arm_contacts();
     }

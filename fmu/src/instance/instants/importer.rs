@@ -36,6 +36,8 @@ pub(super) struct Importer {
     shifts: Vec<f64>,
     /// The first time after the last completed step or event at which each was seen with the other sign \[s\]; infinite if it was not.
     beyond: Vec<f64>,
+    /// True for an indicator that had its own sign when the step began; then zero is a change: some importers end their search where an indicator is zero, and it may have been zero all the time.
+    signed: Vec<bool>,
     /// When the last step was completed, or the last event handled, and the last time that has been looked at since then \[s\].
     step: [f64; 2],
     /// The errors of gaps and their rates, as a share of their scales.
@@ -50,6 +52,7 @@ impl Importer {
             sizes: vec![0.0; occasions],
             shifts: vec![0.0; occasions],
             beyond: vec![f64::INFINITY; occasions],
+            signed: vec![false; occasions],
             step: [f64::MAX, f64::MIN],
             errors: 0.0,
             returned: vec![false; occasions],
@@ -60,23 +63,20 @@ impl Importer {
         self.sizes.clone_from(&other.sizes);
         self.shifts.clone_from(&other.shifts);
         self.beyond.clone_from(&other.beyond);
+        self.signed.clone_from(&other.signed);
         self.returned.clone_from(&other.returned);
         (self.step, self.errors) = (other.step, other.errors);
     }
 
     pub fn is_sound(&self, occasions: usize) -> bool {
-        let counts = [self.sizes.len(), self.shifts.len(), self.beyond.len(), self.returned.len()];
+        let signs = [self.signed.len(), self.returned.len()];
+        let counts = [self.sizes.len(), self.shifts.len(), self.beyond.len()];
         let numbers = self.sizes.iter().chain(&self.shifts).chain(&self.step).chain([&self.errors]);
-        counts == [occasions; 4]
+        counts == [occasions; 3]
+            && signs == [occasions; 2]
             && numbers.into_iter().all(|number| number.is_finite())
             && self.errors >= 0.0
             && self.beyond.iter().all(|time| !time.is_nan())
-    }
-
-    /// A step is completed, or an event handled.
-    fn begin_step(&mut self, time: f64) {
-        self.beyond.fill(f64::INFINITY);
-        self.step = [time, time];
     }
 
     /// True if a search for where an indicator changes its sign has ended at a time, before the change.
@@ -107,16 +107,29 @@ impl Instance {
         if self.is_exchanged() { self.shown(own, event) } else { own.excess(event) }
     }
 
-    /// The importer's search was for a change that is known now.
-    pub(super) fn forget_search(&mut self) {
+    /// A step of the importer begins, where the sides have been evaluated.
+    pub(super) fn begin_search(&mut self) {
+        let Some(own) = self.instants.take() else { return };
         let time = self.time();
-        self.now.happened.importer.begin_step(time);
+        for event in 0..own.due.len() {
+            let shown = self.shown(&own, event);
+            let signed = shown != 0.0 && !self.has_other_sign(&own, event);
+            let importer = &mut self.now.happened.importer;
+            (importer.signed[event], importer.beyond[event]) = (signed, f64::INFINITY);
+        }
+        self.now.happened.importer.step = [time, time];
+        self.instants = Some(own);
+    }
+
+    /// True for what is zero here, and was not where the importer's step began.
+    pub(super) fn has_come_to_zero(&self, own: &Instants, event: usize) -> bool {
+        self.now.happened.importer.signed[event] && self.shown(own, event) == 0.0
     }
 
     /// True if an indicator has the sign that it has not had since its comparison last began or ceased to hold.
     fn has_other_sign(&self, own: &Instants, event: usize) -> bool {
         let (shown, holds) = (self.shown(own, event), !self.now.happened.armed[event] && !own.is_contact(event));
-        if holds { shown < 0.0 } else { shown > 0.0 }
+        self.has_come_to_zero(own, event) || if holds { shown < 0.0 } else { shown > 0.0 }
     }
 
     /// Shows all indicators, where the sides have been evaluated.
@@ -144,20 +157,19 @@ impl Instance {
 
     /// Where an importer has completed a step: true if it must handle an event, since something is due or its search has ended just before something begins to hold.
     pub(super) fn end_step(&mut self, due: bool) -> bool {
-        let (time, Some(own)) = (self.time(), &self.instants) else { return due };
+        let Some(own) = &self.instants else { return due };
         let changes = |event: &usize| self.changes_beyond(own, *event);
         let begins = (0..own.due.len()).filter(changes).any(|event| self.now.happened.armed[event]);
         if due || begins || (0..own.due.len()).any(|event| changes(&event)) {
             return due || begins;
         }
-        let importer = &mut self.now.happened.importer;
-        importer.begin_step(time);
-        for (event, shift) in importer.shifts.iter_mut().enumerate() {
+        for (event, shift) in self.now.happened.importer.shifts.iter_mut().enumerate() {
             // Far from zero it has the same sign as it is.
             if own.excess(event).abs() > 2.0 * shift.abs() {
                 *shift = 0.0;
             }
         }
+        self.begin_search();
         false
     }
 
@@ -178,12 +190,12 @@ impl Instance {
 
     /// An importer's event is over.
     pub(super) fn end_search(&mut self) {
-        let (time, Some(own)) = (self.time(), &self.instants) else { return };
+        let Some(own) = &self.instants else { return };
         let importer = &mut self.now.happened.importer;
-        importer.begin_step(time);
         for event in (0..own.due.len()).filter(|&event| own.is_contact(event)) {
             importer.shifts[event] = 0.0;
         }
+        self.begin_search();
     }
 
     /// What an importer sees below zero of the indicator of what has just been left.
