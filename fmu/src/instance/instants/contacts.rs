@@ -16,6 +16,8 @@ use crate::program::{Constraint, Contact, Contacts, Program};
 
 /// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
 const OVERLOOKED: f64 = 100.0;
+/// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within rounding errors, where an importer sees none.
+const SHORTEST_SEEN: f64 = 1e-4;
 /// A contact pulls where its reaction is more than this share of the largest that it has had, where an importer integrates.
 const PULLS: f64 = 1e-9;
 /// A force that is smaller than rounding errors of the largest one is none, nor is one that is smaller than this \[N\].
@@ -183,12 +185,12 @@ impl Instance {
         let (model, tolerance) = (self.model.clone(), self.now.tolerance);
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.catch_up();
-        // Flights that are not apart end here, lest an importer loses its way in them: their height is the square of their time, in parts of a fall's, divided by 8.
+        // Nor are flights seen that are never apart. How high one is, is the square of its share of a fall, divided by 8.
         let shortest = match self.now.phase {
             Phase::Exchange => {
                 self.note_returns();
                 self.put_back()?;
-                (8.0 * APART * self.importer_errors()).sqrt()
+                maximum(SHORTEST_SEEN, (8.0 * APART * self.importer_errors()).sqrt())
             }
             _ => {
                 self.check_inside(CANCELLED.max(tolerance))?;

@@ -18,9 +18,7 @@ use crate::math::{maximum, minimum};
 
 /// Two ends of an interval are those of a search if it is a smaller share than this of the importer's step.
 const ENCLOSED: f64 = 1e-5;
-/// At first an importer's errors are taken for so many tolerances.
-const ERRORS: f64 = 10.0;
-/// They are taken for so many times as large where they have been seen to be larger.
+/// An importer's errors are taken for so many times as large where they have been seen to be larger.
 const LARGER: f64 = 10.0;
 /// The largest that they are taken for, as a share of the scale.
 const LARGEST: f64 = 2e-3;
@@ -92,9 +90,9 @@ impl Instance {
         self.now.phase == Phase::Exchange
     }
 
-    /// The errors of an importer, as a share of the scales.
+    /// The errors of an importer, as a share of the scales: the tolerance, until they are seen to be larger.
     pub(super) fn importer_errors(&self) -> f64 {
-        maximum(self.now.happened.importer.errors, ERRORS * self.now.tolerance)
+        maximum(self.now.happened.importer.errors, self.now.tolerance)
     }
 
     /// What an importer is shown of an excess.
@@ -146,6 +144,8 @@ impl Instance {
                 importer.beyond[event] = minimum(importer.beyond[event], time);
             }
             importer.step[1] = maximum(importer.step[1], time);
+            // Flights may be shorter than what the importer takes for a step.
+            self.now.happened.armed[event] |= self.is_left(event) && own.excess(event) < -self.apart(event);
         }
     }
 
