@@ -176,7 +176,8 @@ fn relay(high: &str, low: &str) -> Arc<Model> {
 }
 
 fn compiled(text: &str) -> Arc<Model> {
-    let compiled = compile(&Scene::from_toml(text).unwrap()).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
+    let compiled =
+        compile(&Scene::from_toml(text).unwrap()).unwrap_or_else(|faults| panic!("{}", faults.render(false, 100)));
     Arc::new(Model::new(compiled.program).expect("a sound program"))
 }
 
@@ -267,10 +268,9 @@ fn an_event_happens_only_where_its_comparison_begins_to_hold() {
             inside.get(variable).unwrap()
         });
         assert!(turns >= 3.0, "{turns}");
-        for (enclosed, after, start) in [1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13]
-            .into_iter()
-            .flat_map(|enclosed| [(enclosed, true, 0.0), (enclosed, false, 0.0), (enclosed, true, 1000.0), (enclosed, false, 1000.0)])
-        {
+        for (enclosed, after, start) in [1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13].into_iter().flat_map(|enclosed| {
+            [(enclosed, true, 0.0), (enclosed, false, 0.0), (enclosed, true, 1000.0), (enclosed, false, 1000.0)]
+        }) {
             let mut instance = Instance::new(Arc::clone(&model));
             instance.setup(start, None, None).unwrap();
             let mut master = Master { instance, enclosed, after, events: 0 };

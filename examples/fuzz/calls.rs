@@ -181,7 +181,8 @@ impl Importer {
     /// Where a communication step ends: as usual, at the stop, or behind it by what rounding errors may be.
     fn end(&mut self) -> f64 {
         let now = self.instance.time();
-        let behind = *self.random.pick(&[0.0, 0.0, 1e-16, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4]) * self.stop.abs().max(self.step);
+        let behind =
+            *self.random.pick(&[0.0, 0.0, 1e-16, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4]) * self.stop.abs().max(self.step);
         let usual = now + self.step;
         match self.random.below(40) {
             0 => f64::NAN,

@@ -200,7 +200,8 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, contacts, .. } = &mut *own;
-        let resolved = contacts.resolve(&model, &mut self.machine, (state, [tolerance, shortest]), |index| due[first + index]);
+        let resolved =
+            contacts.resolve(&model, &mut self.machine, (state, [tolerance, shortest]), |index| due[first + index]);
         let happened = &mut self.now.happened;
         for index in (0..data.all.len()).filter(|&index| contacts.has_changed(data, state, index)) {
             happened.counts[first + index] = happened.counts[first + index].saturating_add(1);
