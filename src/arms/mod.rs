@@ -3,6 +3,7 @@
 //! Every position is a constant combination of products sigma e: a scalar (1, a displacement, a signal of time) times the unit vector
 //! of a frame. Virtual work then needs masses between arms, loads along arms and nothing else; see `cotree_fmu::taylor`.
 
+mod armatures;
 mod form;
 mod linear;
 mod loads;
@@ -42,6 +43,12 @@ pub enum NoSeries {
     /// A law of accelerations or reactions.
     #[error("a law reads accelerations or reactions, of which series know nothing yet")]
     ReadsTheMotion,
+    /// An armature between two bodies that both turn, or along an axis that turns: its energy has products of the rates of two frames.
+    #[error("the armature of `{joint}` is between two bodies that turn, or along an axis that turns")]
+    Armature {
+        /// The joint.
+        joint: String,
+    },
     /// A body without mass or inertia.
     #[error("body `{body}` has no `{key}`")]
     Lacking {
@@ -244,6 +251,7 @@ impl Equations {
             self.are_few()?;
             self.masses(&mut arms)?;
         }
+        self.armatures(&mut arms)?;
         self.rows(counts, &mut arms)?;
         Ok(arms)
     }

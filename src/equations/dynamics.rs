@@ -16,7 +16,7 @@ use super::vector::{FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{
-    Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, System, Topology, Torque,
+    Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, RotationalRow, System, Topology, Torque,
     Translation, TranslationalRow, Tree,
 };
 
@@ -296,9 +296,42 @@ fn add_reaction(
     }
 }
 
-/// The constitutive part of a force.
+/// The constitutive part of a force, with that of an armature.
 fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: ElementId) -> LinearForm<Vector> {
     let Some(row) = system.elements[id.0].translation.clone() else { return LinearForm::default() };
+    let mut force = force_of_law(system, kinematics, laws, (id, &row));
+    if row.armature != Expr::ZERO && laws.counts(id, Share::Velocity) {
+        let armature = armature_force(system, kinematics, &row);
+        force.accumulate(&mut system.arena, Expr::ONE, &armature);
+    }
+    force
+}
+
+/// F = -armature s'' u, where s = r . u and r has no part across u: s'' = r'' . u + omega^2 s.
+fn armature_force(system: &mut System, kinematics: &Kinematics, row: &TranslationalRow) -> LinearForm<Vector> {
+    let direction = row.motion.first().map_or(Direction::X, |(direction, _)| *direction);
+    let (frame, along) = kinematics.direction(system, direction);
+    let across = kinematics.across(&mut system.arena, row.ends);
+    let (arena, frames) = (&mut system.arena, &kinematics.frames);
+    let mut acceleration = across.acceleration.map(arena, |arena, part| part.dot(arena, &along));
+    let square = arena.square(frames.get(frame).omega);
+    let displacement = across.position.dot(arena, &along);
+    acceleration.add_term(arena, square, &displacement);
+    let minus = arena.negate(row.armature);
+    acceleration.map(arena, |arena, part| {
+        let part = part.total(arena, frames);
+        let force = arena.multiply(minus, part);
+        along.scaled(arena, force)
+    })
+}
+
+/// The part of a force that its law gives.
+fn force_of_law(
+    system: &mut System,
+    kinematics: &Kinematics,
+    laws: &Laws,
+    (id, row): (ElementId, &TranslationalRow),
+) -> LinearForm<Vector> {
     match &row.through {
         Force::None => LinearForm::default(),
         Force::Inertia(body) => {
@@ -307,7 +340,7 @@ fn constitutive_force(system: &mut System, kinematics: &Kinematics, laws: &Laws,
             inertia_force(system, &if counts[0] { node.acceleration } else { LinearForm::default() }, *body, counts[1])
         }
         Force::Resistance(_) if !laws.counts(id, Share::Resistance) => LinearForm::default(),
-        Force::Resistance(law) => resisting_force(system, kinematics, &row, *law),
+        Force::Resistance(law) => resisting_force(system, kinematics, row, *law),
         Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
     }
 }
@@ -368,7 +401,7 @@ pub fn resisting_force(
     LinearForm::term(&mut system.arena, resisting, &along)
 }
 
-/// The constitutive part of a torque.
+/// The constitutive part of a torque, with that of an armature: -armature alpha.
 fn constitutive_torque(
     system: &mut System,
     kinematics: &Kinematics,
@@ -377,6 +410,25 @@ fn constitutive_torque(
     id: ElementId,
 ) -> LinearForm<Scalar> {
     let Some(row) = system.elements[id.0].rotation.clone() else { return LinearForm::default() };
+    let mut torque = torque_of_law(system, kinematics, laws, moments, (id, &row));
+    if row.armature != Expr::ZERO && laws.counts(id, Share::Velocity) {
+        let arena = &mut system.arena;
+        let minus = arena.negate(row.armature);
+        let across = kinematics.angle_across(arena, row.ends).acceleration;
+        let across = across.map(arena, |arena, &part| Scalar::plain(arena.multiply(minus, part)));
+        torque.accumulate(arena, Expr::ONE, &across);
+    }
+    torque
+}
+
+/// The part of a torque that its law gives.
+fn torque_of_law(
+    system: &mut System,
+    kinematics: &Kinematics,
+    laws: &Laws,
+    moments: &HashMap<BodyId, LinearForm<Scalar>>,
+    (id, row): (ElementId, &RotationalRow),
+) -> LinearForm<Scalar> {
     let plain = |arena: &mut Arena, value: Expr| LinearForm::term(arena, value, &Scalar::plain(Expr::ONE));
     match row.through {
         Torque::None => LinearForm::default(),

@@ -572,7 +572,7 @@ impl Equations {
         }
     }
 
-    /// 1/2 sum (m v^2 + I omega^2)
+    /// 1/2 sum (m v^2 + I omega^2), with the armatures of joints.
     fn kinetic_energy(&mut self) -> Expr {
         let half = self.system.arena.constant(0.5);
         let mut total = Expr::ZERO;
@@ -587,7 +587,29 @@ impl Equations {
             let (moving, turning) = (arena.multiply(mass, speed), arena.multiply(inertia, omega));
             total = arena.sum([total, moving, turning]);
         }
+        for (armature, rate) in self.armature_rates() {
+            let arena = &mut self.system.arena;
+            let square = arena.square(rate);
+            total = arena.add_product(total, armature, square);
+        }
         self.system.arena.multiply(half, total)
+    }
+
+    /// The armature of each joint that has one, with the rate that it moves at.
+    fn armature_rates(&mut self) -> Vec<(Expr, Expr)> {
+        let mut rates = Vec::new();
+        for element in self.system.elements.clone() {
+            if let Some(row) = element.rotation.filter(|row| row.armature != Expr::ZERO) {
+                let arena = &mut self.system.arena;
+                rates.push((row.armature, self.kinematics.angle_across(arena, row.ends).velocity.total(arena)));
+            }
+            if let Some(row) = element.translation.filter(|row| row.armature != Expr::ZERO)
+                && let Some(&(direction, _)) = row.motion.first()
+            {
+                rates.push((row.armature, self.kinematics.speed_along(&mut self.system, row.ends, direction)));
+            }
+        }
+        rates
     }
 
     /// Gravity (zero at the origin), and the energy stored in components.

@@ -45,11 +45,31 @@ struct PylinkageBody {
 }
 
 pub fn read(file: &str) -> Result<ImportedLinkage, Vec<String>> {
-    let mechanism: PylinkageMechanism =
-        serde_json::from_str(file).map_err(|error| vec![format!("it is not JSON of pylinkage: {error}")])?;
+    let mechanism = mechanism(file).map_err(|why| vec![format!("it is not JSON of pylinkage: {why}")])?;
     let mut faults = Vec::new();
     let linkage = linkage(&mechanism, &mut faults);
     if faults.is_empty() { Ok(linkage) } else { Err(faults) }
+}
+
+/// The mechanism of a file: the file itself, or what an example of the editor has under `mechanism`, alone or as the only one of a gallery.
+fn mechanism(file: &str) -> Result<PylinkageMechanism, String> {
+    let value: serde_json::Value = serde_json::from_str(file).map_err(|error| error.to_string())?;
+    let of_example = |own: &serde_json::Value| own.get("mechanism").cloned();
+    let examples: Vec<(&String, serde_json::Value)> = match value.as_object() {
+        Some(entries) if !entries.contains_key("joints") && !entries.contains_key("mechanism") => {
+            entries.iter().filter_map(|(name, own)| Some((name, of_example(own)?))).collect()
+        }
+        _ => Vec::new(),
+    };
+    let own = match &examples[..] {
+        [(_, own)] => own.clone(),
+        [] => of_example(&value).unwrap_or(value),
+        _ => {
+            let names: Vec<&str> = examples.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(format!("it has {} examples ({}); save the one that is wanted alone", names.len(), names.join(", ")));
+        }
+    };
+    serde_json::from_value(own).map_err(|error| error.to_string())
 }
 
 fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> ImportedLinkage {

@@ -3,6 +3,7 @@
 
 use super::graph::TNode;
 use super::{Element, Force, Known, Origin, System, TranslationalRow, table2};
+use crate::expr::Expr;
 use crate::model::{BodyId, Place};
 
 pub(crate) fn of_body(system: &mut System, body: BodyId, point: usize) -> Element {
@@ -21,6 +22,6 @@ pub(crate) fn of_ground(system: &mut System, point: usize) -> Element {
 
 fn arm(label: String, name: String, origin: Origin, ends: [TNode; 2], known: Known) -> Element {
     let (priority, motion, reaction, through) = (table2::ARM, Vec::new(), Vec::new(), Force::None);
-    let row = TranslationalRow { ends, priority, known, motion, reaction, through };
+    let row = TranslationalRow { ends, priority, known, motion, reaction, through, armature: Expr::ZERO };
     Element { label, name, origin, translation: Some(row), rotation: None, coupling: None, closed: None, slip: None }
 }

@@ -4,6 +4,7 @@ use super::{
     Angle, Direction, Element, Force, Known, Origin, RNode, RotationalRow, System, TNode, Torque, TranslationalRow,
     table2, table3,
 };
+use crate::expr::Expr;
 use crate::model::{BodyId, Dimension, Owner, Place, Quantity};
 
 /// The element of a body, with its edges in both graphs.
@@ -30,12 +31,14 @@ pub(super) fn element(system: &mut System, id: BodyId) -> Element {
             motion,
             reaction: Vec::new(),
             through: Force::Inertia(id),
+            armature: Expr::ZERO,
         }),
         rotation: plane.then(|| RotationalRow {
             ends: [RNode::DATUM, system.r_node(Some(id))],
             priority: if has_arms { table3::BODY_WITH_ARMS } else { table3::BODY },
             angle: Angle::Free(owner.motion(Quantity::TURN)),
             through: Torque::Inertia(id),
+            armature: Expr::ZERO,
         }),
     }
 }

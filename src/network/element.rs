@@ -272,6 +272,8 @@ pub struct TranslationalRow {
     pub reaction: Vec<Direction>,
     /// The part of the through variable that is no reaction.
     pub through: Force,
+    /// The rotor inertia that resists the acceleration along the only direction of the motion space [kg].
+    pub armature: Expr,
 }
 
 impl TranslationalRow {
@@ -338,6 +340,8 @@ pub struct RotationalRow {
     pub angle: Angle,
     /// The part of the through variable that is no reaction.
     pub through: Torque,
+    /// The rotor inertia that resists the acceleration of the angle [kg.m2].
+    pub armature: Expr,
 }
 
 /// The angle across an element.
@@ -382,6 +386,7 @@ impl TranslationalRow {
             motion: Vec::new(),
             reaction: if plane { vec![Direction::X, Direction::Y] } else { vec![Direction::X] },
             through: Force::None,
+            armature: Expr::ZERO,
         }
     }
 
@@ -393,7 +398,8 @@ impl TranslationalRow {
             Dimension::One => vec![along(Direction::X, Quantity::STRETCH)],
             Dimension::Two => vec![along(Direction::X, Quantity::ALONG_X), along(Direction::Y, Quantity::ALONG_Y)],
         };
-        TranslationalRow { ends, priority: table2::FORCE, known: Known::Zero, motion, reaction: Vec::new(), through }
+        let (priority, known, reaction) = (table2::FORCE, Known::Zero, Vec::new());
+        TranslationalRow { ends, priority, known, motion, reaction, through, armature: Expr::ZERO }
     }
 }
 
@@ -405,6 +411,7 @@ impl RotationalRow {
             priority: table3::REVOLUTE,
             angle: Angle::Free(part.owner.motion(Quantity::TURN)),
             through: Torque::None,
+            armature: Expr::ZERO,
         }
     }
 

@@ -376,7 +376,9 @@ impl System {
 
     /// The bodies that an element turns, or whose axes it uses.
     fn turned_by(&self, element: &Element) -> Vec<BodyId> {
-        let is_free = |row: &RotationalRow| matches!((&row.angle, &row.through), (Angle::Free(_), Torque::None));
+        let is_free = |row: &RotationalRow| {
+            matches!((&row.angle, &row.through), (Angle::Free(_), Torque::None)) && row.armature == Expr::ZERO
+        };
         let rotation =
             element.rotation.iter().filter(|row| !is_free(row) && !matches!(element.origin, Origin::Body(_)));
         let mut nodes: Vec<RNode> = rotation.flat_map(|row| row.ends).collect();

@@ -4,6 +4,7 @@
 use crate::component::frame::anywhere;
 use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon};
+use crate::expr::Expr;
 use crate::model::Motion::Given;
 use crate::model::measure::{ACCELERATION, LENGTH, VELOCITY};
 use crate::model::{Formula, JointId, KeyValue, Part, Quantity as Q};
@@ -31,7 +32,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
     let signal = system.signal(part);
     let joint = part.joint().map(|joint| &system.mechanism.joints[joint.0]);
     let axis = joint.map(|joint| joint.vector("axis"));
-    let axis = axis.map_or([crate::expr::Expr::ZERO; 2], |axis| system.values(&axis));
+    let axis = axis.map_or([Expr::ZERO; 2], |axis| system.values(&axis));
     let first = part.between[0].body();
     let row = TranslationalRow {
         ends: part.between.map(|place| system.t_node(place)),
@@ -40,6 +41,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
         motion: Vec::new(),
         reaction: vec![Direction::Fixed(first, axis)],
         through: Force::None,
+        armature: Expr::ZERO,
     };
     Rows { letter: "R", translation: Some(row), ..Rows::default() }
 }

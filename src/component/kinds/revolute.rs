@@ -3,14 +3,14 @@
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_POINTS, Form, Key, Record};
 use crate::component::{Component, Icon, Room, Rubs, limits};
-use crate::model::measure::{ANGULAR_VELOCITY, TORQUE, TORSION_DAMPING};
+use crate::model::measure::{ANGULAR_VELOCITY, INERTIA, TORQUE, TORSION_DAMPING};
 use crate::model::{Part, Pressed, Quantity as Q, Range};
 use crate::network::{Resistance, RotationalRow, Rows, System, Torque, TranslationalRow};
 use crate::scene::{Joint, Scene};
 
 pub(crate) const REVOLUTE: Component = Component {
     about: "turning about the common point",
-    equations: "r = 0, T = -damping omega - friction",
+    equations: "r = 0, T = -damping omega - friction - armature alpha",
     keys: &[
         BETWEEN_POINTS,
         Key::optional("damping", Form::Constant(TORSION_DAMPING, Range::Any), "viscous friction"),
@@ -18,6 +18,11 @@ pub(crate) const REVOLUTE: Component = Component {
             "friction",
             Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Pin)),
             "dry friction",
+        ),
+        Key::optional(
+            "armature",
+            Form::Constant(INERTIA, Range::NotNegative),
+            "moment of inertia that turns with the joint's angle only, such as a geared rotor's times the square of its ratio",
         ),
         limits::OF_ANGLE,
     ],
@@ -51,7 +56,8 @@ fn placed(placed: &mut Placed<'_>) {
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let resistance = Resistance::of(system, part);
-    let turn = RotationalRow::free(system, part);
+    let armature = system.value(part.formula("armature"));
+    let turn = RotationalRow { armature, ..RotationalRow::free(system, part) };
     Rows {
         letter: "h",
         translation: Some(TranslationalRow::pin(system, part)),

@@ -82,6 +82,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
             motion: vec![(along, part.owner.motion(Q::SLIDE))],
             reaction: vec![Direction::Fixed(first, normal)],
             through: Force::None,
+            armature: Expr::ZERO,
         }),
         rotation: Some(turn),
         coupling,

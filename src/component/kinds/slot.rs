@@ -10,8 +10,8 @@ use crate::scene::{Joint, Vector};
 
 pub(crate) const SLOT: Component = Component {
     about: "a pin that slides along a line of the first body and turns freely",
-    equations: "r = s u, F u = -damping v - friction, T = 0",
-    keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION, limits::OF_SLIDE],
+    equations: "r = s u, F u = -damping v - friction - armature a, T = 0",
+    keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION, slide::ARMATURE, limits::OF_SLIDE],
     variables: &[
         Q::S,
         Q::V,

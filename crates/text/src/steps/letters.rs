@@ -60,6 +60,12 @@ impl Letters {
         FormulaTree::Name(Name { plain: format!("{}'", name.plain), dots: 1, ..name })
     }
 
+    /// s'' of an edge.
+    pub fn acceleration_of_slide(self, label: &str) -> FormulaTree {
+        let name = Name::edge("s", label, false);
+        FormulaTree::Name(Name { plain: format!("{}''", name.plain), dots: 2, ..name })
+    }
+
     pub fn gravity(self) -> FormulaTree {
         FormulaTree::Name(if self.plane { Name::bold("g", "") } else { Name::letter("g", "") })
     }

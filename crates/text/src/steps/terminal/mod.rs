@@ -190,12 +190,19 @@ impl TerminalWriter<'_> {
         let right = match &row.through {
             // The free direction of a rolling disc belongs to its coupling.
             Force::None if element.coupling.is_some() => return Rows::new(),
-            Force::None => return motion.map(|projected| (projected, FormulaTree::zero())).collect(),
+            Force::None if row.armature == Expr::ZERO => {
+                return motion.map(|projected| (projected, FormulaTree::zero())).collect();
+            }
+            Force::None => {
+                let projected = motion.next().unwrap_or(own);
+                return vec![(projected, self.slide_armature(element, row.armature, FormulaTree::zero()))];
+            }
             Force::Inertia(body) => self.inertia_force(element, *body),
             Force::Resistance(law) => {
                 let speed = self.letters.rate_of_slide(&element.label);
                 let projected = motion.next().unwrap_or(own);
-                return vec![(projected, self.resisting(element, *law, speed, Quantity::V))];
+                let resisting = self.resisting(element, *law, speed, Quantity::V);
+                return vec![(projected, self.slide_armature(element, row.armature, resisting))];
             }
             Force::World(vector) => {
                 self.letters.components(vector.iter().map(|component| self.law(component)).collect())
@@ -246,7 +253,8 @@ impl TerminalWriter<'_> {
     }
 
     fn torque(&mut self, element: &Element) -> Option<(FormulaTree, FormulaTree)> {
-        let right = match &element.rotation.as_ref()?.through {
+        let row = element.rotation.as_ref()?;
+        let right = match &row.through {
             Torque::None if is_free(element) && element.coupling.is_none() => FormulaTree::zero(),
             Torque::None => return None,
             Torque::Inertia(body) => self.inertia_torque(element, *body),
@@ -255,7 +263,23 @@ impl TerminalWriter<'_> {
             }
             Torque::Law(law) => self.law(law),
         };
+        let right = self.with_armature(right, row.armature, self.letters.alpha(&element.label));
         Some((self.letters.torque(&element.label), right))
+    }
+
+    fn slide_armature(&mut self, element: &Element, armature: Expr, force: FormulaTree) -> FormulaTree {
+        let acceleration = self.letters.acceleration_of_slide(&element.label);
+        self.with_armature(force, armature, acceleration)
+    }
+
+    /// Less armature times acceleration.
+    fn with_armature(&mut self, right: FormulaTree, armature: Expr, acceleration: FormulaTree) -> FormulaTree {
+        if armature == Expr::ZERO {
+            return right;
+        }
+        let inertia = FormulaTree::product(vec![self.formula(armature), acceleration]);
+        let before = (right != FormulaTree::zero()).then_some((false, right));
+        FormulaTree::Sum(before.into_iter().chain([(true, inertia)]).collect())
     }
 
     /// -I alpha - k . sum r x F over the edges that turn with the body (6).

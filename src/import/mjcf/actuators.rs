@@ -1,0 +1,156 @@
+//! Actuators as inputs with their laws.
+
+use super::MjcfReader;
+use super::resolve::Resolved;
+use crate::import::refusal::{Fallible, Refusal};
+use crate::import::robot::{Activation, JointKind, SpatialActuator, Transmission};
+use crate::import::xml::Element;
+
+/// Gain, gain by the rate, bias, and what follows the input.
+struct ActuatorLaw {
+    gain: f64,
+    rate_gain: f64,
+    bias: [f64; 3],
+    activation: Activation,
+}
+
+impl ActuatorLaw {
+    fn direct(gain: f64, bias: [f64; 3]) -> Self {
+        ActuatorLaw { gain, rate_gain: 0.0, bias, activation: Activation::Direct }
+    }
+}
+
+impl<'a> MjcfReader<'a> {
+    pub fn actuators(&mut self, root: &'a Element) -> Fallible<()> {
+        for section in root.all("actuator") {
+            for element in &section.children {
+                self.actuator(element)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn actuator(&mut self, element: &'a Element) -> Fallible<()> {
+        let kind = element.name.as_str();
+        let own = self.defaults.of(element, kind, None)?;
+        if !self.enabled.actuation {
+            element.mark();
+            self.report.idle(format!("actuator `{}`, as actuation is disabled", element.get("name").unwrap_or_default()));
+            return Ok(());
+        }
+        let law = match kind {
+            "motor" => Some(ActuatorLaw::direct(1.0, [0.0; 3])),
+            "position" => Some(self.position(&own)?),
+            "velocity" => {
+                let kv = own.number("kv", 1.0)?;
+                Some(ActuatorLaw::direct(kv, [0.0, 0.0, -kv]))
+            }
+            "intvelocity" => {
+                let (kp, kv) = (own.number("kp", 1.0)?, own.number("kv", 0.0)?);
+                let range = own.range("actrange", "actlimited", self.settings.autolimits)?;
+                let activation = Activation::Integrator(range, 0.0);
+                Some(ActuatorLaw { activation, ..ActuatorLaw::direct(kp, [0.0, -kp, -kv]) })
+            }
+            "damper" => Some(ActuatorLaw { rate_gain: -own.number("kv", 1.0)?, ..ActuatorLaw::direct(0.0, [0.0; 3]) }),
+            "general" => self.general(&own)?,
+            _ => None,
+        };
+        let Some(law) = law else {
+            self.refuse_or_leave(element, kind, format!("actuator {} acts and has no counterpart", element.called()));
+            return Ok(());
+        };
+        let Some(transmission) = self.transmission(element)? else { return Ok(()) };
+        let gear = own.some("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?[0];
+        let control = match self.inherited(element, &own, &transmission)? {
+            Some(range) => Some(range),
+            None if kind == "damper" => own.array::<2>("ctrlrange")?,
+            None => own.range("ctrlrange", "ctrllimited", self.settings.autolimits)?,
+        };
+        let force = own.range("forcerange", "forcelimited", self.settings.autolimits)?;
+        let control = control.filter(|_| self.enabled.clamp);
+        let ActuatorLaw { gain, rate_gain, bias, activation } = law;
+        let name = element.get("name").unwrap_or_default().to_owned();
+        let start = 0.0;
+        let actuator = SpatialActuator { name, transmission, gear, gain, rate_gain, bias, activation, control, force, start };
+        self.model.actuators.push(actuator);
+        Ok(())
+    }
+
+    fn position(&self, own: &Resolved) -> Fallible<ActuatorLaw> {
+        let (kp, kv) = (own.number("kp", 1.0)?, own.number("kv", 0.0)?);
+        let time = own.number("timeconst", 0.0)?;
+        let activation = if time > 0.0 { Activation::Filter(time, None, 0.0) } else { Activation::Direct };
+        Ok(ActuatorLaw { activation, ..ActuatorLaw::direct(kp, [0.0, -kp, -kv]) })
+    }
+
+    /// Gain and bias that are constant or affine, dynamics that are none, an integrator or a filter.
+    fn general(&self, own: &Resolved) -> Fallible<Option<ActuatorLaw>> {
+        let numbers = |name: &str, default: [f64; 3]| -> Fallible<[f64; 3]> {
+            let Some(own) = own.attribute(name) else { return Ok(default) };
+            let mut values = default;
+            values.iter_mut().zip(own.numbers()?).for_each(|(value, number)| *value = number);
+            Ok(values)
+        };
+        let (gain, bias) = (numbers("gainprm", [1.0, 0.0, 0.0])?, numbers("biasprm", [0.0; 3])?);
+        let time = numbers("dynprm", [1.0, 0.0, 0.0])?[0];
+        let range = own.range("actrange", "actlimited", self.settings.autolimits)?;
+        let gain = match own.get("gaintype").unwrap_or("fixed") {
+            "fixed" => Some([gain[0], 0.0]),
+            "affine" if gain[1] == 0.0 => Some([gain[0], gain[2]]),
+            _ => None,
+        };
+        let bias = match own.get("biastype").unwrap_or("none") {
+            "none" => Some([0.0; 3]),
+            "affine" => Some(bias),
+            _ => None,
+        };
+        let activation = match own.get("dyntype").unwrap_or("none") {
+            "none" => Some(Activation::Direct),
+            "integrator" => Some(Activation::Integrator(range, 0.0)),
+            "filter" | "filterexact" if time > 0.0 => Some(Activation::Filter(time, range, 0.0)),
+            _ => None,
+        };
+        let (Some([gain, rate_gain]), Some(bias), Some(activation)) = (gain, bias, activation) else { return Ok(None) };
+        Ok(Some(ActuatorLaw { gain, rate_gain, bias, activation }))
+    }
+
+    fn transmission(&mut self, element: &'a Element) -> Fallible<Option<Transmission>> {
+        let joint = element.get("joint").or_else(|| element.get("jointinparent"));
+        if let Some(name) = joint {
+            let joint = self.joint_named(element, name)?;
+            let kind = self.model.joints[joint].kind;
+            if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+                return Ok(Some(Transmission::Joints(vec![(joint, 1.0)])));
+            }
+            self.refuse_or_leave(element, "actuator", format!("actuator {} moves `{name}`, which is neither a hinge nor a slide", element.called()));
+            return Ok(None);
+        }
+        let Some(name) = element.get("tendon") else {
+            self.refuse_or_leave(element, "actuator", format!("actuator {} acts on a site, a body or a slider-crank, which has no counterpart", element.called()));
+            return Ok(None);
+        };
+        if let Some(tendon) = self.fixed_tendons.get(name) {
+            return Ok(Some(Transmission::Joints(tendon.terms.clone())));
+        }
+        if let Some(ends) = self.spatial_tendons.get(name) {
+            return Ok(Some(Transmission::Points(ends.clone())));
+        }
+        self.refuse_or_leave(element, "actuator", format!("actuator {} pulls the tendon `{name}`, which is not imported", element.called()));
+        Ok(None)
+    }
+
+    /// The range of the joint, scaled about its middle.
+    fn inherited(&self, element: &'a Element, own: &Resolved, transmission: &Transmission) -> Fallible<Option<[f64; 2]>> {
+        let scale = own.number("inheritrange", 0.0)?;
+        let Transmission::Joints(terms) = transmission else { return Ok(None) };
+        if scale == 0.0 {
+            return Ok(None);
+        }
+        let joint = &self.model.joints[terms[0].0];
+        let Some([low, high]) = joint.range.filter(|_| terms.len() == 1) else {
+            return Err(Refusal::new(format!("{} inherits a range, but what it moves has none", element.called())).at(&element.place));
+        };
+        let (middle, half) = ((low + high) / 2.0 + joint.zero, (high - low) / 2.0 * scale);
+        Ok(Some([middle - half, middle + half]))
+    }
+}

@@ -1,0 +1,263 @@
+//! Bodies, their joints, geoms and sites.
+
+use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Vector3};
+
+use super::geometry::{self, GeomShape};
+use super::resolve::Resolved;
+use super::{ContactGeom, MjcfReader};
+use crate::import::refusal::{Fallible, Refusal};
+use crate::import::robot::{BodyMass, JointKind, SpatialBody, SpatialJoint};
+use crate::import::xml::Element;
+
+/// Where children of an element belong: the body, the pose of the frame that they are in, the class that they have.
+#[derive(Clone)]
+struct Within<'c> {
+    body: usize,
+    pose: Isometry3<f64>,
+    class: Option<&'c str>,
+}
+
+impl<'a> MjcfReader<'a> {
+    pub fn bodies(&mut self, root: &'a Element) -> Fallible<()> {
+        for world in root.all("worldbody") {
+            let within = Within { body: 0, pose: Isometry3::identity(), class: world.get("childclass") };
+            self.children(world, &within)?;
+        }
+        if let Some(total) = self.settings.total_mass {
+            let sum: f64 = self.model.bodies[1..].iter().map(|body| body.mass.mass).sum();
+            for body in self.model.bodies.iter_mut().skip(1).filter(|_| sum > 0.0) {
+                body.mass.mass *= total / sum;
+                body.mass.tensor *= total / sum;
+            }
+        }
+        Ok(())
+    }
+
+    /// What is in a body or frame.
+    fn children(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+        for child in &element.children {
+            match child.name.as_str() {
+                "joint" | "freejoint" => self.joint(child, within)?,
+                "geom" => self.geom(child, within)?,
+                "site" => self.site(child, within)?,
+                _ => {}
+            }
+            if child.name == "frame" {
+                let own = self.defaults.of(child, "frame", None)?;
+                let pose = within.pose * own.pose(&self.settings.angles)?;
+                self.children(child, &Within { body: within.body, pose, class: child.get("childclass").or(within.class) })?;
+            }
+            if child.name == "body" {
+                self.body(child, within)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn body(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+        let own = self.defaults.of(element, "body", None)?;
+        let pose = within.pose * own.pose(&self.settings.angles)?;
+        let name = element.get("name").unwrap_or_default();
+        if !name.is_empty() && self.model.bodies.iter().any(|body| body.name == name) {
+            return Err(element.refuse(format!("two bodies have the name `{name}`")));
+        }
+        let compensated = element.attribute("gravcomp").map_or(Ok(0.0), |own| own.number())?;
+        if compensated != 0.0 && compensated != 1.0 {
+            self.refuse_or_leave(element, "gravcomp", format!("body `{name}`: `gravcomp` is {compensated}, but only 0 and 1 have a counterpart"));
+        }
+        if element.get("mocap") == Some("true") {
+            self.report.note(format!("body `{name}` is moved by the program that runs MuJoCo (mocap): it is ground here"));
+        }
+        let index = self.model.bodies.len();
+        self.model.bodies.push(SpatialBody {
+            name: name.to_owned(),
+            place: Some(element.place.clone()),
+            parent: within.body,
+            pose,
+            mass: BodyMass::default(),
+            weightless: compensated == 1.0,
+            joints: Vec::new(),
+            points: Vec::new(),
+        });
+        let class = element.get("childclass").or(within.class);
+        let inner = Within { body: index, pose: Isometry3::identity(), class };
+        let mut mass = None;
+        if let Some(inertial) = element.child("inertial")
+            && self.settings.from_geoms != Some(true)
+        {
+            mass = Some(self.inertial(inertial)?);
+        } else if let Some(inertial) = element.child("inertial") {
+            inertial.mark();
+        }
+        if mass.is_none() && self.settings.from_geoms != Some(false) {
+            mass = Some(self.mass_of_geoms(element, &inner, name)?);
+        }
+        let mass = self.bounded(mass.unwrap_or_default());
+        self.model.bodies[index].mass = mass;
+        self.children(element, &inner)
+    }
+
+    /// Mass, mass centre and inertia as given.
+    fn inertial(&self, element: &'a Element) -> Fallible<BodyMass> {
+        let own = self.defaults.of(element, "inertial", None)?;
+        let mass = own.attribute("mass").ok_or_else(|| element.refuse("<inertial> has no `mass`"))?.number()?;
+        if mass < 0.0 {
+            return Err(element.refuse(format!("`mass` is {mass}, but must not be negative")));
+        }
+        let pose = own.pose(&self.settings.angles)?;
+        let tensor = match (own.array::<6>("fullinertia")?, own.array::<3>("diaginertia")?) {
+            (Some([xx, yy, zz, xy, xz, yz]), None) => Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            (None, Some(moments)) => Matrix3::from_diagonal(&Vector3::from(moments)),
+            (None, None) => Matrix3::zeros(),
+            (Some(_), Some(_)) => return Err(element.refuse("<inertial> has both `fullinertia` and `diaginertia`")),
+        };
+        Ok(BodyMass { mass, centre: Vector3::zeros(), tensor }.moved(&pose))
+    }
+
+    /// The sum of the geoms in a body, those in its frames too.
+    fn mass_of_geoms(&self, element: &'a Element, within: &Within<'a>, body: &str) -> Fallible<BodyMass> {
+        let mut sum = BodyMass::default();
+        for child in &element.children {
+            if child.name == "frame" {
+                let pose = within.pose * self.defaults.of(child, "frame", None)?.pose(&self.settings.angles)?;
+                let class = child.get("childclass").or(within.class);
+                sum = sum.with(&self.mass_of_geoms(child, &Within { body: within.body, pose, class }, body)?);
+            }
+            if child.name == "geom" {
+                let own = self.defaults.of(child, "geom", within.class)?;
+                let group = own.number("group", 0.0)?;
+                if group < self.settings.groups[0] || group > self.settings.groups[1] {
+                    continue;
+                }
+                let geom = geometry::read(&own, &self.settings.angles)?;
+                let named = if body.is_empty() { "(without a name)" } else { body };
+                if let Some(mass) = geometry::mass(&own, &geom, named)? {
+                    sum = sum.with(&mass.moved(&within.pose));
+                }
+            }
+        }
+        Ok(sum)
+    }
+
+    /// The bounds and the balance of the compiler.
+    fn bounded(&self, mut own: BodyMass) -> BodyMass {
+        own.mass = own.mass.max(self.settings.least_mass);
+        let principal = SymmetricEigen::new(own.tensor);
+        let mut moments = principal.eigenvalues.map(|moment| moment.max(self.settings.least_inertia));
+        let unbalanced = 2.0 * moments.max() > moments.sum();
+        if unbalanced && self.settings.balance {
+            moments = Vector3::repeat(moments.sum() / 3.0);
+        }
+        if moments != principal.eigenvalues {
+            own.tensor = principal.eigenvectors * Matrix3::from_diagonal(&moments) * principal.eigenvectors.transpose();
+        }
+        own
+    }
+
+    fn joint(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+        let name = element.get("name").unwrap_or_default();
+        if within.body == 0 {
+            return Err(element.refuse(format!("{} is in the world, which does not move", element.called())));
+        }
+        if !name.is_empty() && self.model.joints.iter().any(|joint| joint.name == name) {
+            return Err(element.refuse(format!("two joints have the name `{name}`")));
+        }
+        let free = element.name == "freejoint";
+        let class = if free { None } else { within.class };
+        let own = self.defaults.of(element, if free { "freejoint" } else { "joint" }, class)?;
+        let kind = match own.get("type").unwrap_or(if free { "free" } else { "hinge" }) {
+            "hinge" => JointKind::Hinge,
+            "slide" => JointKind::Slide,
+            "ball" => JointKind::Ball,
+            "free" => JointKind::Free,
+            other => return Err(element.refuse(format!("{} has the unknown type `{other}`", element.called()))),
+        };
+        let mut joint = SpatialJoint::new(name, &element.place, kind, within.body);
+        if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+            self.one_coordinate(&own, within, &mut joint)?;
+        }
+        joint.damping = if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 };
+        joint.friction = if self.enabled.frictionloss { own.number("frictionloss", 0.0)? } else { 0.0 };
+        joint.armature = own.number("armature", 0.0)?;
+        for (key, value) in [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)] {
+            if value < 0.0 {
+                return Err(element.refuse(format!("{}: `{key}` is {value}, but must not be negative", element.called())));
+            }
+        }
+        if kind == JointKind::Ball || kind == JointKind::Free {
+            let pose = self.model.bodies[within.body].pose;
+            joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
+            if joint.armature != 0.0 && kind == JointKind::Free || joint.damping != 0.0 && kind == JointKind::Free {
+                self.refuse_or_leave(element, "joint", format!("{} is free and has damping or armature", element.called()));
+            }
+        }
+        let index = self.model.joints.len();
+        self.model.bodies[within.body].joints.push(index);
+        self.model.joints.push(joint);
+        Ok(())
+    }
+
+    /// A hinge or a slide: axis, zero, spring, range.
+    fn one_coordinate(&self, own: &Resolved, within: &Within, joint: &mut SpatialJoint) -> Fallible<()> {
+        let called = own.element.called();
+        let unit = if joint.kind == JointKind::Hinge { self.settings.angles.unit } else { 1.0 };
+        let at = own.array::<3>("pos")?.unwrap_or_default();
+        joint.anchor = within.pose * Point3::from(at);
+        let axis = Vector3::from(own.some("axis", [0.0, 0.0, 1.0])?);
+        joint.axis = within.pose.rotation
+            * axis.try_normalize(1e-12).ok_or_else(|| own.element.refuse(format!("{called}: `axis` has the length zero")))?;
+        joint.zero = own.number("ref", 0.0)? * unit;
+        let stiffness = own.number("stiffness", 0.0)?;
+        let relaxed = own.number("springref", 0.0)? * unit;
+        if stiffness != 0.0 && self.enabled.spring {
+            joint.spring = Some([stiffness, relaxed - joint.zero]);
+        }
+        let range = own.range("range", "limited", self.settings.autolimits)?;
+        joint.range = range.filter(|_| self.enabled.limit).map(|range| range.map(|value| value * unit - joint.zero));
+        joint.effort = own.range("actuatorfrcrange", "actuatorfrclimited", self.settings.autolimits)?;
+        Ok(())
+    }
+
+    fn geom(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+        let own = self.defaults.of(element, "geom", within.class)?;
+        let geom = geometry::read(&own, &self.settings.angles)?;
+        // Their mass has been read where it counts; a mesh that is not a contact shape has no other part in the motion.
+        ["mass", "density", "shellinertia", "group"].iter().for_each(|name| _ = own.get(name));
+        let friction = own.some("friction", [1.0, 0.005, 0.0001])?[0];
+        let number = |name: &str, default: f64| own.number(name, default);
+        let contact = ContactGeom {
+            name: element.get("name").unwrap_or_default().to_owned(),
+            place: element.place.clone(),
+            body: within.body,
+            shape: geom.shape,
+            pose: within.pose * geom.pose,
+            contype: number("contype", 1.0)? as i64,
+            conaffinity: number("conaffinity", 1.0)? as i64,
+            condim: number("condim", 3.0)? as i64,
+            priority: number("priority", 0.0)? as i64,
+            friction,
+        };
+        if contact.shape == GeomShape::Plane && within.body != 0 {
+            return Err(Refusal::new(format!("{} is a plane on a body that may move", element.called())).at(&element.place));
+        }
+        self.geoms.push(contact);
+        Ok(())
+    }
+
+    fn site(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+        let own = self.defaults.of(element, "site", within.class)?;
+        let pose = match own.array::<6>("fromto")? {
+            Some([a, b, c, d, e, f]) => Isometry3::translation((a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0),
+            None => own.pose(&self.settings.angles)?,
+        };
+        let pose = within.pose * pose;
+        if let Some(name) = element.get("name") {
+            self.sites.insert(name.to_owned(), (within.body, pose));
+            if within.body != 0 {
+                let at = Point3::from(pose.translation.vector);
+                self.model.bodies[within.body].points.push((name.to_owned(), at));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,221 @@
+//! Equality constraints and tendons.
+
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+
+use super::MjcfReader;
+use crate::import::refusal::{Fallible, Refusal};
+use crate::import::robot::{BodyPoint, Closure, ClosureKind, Follower, JointKind, PointSpring, Tendon};
+use crate::import::xml::Element;
+
+impl<'a> MjcfReader<'a> {
+    pub fn constraints(&mut self, root: &'a Element) -> Fallible<()> {
+        for section in root.all("equality") {
+            for element in &section.children {
+                let own = self.defaults.of(element, "equality", None)?;
+                let active = own.get("active") != Some("false");
+                if !active || !self.enabled.equality {
+                    element.mark();
+                    self.report.idle(format!("{}, which is not active", element.called()));
+                    continue;
+                }
+                match element.name.as_str() {
+                    "connect" => self.connect(element)?,
+                    "weld" => self.weld(element)?,
+                    "joint" => self.coupling(element)?,
+                    kind => {
+                        self.refuse_or_leave(element, kind, format!("the equality {} has no counterpart", element.called()));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A body by its name; without one the world.
+    fn body_of(&self, element: &Element, key: &str) -> Fallible<usize> {
+        let Some(name) = element.get(key) else { return Ok(0) };
+        let known = self.model.bodies.iter().position(|body| body.name == name);
+        known.ok_or_else(|| element.refuse(format!("{}: `{key}` is `{name}`, but there is no such body", element.called())))
+    }
+
+    pub fn joint_named(&self, element: &Element, name: &str) -> Fallible<usize> {
+        let known = self.model.joints.iter().position(|joint| joint.name == name);
+        known.ok_or_else(|| element.refuse(format!("{}: there is no joint `{name}`", element.called())))
+    }
+
+    fn site_named(&self, element: &Element, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
+        let known = self.sites.get(name).copied();
+        known.ok_or_else(|| element.refuse(format!("{}: there is no site `{name}`", element.called())))
+    }
+
+    pub fn world(&self, body: usize) -> Isometry3<f64> {
+        let own = &self.model.bodies[body];
+        if body == 0 { Isometry3::identity() } else { self.world(own.parent) * own.pose }
+    }
+
+    fn sites_of(&self, element: &'a Element) -> Fallible<Option<[(usize, Isometry3<f64>); 2]>> {
+        match (element.get("site1"), element.get("site2")) {
+            (Some(first), Some(second)) => {
+                Ok(Some([self.site_named(element, first)?, self.site_named(element, second)?]))
+            }
+            (None, None) => Ok(None),
+            _ => Err(element.refuse(format!("{} has one site, but needs both", element.called()))),
+        }
+    }
+
+    fn connect(&mut self, element: &'a Element) -> Fallible<()> {
+        let ends = match self.sites_of(element)? {
+            Some(sites) => sites.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
+            None => {
+                element.must("body1")?;
+                let [first, second] = [self.body_of(element, "body1")?, self.body_of(element, "body2")?];
+                let anchor = element.attribute("anchor").ok_or_else(|| element.refuse("<connect> has no `anchor`"))?;
+                let at = Point3::from(anchor.array::<3>()?);
+                let there = self.world(second).inverse() * (self.world(first) * at);
+                [BodyPoint { body: first, at }, BodyPoint { body: second, at: there }]
+            }
+        };
+        self.close(element, ClosureKind::Point, ends);
+        Ok(())
+    }
+
+    fn weld(&mut self, element: &'a Element) -> Fallible<()> {
+        let (bodies, pose) = match self.sites_of(element)? {
+            // Both frames coincide.
+            Some([(first, a), (second, b)]) => ([first, second], a * b.inverse()),
+            None => {
+                element.must("body1")?;
+                let [first, second] = [self.body_of(element, "body1")?, self.body_of(element, "body2")?];
+                let given = element.attribute("relpose").map(|own| own.array::<7>()).transpose()?;
+                let given = given.and_then(|[x, y, z, w, i, j, k]| {
+                    let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12)?;
+                    Some(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+                });
+                element.attribute("anchor").map(|own| own.value());
+                ([first, second], given.unwrap_or_else(|| self.world(first).inverse() * self.world(second)))
+            }
+        };
+        let at = Point3::from(pose.translation.vector);
+        let ends = [BodyPoint { body: bodies[0], at }, BodyPoint { body: bodies[1], at: Point3::origin() }];
+        self.close(element, ClosureKind::Weld(pose), ends);
+        Ok(())
+    }
+
+    fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2]) {
+        let name = element.get("name").unwrap_or_default().to_owned();
+        self.model.closures.push(Closure { name, place: element.place.clone(), kind, ends });
+        let soft = "MuJoCo holds them softly, by solref and solimp; here loops close exactly";
+        self.report.note(format!("equality constraints: {soft}"));
+    }
+
+    /// joint1 - ref1 = a0 + a1 (joint2 - ref2) + ...
+    fn coupling(&mut self, element: &'a Element) -> Fallible<()> {
+        let name = element.get("name").unwrap_or_default();
+        let joint = self.joint_named(element, element.must("joint1")?)?;
+        let leader = element.get("joint2").map(|name| self.joint_named(element, name)).transpose()?;
+        let mut factors = [0.0, 1.0, 0.0, 0.0, 0.0];
+        if let Some(own) = element.attribute("polycoef") {
+            let given = own.numbers()?;
+            if given.len() > 5 {
+                return Err(Refusal::new("`polycoef` has at most 5 numbers").at(&own.place));
+            }
+            factors.iter_mut().zip(given).for_each(|(factor, number)| *factor = number);
+        }
+        let named = [Some(joint), leader].into_iter().flatten().map(|joint| &self.model.joints[joint]);
+        if let Some(wrong) = named.into_iter().find(|joint| !matches!(joint.kind, JointKind::Hinge | JointKind::Slide)) {
+            return Err(element.refuse(format!("{} couples `{}`, which is neither a hinge nor a slide", element.called(), wrong.name)));
+        }
+        if factors[2..].iter().any(|factor| *factor != 0.0) && leader.is_some() {
+            let called = if name.is_empty() { "a joint equality".to_owned() } else { format!("joint equality `{name}`") };
+            let text = element.attribute("polycoef").map_or("", |own| &own.value);
+            self.refuse_or_leave(element, "equality", format!("{called} is not linear: its polycoef is {text}"));
+            return Ok(());
+        }
+        let [offset, ratio, ..] = factors;
+        let place = element.place.clone();
+        self.model.followers.push(Follower { name: name.to_owned(), place, joint, leader, offset, ratio });
+        Ok(())
+    }
+
+    pub fn tendons(&mut self, root: &'a Element) -> Fallible<()> {
+        for section in root.all("tendon") {
+            for element in &section.children {
+                match element.name.as_str() {
+                    "fixed" => self.fixed_tendon(element)?,
+                    _ => self.spatial_tendon(element)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The lengths between which a tendon is relaxed; by default its length in the reference configuration.
+    fn relaxed(&self, own: &super::resolve::Resolved, length: f64) -> Fallible<[f64; 2]> {
+        let Some(attribute) = own.attribute("springlength") else { return Ok([length; 2]) };
+        match attribute.numbers()?[..] {
+            [at] if at < 0.0 => Ok([length; 2]),
+            [at] => Ok([at; 2]),
+            [low, high] if low < 0.0 && high < 0.0 => Ok([length; 2]),
+            [low, high] if low <= high => Ok([low, high]),
+            _ => Err(Refusal::new(format!("`springlength` is `{}`, but must be one or two increasing lengths", attribute.value)).at(&attribute.place)),
+        }
+    }
+
+    fn fixed_tendon(&mut self, element: &'a Element) -> Fallible<()> {
+        let own = self.defaults.of(element, "tendon", None)?;
+        let mut terms = Vec::new();
+        for child in element.all("joint") {
+            let joint = self.joint_named(child, child.must("joint")?)?;
+            terms.push((joint, child.attribute("coef").ok_or_else(|| child.refuse("the joint of a tendon has no `coef`"))?.number()?));
+        }
+        let length = terms.iter().map(|(joint, factor)| factor * self.model.joints[*joint].zero).sum();
+        let tendon = Tendon {
+            name: element.get("name").unwrap_or_default().to_owned(),
+            terms,
+            stiffness: if self.enabled.spring { own.number("stiffness", 0.0)? } else { 0.0 },
+            damping: if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 },
+            relaxed: self.relaxed(&own, length)?,
+        };
+        if tendon.stiffness != 0.0 || tendon.damping != 0.0 {
+            self.model.tendons.push(tendon.clone());
+        }
+        self.fixed_tendons.insert(tendon.name.clone(), tendon);
+        Ok(())
+    }
+
+    fn spatial_tendon(&mut self, element: &'a Element) -> Fallible<()> {
+        let own = self.defaults.of(element, "tendon", None)?;
+        let sites: Vec<&Element> = element.all("site").collect();
+        let name = element.get("name").unwrap_or_default();
+        let [first, second] = sites[..] else {
+            self.refuse_or_leave(element, "tendon", format!("{} runs over {} sites; only one between two sites is a spring or rope", element.called(), sites.len()));
+            return Ok(());
+        };
+        if element.children.len() != 2 {
+            self.refuse_or_leave(element, "tendon", format!("{} wraps around geoms or pulleys", element.called()));
+            return Ok(());
+        }
+        let ends = [self.site_named(first, first.must("site")?)?, self.site_named(second, second.must("site")?)?];
+        let places = ends.map(|(body, pose)| self.world(body) * Point3::from(pose.translation.vector));
+        let length = (places[1] - places[0]).norm();
+        let range = own.range("range", "limited", self.settings.autolimits)?.filter(|_| self.enabled.limit);
+        if range.is_some_and(|range| range[0] > 0.0) {
+            self.refuse_or_leave(element, "tendon", format!("{} has a least length, which no rope has", element.called()));
+        }
+        let points = ends.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) });
+        let spring = PointSpring {
+            name: name.to_owned(),
+            place: element.place.clone(),
+            ends: points.clone(),
+            stiffness: if self.enabled.spring { own.number("stiffness", 0.0)? } else { 0.0 },
+            damping: if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 },
+            relaxed: self.relaxed(&own, length)?,
+            longest: range.map(|range| range[1]),
+        };
+        self.spatial_tendons.insert(name.to_owned(), points);
+        if spring.stiffness != 0.0 || spring.damping != 0.0 || spring.longest.is_some() {
+            self.model.springs.push(spring);
+        }
+        Ok(())
+    }
+}

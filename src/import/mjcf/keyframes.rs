@@ -1,0 +1,116 @@
+//! The start from a keyframe. Its angles are radians whatever the compiler says.
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use super::MjcfReader;
+use crate::import::refusal::{Fallible, Refusal};
+use crate::import::robot::{Activation, JointKind};
+use crate::import::xml::Element;
+
+impl JointKind {
+    /// How many numbers MuJoCo's qpos and qvel have for it.
+    fn widths(self) -> [usize; 2] {
+        match self {
+            JointKind::Free => [7, 6],
+            JointKind::Ball => [4, 3],
+            JointKind::Hinge | JointKind::Slide | JointKind::Planar | JointKind::Other(_) => [1, 1],
+        }
+    }
+}
+
+impl<'a> MjcfReader<'a> {
+    pub fn keyframes(&mut self, root: &'a Element) -> Fallible<()> {
+        let keys: Vec<&Element> = root.all("keyframe").flat_map(|section| section.all("key")).collect();
+        let key = match &self.options.key {
+            Some(wanted) => {
+                let named = keys.iter().position(|key| key.attribute("name").is_some_and(|own| own.value == *wanted));
+                let index = named.or_else(|| wanted.parse::<usize>().ok().filter(|index| *index < keys.len()));
+                Some(index.ok_or_else(|| {
+                    let names: Vec<&str> = keys.iter().filter_map(|key| key.attribute("name")).map(|own| own.value.as_str()).collect();
+                    Refusal::new(format!("--key {wanted}: the file has no such keyframe"))
+                        .help(format!("it has {} keyframes, from 0; their names are {}", keys.len(), names.join(", ")))
+                })?)
+            }
+            None if keys.len() == 1 => Some(0),
+            None => None,
+        };
+        keys.iter().for_each(|key| key.mark());
+        match key {
+            Some(index) => {
+                let element = keys[index];
+                self.start(element)?;
+                let name = element.attribute("name").map_or(index.to_string(), |own| own.value.clone());
+                self.report.note(format!("the motion starts from keyframe `{name}`"));
+            }
+            None if keys.len() > 1 => {
+                self.report.note(format!("the motion starts from the reference configuration: the file has {} keyframes, and --key picks one", keys.len()));
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, key: &'a Element) -> Fallible<()> {
+        let numbers = |name: &str, count: usize| -> Fallible<Option<Vec<f64>>> {
+            let Some(own) = key.attribute(name) else { return Ok(None) };
+            let numbers = own.numbers()?;
+            match numbers.len() == count {
+                true => Ok(Some(numbers)),
+                false => Err(Refusal::new(format!("`{name}` has {} numbers, but the model has {count}", numbers.len())).at(&own.place)),
+            }
+        };
+        // MuJoCo numbers joints by bodies, in the order of the tree.
+        let order: Vec<usize> = self.model.bodies.iter().flat_map(|body| body.joints.iter().copied()).collect();
+        let total = |which: usize| order.iter().map(|&joint| self.model.joints[joint].kind.widths()[which]).sum();
+        let (qpos, qvel) = (numbers("qpos", total(0))?, numbers("qvel", total(1))?);
+        let states = self.model.actuators.iter().filter(|own| own.activation != Activation::Direct).count();
+        let (ctrl, act) = (numbers("ctrl", self.model.actuators.len())?, numbers("act", states)?);
+        let (mut position, mut velocity) = (0, 0);
+        for &joint in &order {
+            let [width, rates] = self.model.joints[joint].kind.widths();
+            if let Some(own) = qpos.as_ref().map(|own| &own[position..position + width]) {
+                self.place_joint(joint, own);
+            }
+            if let Some(own) = qvel.as_ref().map(|own| &own[velocity..velocity + rates]) {
+                self.move_joint(joint, own);
+            }
+            (position, velocity) = (position + width, velocity + rates);
+        }
+        let mut act = act.into_iter().flatten();
+        for (index, actuator) in self.model.actuators.iter_mut().enumerate() {
+            actuator.start = ctrl.as_ref().map_or(0.0, |own| own[index]);
+            if let Activation::Integrator(_, start) | Activation::Filter(_, _, start) = &mut actuator.activation {
+                *start = act.next().unwrap_or(0.0);
+            }
+        }
+        Ok(())
+    }
+
+    fn place_joint(&mut self, joint: usize, own: &[f64]) {
+        let joint = &mut self.model.joints[joint];
+        match (joint.kind, own) {
+            (JointKind::Free, &[x, y, z, w, i, j, k]) => {
+                let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12).unwrap_or_default();
+                let pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
+                joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
+            }
+            (JointKind::Hinge | JointKind::Slide, &[value]) => joint.start = value - joint.zero,
+            _ => {}
+        }
+    }
+
+    fn move_joint(&mut self, joint: usize, own: &[f64]) {
+        let joint = &mut self.model.joints[joint];
+        match (joint.kind, own) {
+            // The angular velocity is in the axes of the body.
+            (JointKind::Free, &[x, y, z, p, q, r]) => {
+                if let Some((pose, velocity, omega)) = &mut joint.free {
+                    *velocity = Vector3::new(x, y, z);
+                    *omega = pose.rotation * Vector3::new(p, q, r);
+                }
+            }
+            (JointKind::Hinge | JointKind::Slide, &[rate]) => joint.rate = rate,
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Why a file is not imported: one error with its place, and what to do.
+
+use std::fmt;
+use std::rc::Rc;
+
+/// A place in a file; lines and columns count from 1, columns in characters.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FilePlace {
+    pub file: Rc<str>,
+    pub line: usize,
+    pub column: usize,
+}
+
+impl fmt::Display for FilePlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+/// What cannot be imported, where it is, and how it could be.
+#[derive(Clone, Debug)]
+pub struct Refusal {
+    pub place: Option<FilePlace>,
+    pub message: String,
+    pub help: Option<String>,
+}
+
+impl Refusal {
+    pub fn new(message: impl Into<String>) -> Self {
+        Refusal { place: None, message: message.into(), help: None }
+    }
+
+    pub fn at(mut self, place: &FilePlace) -> Self {
+        self.place.get_or_insert_with(|| place.clone());
+        self
+    }
+
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
+        }
+        f.write_str(&self.message)?;
+        match &self.help {
+            Some(help) => write!(f, "\n  help: {help}"),
+            None => Ok(()),
+        }
+    }
+}
+
+pub type Fallible<T> = Result<T, Refusal>;

@@ -1,0 +1,303 @@
+//! Springs, tendons, actuators and contacts as loads and joints of the scene.
+
+use super::write::{RobotWriter, number, pair};
+use super::{Activation, ContactKind, PointSpring, SpatialActuator, SpatialContact, Transmission};
+use crate::import::options::{ContactChoice, ImportOptions};
+
+/// How far the normal of a floor may be out of the plane.
+const IN_PLANE: f64 = 1e-6;
+
+impl RobotWriter<'_> {
+    pub fn forces(&mut self, options: &ImportOptions) {
+        let file = self.planar.file;
+        for index in 0..self.planar.coordinates.len() {
+            self.joint_spring(index);
+        }
+        for tendon in &file.tendons {
+            if let Some([length, rate]) = self.sum(&tendon.terms) {
+                let [low, high] = tendon.relaxed;
+                let mut laws = Vec::new();
+                if tendon.stiffness != 0.0 {
+                    laws.push(format!("-{}*({})", number(tendon.stiffness), beyond(&length, low, high)));
+                }
+                if tendon.damping != 0.0 {
+                    laws.push(format!("-{}*({rate})", number(tendon.damping)));
+                }
+                let law = laws.join(" ");
+                if !law.is_empty() {
+                    self.efforts(&tendon.name, "tendon", &tendon.terms, &law);
+                    self.report.exact("fixed tendon");
+                }
+            }
+        }
+        file.springs.iter().for_each(|spring| self.point_spring(spring));
+        for bushing in &file.bushings {
+            let [Some(a), Some(b)] = bushing.ends.each_ref().map(|end| self.planar.point(end)) else { continue };
+            let name = self.fresh(&bushing.name, "load", "bushing");
+            let [a, b] = self.ends([a, b], &name);
+            self.load_text += &format!(
+                "\n[loads.{name}]\ntype    = \"bushing\"\nbetween = [\"{a}\", \"{b}\"]\nstiffness = {}\ndamping = {}\ntorsion_stiffness = {}\ntorsion_damping = {}\n",
+                number(bushing.stiffness),
+                number(bushing.damping),
+                number(bushing.torsion_stiffness),
+                number(bushing.torsion_damping)
+            );
+            self.report.exact("bushing");
+        }
+        file.actuators.iter().for_each(|actuator| self.actuator(actuator));
+        if options.contacts != ContactChoice::None {
+            file.contacts.iter().for_each(|contact| self.contact(contact, options));
+        }
+    }
+
+    fn joint_spring(&mut self, index: usize) {
+        let planar = self.planar;
+        let Some(joint) = planar.coordinates[index].joint().map(|joint| &planar.file.joints[joint]) else { return };
+        let Some([stiffness, relaxed]) = joint.spring.filter(|[stiffness, _]| *stiffness != 0.0) else { return };
+        let own = self.joints[index].clone().unwrap_or_default();
+        let name = self.fresh(&format!("{own}_spring"), "load", "spring");
+        match planar.coordinates[index] {
+            super::planar::PlanarCoordinate::Turn { parent, child, sign, .. } => {
+                let ends = [parent, child].map(|link| self.links[link].clone());
+                self.load_text += &format!(
+                    "\n[loads.{name}]\ntype    = \"torsion_spring\"\nbetween = [\"{}\", \"{}\"]\nstiffness = {}\nangle   = {}\n",
+                    ends[0],
+                    ends[1],
+                    number(stiffness),
+                    number(sign * relaxed)
+                );
+            }
+            _ => {
+                let law = format!("-{}*({own}.s - {})", number(stiffness), number(relaxed));
+                self.effort(index, &name, &law);
+            }
+        }
+        self.report.exact("spring of a joint");
+    }
+
+    /// A sum of file coordinates and its rate; none if a joint is not there.
+    fn sum(&self, terms: &[(usize, f64)]) -> Option<[String; 2]> {
+        let mut sums = [Vec::new(), Vec::new()];
+        for &(joint, factor) in terms {
+            let Some(index) = self.planar.coordinate_of(joint) else {
+                // A locked joint adds a constant.
+                let own = &self.planar.file.joints[joint];
+                sums[0].push(number(factor * (own.zero + own.start)));
+                continue;
+            };
+            for (sum, own) in sums.iter_mut().zip(self.coordinate(index)) {
+                sum.push(if factor == 1.0 { own } else { format!("{}*({own})", number(factor)) });
+            }
+        }
+        let [length, rate] = sums;
+        (!rate.is_empty()).then(|| [length.join(" + "), rate.join(" + ")])
+    }
+
+    /// An effort by a sum of coordinates acts on each by its factor.
+    fn efforts(&mut self, name: &str, otherwise: &str, terms: &[(usize, f64)], law: &str) {
+        for &(joint, factor) in terms {
+            let Some(index) = self.planar.coordinate_of(joint) else { continue };
+            let own = self.fresh(name, "load", otherwise);
+            let value = if factor == 1.0 { law.to_owned() } else { format!("{}*({law})", number(factor)) };
+            self.effort(index, &own, &value);
+        }
+    }
+
+    fn point_spring(&mut self, spring: &PointSpring) {
+        let [Some(a), Some(b)] = spring.ends.each_ref().map(|end| self.planar.point(end)) else { return };
+        if a.0 == b.0 {
+            self.report.idle("tendon within one body");
+            return;
+        }
+        let name = self.fresh(&spring.name, "spring", "tendon");
+        let [from, to] = self.ends([a, b], &name);
+        let between = format!("between = [\"{from}\", \"{to}\"]\n");
+        let [low, high] = spring.relaxed;
+        let sides: Vec<(&str, f64)> = match (spring.stiffness != 0.0, low == high) {
+            (false, _) => Vec::new(),
+            (true, true) => vec![("both", low)],
+            (true, false) => [("below", low), ("above", high)].into_iter().filter(|(side, at)| *side == "above" || *at > 0.0).collect(),
+        };
+        let mut own = Some(name.clone());
+        for (side, length) in &sides {
+            let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "spring", "tendon"));
+            let damping = if *side == "both" && spring.damping != 0.0 { format!("damping = {}\n", number(spring.damping)) } else { String::new() };
+            let side = if *side == "both" { String::new() } else { format!("side    = \"{side}\"\n") };
+            self.load_text += &format!(
+                "\n[loads.{name}]\ntype    = \"spring\"\n{between}stiffness = {}\nlength  = {}\n{damping}{side}",
+                number(spring.stiffness),
+                number(*length)
+            );
+            self.report.exact("spring tendon");
+        }
+        if spring.damping != 0.0 && sides.iter().all(|(side, _)| *side != "both") {
+            let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "damper", "tendon"));
+            self.load_text += &format!("\n[loads.{name}]\ntype    = \"damper\"\n{between}damping = {}\n", number(spring.damping));
+            self.report.exact("damper tendon");
+        }
+        if let Some(longest) = spring.longest {
+            let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "limit", "tendon"));
+            self.joint_text += &format!("\n[joints.{name}]\ntype    = \"rope\"\n{between}length  = {}\n", number(longest));
+            self.report.exact("rope");
+        }
+        let out = spring.ends.each_ref().map(|end| self.planar.plane.normal.dot(&(self.planar.world[end.body] * end.at).coords));
+        if (out[1] - out[0]).abs() > 1e-9 {
+            self.report.approximated(format!(
+                "`{}` is {:.4} m long along the normal: its length in the plane is shorter",
+                spring.name,
+                (out[1] - out[0]).abs()
+            ));
+        }
+    }
+
+    fn actuator(&mut self, actuator: &SpatialActuator) {
+        let name = self.fresh(&actuator.name, "input", "input");
+        let range = actuator.control.map_or(String::new(), |[min, max]| format!(", min = {}, max = {}", number(min), number(max)));
+        self.inputs += &format!("{name} = {{ start = {}{range} }}\n", number(actuator.start));
+        let clamped = clamp(&name, actuator.control);
+        let driven = self.activation(&actuator.activation, &name, &clamped);
+        let motion = match &actuator.transmission {
+            Transmission::Joints(terms) => self.sum(terms),
+            Transmission::Points(_) => Some(["length".to_owned(), "rate".to_owned()]),
+        };
+        let Some([length, rate]) = motion else {
+            self.report.note(format!("actuator `{}` moves nothing that is left: its input has no effect", actuator.name));
+            return;
+        };
+        let gear = actuator.gear;
+        let geared = |own: &str| if gear == 1.0 { format!("({own})") } else { format!("{}*({own})", number(gear)) };
+        let mut law = String::new();
+        let mut add = |factor: f64, of: &str| {
+            if factor != 0.0 {
+                let sign = if law.is_empty() { "" } else { " + " };
+                let term = match (factor == 1.0, of.is_empty()) {
+                    (true, false) => of.to_owned(),
+                    (_, true) => number(factor),
+                    (false, false) => format!("{}*{of}", number(factor)),
+                };
+                law += &format!("{sign}{term}");
+            }
+        };
+        add(actuator.gain, &driven);
+        add(actuator.rate_gain, &format!("{driven}*{}", geared(&rate)));
+        add(actuator.bias[0], "");
+        add(actuator.bias[1], &geared(&length));
+        add(actuator.bias[2], &geared(&rate));
+        if law.is_empty() {
+            law = "0".to_owned();
+        }
+        let law = clamp(&law, actuator.force);
+        let law = if gear == 1.0 { law } else { format!("{}*({law})", number(gear)) };
+        let load = format!("{name}_load");
+        match &actuator.transmission {
+            Transmission::Joints(terms) => {
+                let law = match terms[..] {
+                    [(joint, _)] => clamp(&law, self.planar.file.joints[joint].effort),
+                    _ => law,
+                };
+                self.efforts(&load, "load", terms, &law);
+            }
+            Transmission::Points(ends) => {
+                let [Some(a), Some(b)] = ends.each_ref().map(|end| self.planar.point(end)) else { return };
+                let load = self.fresh(&load, "load", "load");
+                let [a, b] = self.ends([a, b], &load);
+                self.load_text += &format!("\n[loads.{load}]\ntype    = \"actuator\"\nbetween = [\"{a}\", \"{b}\"]\nforce   = \"{law}\"\n");
+            }
+        }
+        self.report.exact(format!("actuator `{}` as input", actuator.name));
+    }
+
+    /// What the gain acts on: the input, or a state that follows it.
+    fn activation(&mut self, activation: &Activation, name: &str, clamped: &str) -> String {
+        if *activation == Activation::Direct {
+            return format!("({clamped})");
+        }
+        let state = self.fresh(&format!("{name}_act"), "state", "act");
+        let (rate, range, start) = match activation {
+            Activation::Direct => (clamped.to_owned(), None, 0.0),
+            Activation::Integrator(range, start) => (clamped.to_owned(), *range, *start),
+            Activation::Filter(time, range, start) => (format!("({clamped} - {state})/{}", number(*time)), *range, *start),
+        };
+        // At the ends of its range the state stands still until its rate leads back.
+        let rate = match range {
+            Some([low, high]) => format!(
+                "if({state} >= {}, min(0, {rate}), if({state} <= {}, max(0, {rate}), {rate}))",
+                number(high),
+                number(low)
+            ),
+            None => rate,
+        };
+        self.states += &format!("{state} = {{ start = {}, rate = \"{rate}\" }}\n", number(start));
+        match range {
+            Some(_) => format!("({})", clamp(&state, range)),
+            None => state,
+        }
+    }
+
+    fn contact(&mut self, contact: &SpatialContact, options: &ImportOptions) {
+        let planar = self.planar;
+        let friction = match contact.friction {
+            mu if mu > 0.0 => format!("friction = {{ mu = {} }}\n", number(mu)),
+            _ => String::new(),
+        };
+        match &contact.kind {
+            ContactKind::Plane(at, normal, ball, radius) => {
+                let Some(point) = planar.point(ball) else { return };
+                if point.0 == 0 {
+                    return;
+                }
+                let along_normal = planar.plane.normal.dot(normal);
+                if along_normal.abs() > IN_PLANE {
+                    match along_normal.abs() > 1.0 - IN_PLANE {
+                        true => self.report.idle("contact with a plane that is parallel to the plane of motion"),
+                        false => self.report.left_out.push(format!("contact `{}`: its plane is oblique to the plane of motion", contact.name)),
+                    }
+                    return;
+                }
+                let [x, y] = planar.plane.components(normal);
+                let name = self.fresh(&contact.name, "contact", "contact");
+                let [a, b] = self.ends([(0, planar.at(at)), point], &name);
+                self.joint_text += &format!(
+                    "\n[joints.{name}]\ntype    = \"contact\"\nbetween = [\"{a}\", \"{b}\"]\naxis    = {}\nradius  = {}\n{friction}",
+                    pair([y, -x]),
+                    number(*radius)
+                );
+                self.report.exact("contact with a plane, without rebound");
+            }
+            ContactKind::Balls(balls, radii) => {
+                if options.contacts != ContactChoice::All {
+                    self.report.idle("contact of two balls (--contacts all imports it)");
+                    return;
+                }
+                let [Some(a), Some(b)] = balls.each_ref().map(|ball| planar.point(ball)) else { return };
+                if a.0 == b.0 {
+                    return;
+                }
+                let name = self.fresh(&contact.name, "contact", "contact");
+                let [a, b] = self.ends([a, b], &name);
+                self.joint_text += &format!(
+                    "\n[joints.{name}]\ntype    = \"contact\"\nbetween = [\"{a}\", \"{b}\"]\ncircle  = {}\nradius  = {}\n{friction}",
+                    number(radii[0]),
+                    number(radii[1])
+                );
+                self.report.exact("contact of two balls, without rebound");
+            }
+        }
+    }
+}
+
+/// A law within a range.
+fn clamp(law: &str, range: Option<[f64; 2]>) -> String {
+    match range {
+        Some([min, max]) => format!("max({}, min({}, {law}))", number(min), number(max)),
+        None => law.to_owned(),
+    }
+}
+
+/// By how much a length is beyond the range where a spring is relaxed.
+fn beyond(length: &str, low: f64, high: f64) -> String {
+    match low == high {
+        true => format!("{length} - {}", number(low)),
+        false => format!("max(0, {length} - {}) + min(0, {length} - {})", number(high), number(low)),
+    }
+}

@@ -1,0 +1,501 @@
+//! A planar robot as the text of a scene, with the report at its head.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use super::closing::{self, ClosedStart};
+use super::planar::{LinkPoint, PlanarClosure, PlanarCoordinate, PlanarFollower, PlanarModel};
+use super::{Closure, ClosureKind, JointKind, SpatialJoint};
+use crate::import::options::ImportOptions;
+use crate::import::refusal::Refusal;
+use crate::import::report::ImportReport;
+use crate::model::identifier;
+use crate::typeset::counted;
+
+/// Names that a scene gives a meaning of its own, of its parts and of points of bodies.
+const RESERVED: &[&str] = &["ground", "energy", "constraint", "time", "t", "pi", "g", "world"];
+const VARIABLES: &[&str] = &["x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha", "power"];
+
+/// A number as a scene has it.
+pub fn number(value: f64) -> String {
+    // Minus zero is zero.
+    format!("{:?}", value + 0.0)
+}
+
+pub fn pair([x, y]: [f64; 2]) -> String {
+    format!("[{}, {}]", number(x), number(y))
+}
+
+/// What is being written.
+pub struct RobotWriter<'a> {
+    pub planar: &'a PlanarModel<'a>,
+    taken: BTreeSet<String>,
+    pub links: Vec<String>,
+    /// The scene's names of the joints that are coordinates.
+    pub joints: Vec<Option<String>>,
+    points: Vec<Vec<(String, [f64; 2])>>,
+    pub inputs: String,
+    pub states: String,
+    pub joint_text: String,
+    pub load_text: String,
+    pub outputs: Vec<String>,
+    pub report: &'a mut ImportReport,
+    renamed: Vec<String>,
+}
+
+/// The scene.
+pub fn scene(
+    name: &str,
+    planar: &PlanarModel,
+    start: &ClosedStart,
+    options: &ImportOptions,
+    report: &mut ImportReport,
+) -> String {
+    let mut writer = RobotWriter {
+        planar,
+        taken: RESERVED.iter().map(|name| (*name).to_owned()).collect(),
+        links: Vec::new(),
+        joints: Vec::new(),
+        points: vec![Vec::new(); planar.links.len()],
+        inputs: String::new(),
+        states: String::new(),
+        joint_text: String::new(),
+        load_text: String::new(),
+        outputs: Vec::new(),
+        report,
+        renamed: Vec::new(),
+    };
+    writer.name_parts();
+    for (link, own) in planar.links.iter().enumerate() {
+        for (name, at) in &own.points {
+            writer.place(link, name, *at);
+        }
+    }
+    (0..planar.coordinates.len()).for_each(|index| writer.tree_joint(index));
+    (0..planar.closures.len()).for_each(|index| writer.closure(index));
+    planar.followers.iter().for_each(|follower| writer.follower(follower));
+    writer.forces(options);
+    writer.head_lines(start);
+    writer.text(name, start)
+}
+
+impl RobotWriter<'_> {
+    /// A name that is free, with a suffix if the file's is taken.
+    pub fn fresh(&mut self, name: &str, suffix: &str, otherwise: &str) -> String {
+        let plain = identifier(if name.is_empty() { otherwise } else { name });
+        let mut candidates = vec![plain.clone(), format!("{plain}_{suffix}")];
+        candidates.extend((2..=self.taken.len() + 2).map(|number| format!("{plain}_{number}")));
+        let own = candidates.into_iter().find(|name| !self.taken.contains(name)).unwrap_or(plain);
+        if !name.is_empty() && own != name {
+            self.renamed.push(format!("{suffix} `{name}` is `{own}`"));
+        }
+        self.taken.insert(own.clone());
+        own
+    }
+
+    fn name_parts(&mut self) {
+        let planar = self.planar;
+        for (index, link) in planar.links.iter().enumerate() {
+            let name = if index == 0 { "ground".to_owned() } else { self.fresh(&link.name, "body", &format!("body_{index}")) };
+            self.links.push(name);
+        }
+        for coordinate in &planar.coordinates {
+            let joint = coordinate.joint().map(|joint| &planar.file.joints[joint]);
+            let name = joint.map(|joint| self.fresh(&joint.name, "joint", "joint"));
+            self.joints.push(name);
+        }
+    }
+
+    /// The scene's name of a place on a link.
+    pub fn place(&mut self, link: usize, name: &str, at: [f64; 2]) -> String {
+        let mut plain = identifier(if name.is_empty() { "point" } else { name });
+        if VARIABLES.contains(&plain.as_str()) {
+            plain.push_str("_point");
+        }
+        let known = &self.points[link];
+        let same = |own: &&(String, [f64; 2])| own.1 == at && (own.0 == plain || name.is_empty());
+        let own = match known.iter().find(same) {
+            Some((own, _)) => own.clone(),
+            None => {
+                let numbered = (2..=known.len() + 2).map(|number| format!("{plain}_{number}"));
+                let mut candidates = std::iter::once(plain.clone()).chain(numbered);
+                let own = candidates.find(|name| known.iter().all(|(other, _)| other != name)).unwrap_or(plain);
+                self.points[link].push((own.clone(), at));
+                own
+            }
+        };
+        format!("{}.{own}", self.links[link])
+    }
+
+    fn joint_of(&self, index: usize) -> Option<&SpatialJoint> {
+        self.planar.coordinates[index].joint().map(|joint| &self.planar.file.joints[joint])
+    }
+
+    fn tree_joint(&mut self, index: usize) {
+        let planar = self.planar;
+        let coordinate = planar.coordinates[index];
+        let Some(joint) = coordinate.joint().map(|joint| &planar.file.joints[joint]) else { return };
+        let name = self.joints[index].clone().unwrap_or_default();
+        let (kind, parent, child, at, sign, axis) = match coordinate {
+            PlanarCoordinate::Turn { parent, child, at, sign, .. } => ("revolute", parent, child, at, sign, None),
+            PlanarCoordinate::Slide { parent, child, at, along, .. } => ("prismatic", parent, child, at, 1.0, Some(along)),
+            _ => return,
+        };
+        let ends = [parent, child].map(|link| self.place(link, &name, at));
+        let mut text = format!("\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n", ends[0], ends[1]);
+        if let Some(axis) = axis {
+            text += &format!("axis    = {}\n", pair(axis));
+        }
+        text += &self.joint_keys(joint, sign, index);
+        self.joint_text += &text;
+        let word = if axis.is_some() { "slide" } else { "hinge" };
+        self.report.exact(word);
+        self.joint_output(joint, &name, sign, index);
+    }
+
+    /// What acts along a joint.
+    fn joint_keys(&mut self, joint: &SpatialJoint, sign: f64, index: usize) -> String {
+        let mut text = String::new();
+        let mut key = |name: &str, value: String, word: &str, report: &mut ImportReport| {
+            text += &format!("{name:<7} = {value}\n");
+            report.exact(word);
+        };
+        if joint.damping != 0.0 {
+            key("damping", number(joint.damping), "damping", self.report);
+        }
+        if joint.armature != 0.0 {
+            key("armature", number(joint.armature), "armature", self.report);
+        }
+        if joint.friction != 0.0 {
+            key("friction", format!("{{ coulomb = {} }}", number(joint.friction)), "dry friction, which sticks", self.report);
+        }
+        if let Some([low, high]) = joint.range {
+            let [min, max] = if sign < 0.0 { [-high, -low] } else { [low, high] };
+            key("limits", format!("{{ min = {}, max = {} }}", number(min), number(max)), "limits", self.report);
+            let value = self.planar.starts[index].0;
+            if value < low || value > high {
+                self.report.note(format!(
+                    "joint `{}` starts at {}, outside its limits {} to {}",
+                    joint.name,
+                    number(value + joint.zero),
+                    number(low + joint.zero),
+                    number(high + joint.zero)
+                ));
+            }
+        }
+        text
+    }
+
+    /// The coordinate with the file's name, sign and zero.
+    fn joint_output(&mut self, joint: &SpatialJoint, name: &str, sign: f64, index: usize) {
+        let variable = if self.planar.coordinates[index].turns() { "angle" } else { "s" };
+        let own = format!("{}{name}.{variable}", if sign < 0.0 { "-" } else { "" });
+        let value = if joint.zero == 0.0 { own.clone() } else { format!("{own} + {}", number(joint.zero)) };
+        if joint.kind == JointKind::Ball {
+            return;
+        }
+        let output = self.fresh(&format!("q_{name}"), "output", "q");
+        self.outputs.push(format!("{output} = \"{value}\""));
+    }
+
+    fn closure(&mut self, index: usize) {
+        let planar = self.planar;
+        let file: &Closure = &planar.file.closures[planar.closure_sources[index]];
+        let name = self.fresh(&file.name, "joint", "closure");
+        let ends = planar.closures[index].ends().map(|(link, at)| self.place(link, &name, at));
+        let (kind, more, word) = match planar.closures[index] {
+            PlanarClosure::Pin(_) => ("revolute", String::new(), "loop closed by a revolute joint"),
+            PlanarClosure::Weld(_, angle) => ("weld", format!("angle   = {}\n", number(angle)), "loop closed by a weld"),
+            PlanarClosure::Slide(_, along) => {
+                let mut more = format!("axis    = {}\n", pair(along));
+                if let ClosureKind::Slide(_, Some([min, max])) = file.kind {
+                    more += &format!("limits  = {{ min = {}, max = {} }}\n", number(min), number(max));
+                }
+                ("prismatic", more, "loop closed by a slide")
+            }
+        };
+        self.joint_text += &format!(
+            "\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n{more}",
+            ends[0], ends[1]
+        );
+        self.report.exact(word);
+    }
+
+    /// A coupling of two joints: a gear on the body that both have in common, or a rack.
+    fn follower(&mut self, follower: &PlanarFollower) {
+        let planar = self.planar;
+        let file = &planar.file.followers[follower.source];
+        let (offset, ratio) = (follower.offset, follower.ratio);
+        let text = match (planar.coordinates[follower.joint], planar.coordinates[follower.leader]) {
+            (
+                PlanarCoordinate::Turn { parent: p1, child: c1, sign: s1, .. },
+                PlanarCoordinate::Turn { parent: p2, child: c2, sign: s2, .. },
+            ) => {
+                let same = s1 * s2 * ratio;
+                // The carrier, the two wheels and their relation: angles count from the carrier.
+                let gear = match (p1 == p2, c2 == p1, c1 == p2) {
+                    (true, ..) => Some((p1, c2, c1, same, s1 * offset)),
+                    (_, true, _) => Some((c2, p2, c1, -same, s1 * offset)),
+                    (.., true) => Some((c1, c2, p1, -same, -s1 * offset)),
+                    _ => None,
+                };
+                gear.map(|(carrier, a, b, ratio, angle)| {
+                    let names = [carrier, a, b].map(|link| self.links[link].clone());
+                    let on = if carrier == 0 { String::new() } else { format!("carrier = \"{}\"\n", names[0]) };
+                    let (ratio, angle) = (number(ratio), number(angle));
+                    format!("type    = \"gear\"\nbetween = [\"{}\", \"{}\"]\n{on}ratio   = {ratio}\nangle   = {angle}\n", names[1], names[2])
+                })
+            }
+            (PlanarCoordinate::Slide { parent, child, at, along, .. }, PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. })
+                if parent == other =>
+            {
+                Some(self.rack((parent, child, at, along), pinion, ratio * sign, offset, follower))
+            }
+            (PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. }, PlanarCoordinate::Slide { parent, child, at, along, .. })
+                if parent == other =>
+            {
+                Some(self.rack((parent, child, at, along), pinion, sign / ratio, -offset / ratio, follower))
+            }
+            _ => None,
+        };
+        match text {
+            Some(text) => {
+                let name = self.fresh(&file.name, "coupling", "coupling");
+                self.joint_text += &format!("\n[joints.{name}]\n{text}");
+                self.report.exact("coupling of two joints");
+            }
+            None => self.report.refuse(
+                Refusal::new(format!(
+                    "`{}` couples joints that have no body in common, or two slides: neither a gear nor a rack does that",
+                    file.name
+                ))
+                .at(&file.place)
+                .help("--lock JOINT holds one of them"),
+            ),
+        }
+    }
+
+    fn rack(
+        &mut self,
+        (parent, child, at, along): (usize, usize, [f64; 2], [f64; 2]),
+        pinion: usize,
+        radius: f64,
+        displacement: f64,
+        follower: &PlanarFollower,
+    ) -> String {
+        let name = self.planar.file.followers[follower.source].name.clone();
+        let [carrier, rack] = [parent, child].map(|link| self.place(link, &name, at));
+        format!(
+            "type    = \"rack\"\nbetween = [\"{}\", \"{rack}\"]\ncarrier = \"{carrier}\"\naxis    = {}\nradius  = {}\ndisplacement = {}\n",
+            self.links[pinion],
+            pair(along),
+            number(radius),
+            number(displacement)
+        )
+    }
+
+    fn head_lines(&mut self, start: &ClosedStart) {
+        let planar = self.planar;
+        let freedom = start.independent.iter().filter(|own| **own).count();
+        let inputs = self.inputs.lines().count();
+        let count = |count: usize, word: &str| counted(count, word);
+        let bodies = counted(planar.links.len() - 1, "body");
+        let joints = planar.coordinates.iter().filter(|own| own.joint().is_some()).count();
+        let degrees = if freedom == 1 { "1 degree of freedom".to_owned() } else { format!("{freedom} degrees of freedom") };
+        self.report.head.push(format!(
+            "{}: {bodies}, {}, {}, {degrees}, {}",
+            planar.file.format,
+            count(joints, "joint"),
+            count(planar.closures.len(), "loop"),
+            count(inputs, "input")
+        ));
+        let signs = planar.coordinates.iter().filter_map(|own| match own {
+            PlanarCoordinate::Turn { sign, .. } => Some(*sign),
+            _ => None,
+        });
+        let turned = match (signs.clone().any(|sign| sign < 0.0), signs.clone().any(|sign| sign > 0.0)) {
+            (true, true) => "; hinges against the normal have the opposite sign in the scene, outputs q_JOINT have that of the file",
+            (true, false) => "; the hinges are against its normal, so scene angles are minus the file's (outputs q_JOINT have the file's signs)",
+            (false, _) => "",
+        };
+        self.report.head.push(format!("plane: {}{turned}", planar.plane.called()));
+        let gravity = planar.file.gravity.dot(&planar.plane.normal).abs();
+        if gravity > 1e-9 && planar.gravity == [0.0; 2] {
+            self.report.note("gravity is along the hinges and has no part in the plane");
+        } else if gravity > 1e-9 {
+            self.report.approximated(format!("gravity of {gravity:.4} m/s2 along the normal is dropped"));
+        }
+        if !self.renamed.is_empty() {
+            self.report.note(format!("renamed: {}", self.renamed.join(", ")));
+        }
+    }
+
+    fn text(mut self, name: &str, start: &ClosedStart) -> String {
+        let initial = self.initial(start);
+        let planar = self.planar;
+        let mut text = String::new();
+        for line in self.report.lines() {
+            for part in line.lines() {
+                text += &format!("# {}\n", part.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>());
+            }
+        }
+        text += &format!("format = 1\nname   = \"{}\"\n", identifier(name));
+        if planar.gravity != [0.0; 2] {
+            text += &format!("gravity = {}               # m/s2\n", pair(planar.gravity));
+        }
+        for (section, lines) in [("inputs", &self.inputs), ("states", &self.states)] {
+            if !lines.is_empty() {
+                text += &format!("\n[{section}]\n{lines}");
+            }
+        }
+        for link in 0..planar.links.len() {
+            text += &self.link_text(link);
+        }
+        text += &self.joint_text;
+        text += &self.load_text;
+        text += &format!("\n# All angles count from the reference configuration of the file.\n[initial]\n{initial}");
+        let bodies = self.links[1..].iter().flat_map(|name| ["x", "y", "angle"].map(|own| format!("\"{name}.{own}\"")));
+        let bodies = bodies.collect::<Vec<_>>().join(", ");
+        text += &format!("\n[outputs]\nvariables = [{bodies}]\n");
+        if !self.outputs.is_empty() {
+            text += &format!("# The joints with the signs and zeros of the file.\n{}\n", self.outputs.join("\n"));
+        }
+        text + "\n[experiment]\nstop = 2\nstep = 0.01\n"
+    }
+
+    fn link_text(&self, index: usize) -> String {
+        let link = &self.planar.links[index];
+        let points = self.points[index].iter().map(|(name, at)| {
+            format!("{name} = {}", pair([at[0] - link.origin[0], at[1] - link.origin[1]]))
+        });
+        let points: Vec<String> = points.collect();
+        if index == 0 {
+            return match points.is_empty() {
+                true => String::new(),
+                false => format!("\n[ground.points]                      # m\n{}\n", points.join("\n")),
+            };
+        }
+        let mut text = format!(
+            "\n[bodies.{}]\nmass    = {}\ninertia = {}\n",
+            self.links[index],
+            number(link.mass),
+            number(link.inertia)
+        );
+        let com = [link.centre[0] - link.origin[0], link.centre[1] - link.origin[1]];
+        if com != [0.0; 2] {
+            text += &format!("com     = {}\n", pair(com));
+        }
+        if link.weightless {
+            text += "gravity = false\n";
+        }
+        if !points.is_empty() {
+            text += &format!("points  = {{ {} }}\n", points.join(", "));
+        }
+        text
+    }
+
+    /// Independent coordinates are given; bodies behind the others have guesses.
+    fn initial(&mut self, start: &ClosedStart) -> String {
+        let planar = self.planar;
+        let poses = closing::poses(planar, &start.values);
+        let mut text = String::new();
+        for (index, coordinate) in planar.coordinates.iter().enumerate() {
+            let (value, rate, given) = (start.values[index], start.rates[index], start.independent[index]);
+            let child = coordinate.child();
+            let body = &self.links[child];
+            let own = self.joints[index].clone().unwrap_or_default();
+            let mut line = |variable: String, rate_of: String, sign: f64, about: f64| {
+                // Writing to a string cannot fail.
+                let _ = match given {
+                    true => writeln!(text, "\"{variable}\" = {}", number(sign * value)),
+                    false => writeln!(text, "\"{variable}\" = {{ guess = {} }}", number(about)),
+                };
+                if given && rate != 0.0 {
+                    let _ = writeln!(text, "\"{rate_of}\" = {}", number(sign * rate));
+                }
+            };
+            match *coordinate {
+                PlanarCoordinate::Turn { sign, .. } if given => {
+                    line(format!("{own}.angle"), format!("{own}.omega"), sign, 0.0);
+                }
+                PlanarCoordinate::Turn { .. } => line(format!("{body}.angle"), String::new(), 1.0, poses[child].1),
+                PlanarCoordinate::Slide { .. } => line(format!("{own}.s"), format!("{own}.v"), 1.0, value),
+                PlanarCoordinate::FreeX(_) | PlanarCoordinate::FreeY(_) => {
+                    let part = usize::from(matches!(coordinate, PlanarCoordinate::FreeY(_)));
+                    let link = &planar.links[child];
+                    let at = closing::place_of(&poses[child], link.origin, link.centre);
+                    let arm = [at[0] - poses[child].0[0], at[1] - poses[child].0[1]];
+                    let spin = start.rates[index + 2 - part];
+                    let speed = rate + [-spin * arm[1], spin * arm[0]][part];
+                    let axis = ["x", "y"][part];
+                    let _ = match given {
+                        true => writeln!(text, "\"{body}.{axis}\" = {}", number(at[part])),
+                        false => writeln!(text, "\"{body}.{axis}\" = {{ guess = {} }}", number(at[part])),
+                    };
+                    if given && speed != 0.0 {
+                        let _ = writeln!(text, "\"{body}.v{axis}\" = {}", number(speed));
+                    }
+                }
+                PlanarCoordinate::FreeAngle(_) => line(format!("{body}.angle"), format!("{body}.omega"), 1.0, value),
+            }
+        }
+        text
+    }
+
+    /// An effort of the file along a coordinate: a torque, or a force along the slide and its opposite.
+    pub fn effort(&mut self, index: usize, name: &str, value: &str) {
+        match self.planar.coordinates[index] {
+            PlanarCoordinate::Turn { parent, child, sign, .. } => {
+                let value = if sign < 0.0 { format!("-({value})") } else { value.to_owned() };
+                let ends = [parent, child].map(|link| self.links[link].clone());
+                self.load_text += &format!(
+                    "\n[loads.{name}]\ntype    = \"torque\"\nbetween = [\"{}\", \"{}\"]\nvalue   = \"{value}\"\n",
+                    ends[0], ends[1]
+                );
+            }
+            PlanarCoordinate::Slide { parent, child, at, along, .. } => {
+                let own = self.joints[index].clone().unwrap_or_default();
+                let on = self.place(child, &own, at);
+                self.force(name, &on, along, value, child != 0);
+                if parent != 0 {
+                    let on = self.place(parent, &own, at);
+                    let against = self.fresh(&format!("{name}_reaction"), "load", "load");
+                    self.force(&against, &on, [-along[0], -along[1]], value, true);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn force(&mut self, name: &str, on: &str, [x, y]: [f64; 2], value: &str, turns: bool) {
+        let part = |factor: f64| match factor + 0.0 {
+            0.0 => "0".to_owned(),
+            1.0 => format!("\"{value}\""),
+            factor => format!("\"{}*({value})\"", number(factor)),
+        };
+        let frame = if turns { "frame   = \"body\"\n" } else { "" };
+        self.load_text += &format!(
+            "\n[loads.{name}]\ntype    = \"force\"\non      = \"{on}\"\nvector  = [{}, {}]\n{frame}",
+            part(x),
+            part(y)
+        );
+    }
+
+    /// The file's coordinate as an expression, and its rate.
+    pub fn coordinate(&self, index: usize) -> [String; 2] {
+        let name = self.joints[index].clone().unwrap_or_default();
+        let zero = self.joint_of(index).map_or(0.0, |joint| joint.zero);
+        let [value, rate] = match self.planar.coordinates[index] {
+            PlanarCoordinate::Turn { sign, .. } if sign < 0.0 => [format!("-{name}.angle"), format!("-{name}.omega")],
+            PlanarCoordinate::Turn { .. } => [format!("{name}.angle"), format!("{name}.omega")],
+            _ => [format!("{name}.s"), format!("{name}.v")],
+        };
+        let value = if zero == 0.0 { value } else { format!("({value} + {})", number(zero)) };
+        [value, rate]
+    }
+
+    /// The scene's names of two places.
+    pub fn ends(&mut self, ends: [LinkPoint; 2], name: &str) -> [String; 2] {
+        ends.map(|(link, at)| self.place(link, name, at))
+    }
+}
