@@ -7,7 +7,8 @@ pub struct ImportedLinkage {
     pub program: &'static str,
     /// What the file calls it; may be empty.
     pub title: String,
-    pub gravity: bool,
+    /// m/s2; none if the file has none.
+    pub gravity: Option<[f64; 2]>,
     pub pins: Vec<Pin>,
     pub links: Vec<ImportedLink>,
     pub drives: Vec<Drive>,

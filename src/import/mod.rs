@@ -2,6 +2,7 @@
 //!
 //! A reader sees texts only: what a file includes comes by a callback, so that a page without files can import, too.
 
+mod dxf;
 mod linkage;
 mod mjcf;
 mod number;
@@ -12,6 +13,7 @@ mod pylinkage;
 mod refusal;
 mod report;
 mod robot;
+mod sdf;
 mod text;
 mod trial;
 mod urdf;
@@ -55,6 +57,10 @@ pub fn import_file(
     if trimmed.starts_with('<') {
         return robot(name, file, &text, options, includes);
     }
+    if dxf::looks_like_it(trimmed) {
+        let linkage = dxf::read(file, &text, options).map_err(|refusal| vec![refusal.to_string()])?;
+        return Ok(drawn(text::scene(name, &linkage, None)?));
+    }
     let linkage = if trimmed.starts_with('{') { pylinkage::read(trimmed)? } else { pmks::read(trimmed)? };
     tried(name, &linkage)
 }
@@ -70,6 +76,14 @@ fn tried(name: &str, linkage: &linkage::ImportedLinkage) -> Result<Imported, Vec
             Ok(shorter.with(format!("the run is cut at {time:.4} s, where the motion ends: {why}")))
         }
     }
+}
+
+/// The scene of a drawing, with a drive to begin with.
+fn drawn(imported: Imported) -> Imported {
+    let pivot = imported.scene.split("\n[joints.").skip(1).find(|joint| joint.contains("\"revolute\"") && joint.contains("\"ground."));
+    let Some(name) = pivot.and_then(|joint| joint.split(']').next()) else { return imported };
+    let drive = format!("\n# To drive it:\n# [drivers.drive]\n# joint = \"{name}\"\n# angle = \"2*pi*t\"                     # rad, t in s\n");
+    Imported { scene: imported.scene.clone() + &drive, ..imported }
 }
 
 /// What is no text, and how to save it as one.
@@ -91,6 +105,7 @@ fn robot(name: &str, file: &str, text: &str, options: &ImportOptions, includes: 
     let model = match root.name.as_str() {
         "mujoco" => mjcf::read(&mut root, options, includes, &mut report),
         "robot" => urdf::read(&root, options, &mut report),
+        "sdf" => sdf::read(&mut root, includes, &mut report),
         other => {
             let message = format!("its root element is <{other}>, but must be <mujoco> (MJCF), <robot> (URDF) or <sdf>");
             return Err(one(root.refuse(message)));

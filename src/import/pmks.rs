@@ -120,7 +120,7 @@ impl<'a> PmksReader<'a> {
         ImportedLinkage {
             program: "PMKS+",
             title: String::new(),
-            gravity: !weightless,
+            gravity: (!weightless).then_some([0.0, -9.81]),
             pins,
             links,
             drives,

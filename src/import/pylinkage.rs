@@ -106,7 +106,7 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
     ImportedLinkage {
         program: "pylinkage",
         title: mechanism.name.clone(),
-        gravity: false,
+        gravity: None,
         pins,
         links,
         drives,

@@ -116,8 +116,11 @@ impl SceneWriter<'_> {
         }
         self.add(format_args!("format = 1\nname   = \"{}\"\n", identifier(name)));
         match gravity {
-            true => self.add(format_args!("gravity = [0, -9.81]               # m/s2\n")),
-            false => self.add(format_args!("# gravity = [0, -9.81]             # m/s2; the file has none\n")),
+            Some([x, y]) => {
+                let [x, y] = [x, y].map(|part| if *part == 0.0 { "0".to_owned() } else { format!("{part:?}") });
+                self.add(format_args!("gravity = [{x}, {y}]               # m/s2\n"));
+            }
+            None => self.add(format_args!("# gravity = [0, -9.81]             # m/s2; the file has none\n")),
         }
     }
 

@@ -346,7 +346,6 @@ impl<'a> UrdfReader<'a> {
         }
         self.model.bushings.push(SpatialBushing {
             name: own.get("name").unwrap_or_default().to_owned(),
-            place: own.place.clone(),
             ends: frames.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
             stiffness: largest(force),
             damping: largest(force_damping),
@@ -431,6 +430,11 @@ impl<'a> UrdfReader<'a> {
         }
         for own in root.all("link").flat_map(|link| &link.children).filter(|own| own.name != "inertial") {
             self.report.idle(format!("<{}>", own.name));
+        }
+        let mut unread = Vec::new();
+        root.all("link").filter_map(|link| link.child("inertial")).chain(root.all("joint")).for_each(|own| own.unread(&mut unread));
+        for (called, attribute) in unread {
+            self.report.note(format!("`{attribute}` of {called} is not known and is left out"));
         }
         const OF_JOINTS: &[&str] = &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
         const IDLE_OF_JOINTS: &[&str] = &["calibration", "safety_controller"];

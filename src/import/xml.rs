@@ -31,10 +31,6 @@ pub struct Element {
 }
 
 impl Attribute {
-    pub fn is_read(&self) -> bool {
-        self.read.get()
-    }
-
     /// The value, marked as read.
     pub fn value(&self) -> &str {
         self.read.set(true);
@@ -128,6 +124,13 @@ impl Element {
     pub fn mark(&self) {
         self.attributes.iter().for_each(|attribute| attribute.read.set(true));
         self.children.iter().for_each(Element::mark);
+    }
+
+    /// The attributes in it that nothing has read, with their elements.
+    pub fn unread(&self, found: &mut Vec<(String, String)>) {
+        let own = self.attributes.iter().filter(|attribute| !attribute.read.get());
+        found.extend(own.map(|attribute| (self.called(), attribute.name.clone())));
+        self.children.iter().for_each(|child| child.unread(found));
     }
 
     /// The numbers of its text.
@@ -310,9 +313,9 @@ mod tests {
         assert_eq!((b.place.line, b.place.column), (2, 3));
         let [c, d] = ["c", "d"].map(|name| b.attribute(name).unwrap());
         assert_eq!((c.place.line, c.place.column, d.place.line, d.place.column), (2, 6, 3, 6));
-        assert!(!c.is_read());
+        assert!(!c.read.get());
         assert_eq!(c.array::<2>().unwrap(), [1.0, 2.0]);
-        assert!(c.is_read() && !d.is_read());
+        assert!(c.read.get() && !d.read.get());
         assert_eq!((d.value(), &b.text[..]), ("<3", "x & y"));
     }
 

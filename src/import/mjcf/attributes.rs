@@ -14,7 +14,6 @@ pub enum AttributeClass {
 /// Elements with their attributes that are exact, approximated, idle, refused.
 type Row = (&'static str, [&'static str; 4]);
 
-const FRAME: &str = "pos quat axisangle euler xyaxes zaxis";
 const SOFT_JOINT: &str = "solimpfriction solimplimit solreffriction solreflimit margin";
 
 const ROWS: &[Row] = &[
@@ -230,9 +229,4 @@ pub fn class_of(path: &[&str], attribute: &str) -> Option<AttributeClass> {
         let at = lists.iter().position(|list| list.split_whitespace().any(|own| own == attribute))?;
         Some(classes[at])
     })
-}
-
-/// The attributes that turn and place a frame.
-pub fn is_frame(attribute: &str) -> bool {
-    FRAME.split(' ').any(|own| own == attribute)
 }

@@ -227,7 +227,6 @@ impl<'a> MjcfReader<'a> {
         let number = |name: &str, default: f64| own.number(name, default);
         let contact = ContactGeom {
             name: element.get("name").unwrap_or_default().to_owned(),
-            place: element.place.clone(),
             body: within.body,
             shape: geom.shape,
             pose: within.pose * geom.pose,

@@ -205,7 +205,6 @@ impl<'a> MjcfReader<'a> {
         let points = ends.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) });
         let spring = PointSpring {
             name: name.to_owned(),
-            place: element.place.clone(),
             ends: points.clone(),
             stiffness: if self.enabled.spring { own.number("stiffness", 0.0)? } else { 0.0 },
             damping: if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 },

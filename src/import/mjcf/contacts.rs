@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::MjcfReader;
 use super::geometry::GeomShape;
 use crate::import::options::ContactChoice;
-use crate::import::refusal::{Fallible, FilePlace};
+use crate::import::refusal::Fallible;
 use crate::import::robot::{BodyPoint, ContactKind, SpatialContact};
 use crate::import::xml::Element;
 
@@ -13,7 +13,6 @@ use crate::import::xml::Element;
 #[derive(Clone, Debug)]
 pub struct ContactGeom {
     pub name: String,
-    pub place: FilePlace,
     pub body: usize,
     pub shape: GeomShape,
     /// In the frame of its body.
@@ -111,7 +110,6 @@ impl<'a> MjcfReader<'a> {
         let (a, b) = if b.shape == GeomShape::Plane { (b, a) } else { (a, b) };
         let called = |geom: &ContactGeom| if geom.name.is_empty() { "geom".to_owned() } else { geom.name.clone() };
         let name = format!("{}_{}", called(&a), called(&b));
-        let place = b.place.clone();
         if a.shape == GeomShape::Plane {
             let pose = self.world(a.body) * a.pose;
             let (at, normal) = (Point3::from(pose.translation.vector), pose * Vector3::z());
@@ -121,14 +119,14 @@ impl<'a> MjcfReader<'a> {
             };
             for (centre, radius) in balls {
                 let kind = ContactKind::Plane(at, normal, BodyPoint { body: b.body, at: centre }, radius);
-                self.model.contacts.push(SpatialContact { name: name.clone(), place: place.clone(), kind, friction });
+                self.model.contacts.push(SpatialContact { name: name.clone(), kind, friction });
             }
             return;
         }
         if let (GeomShape::Sphere(r), GeomShape::Sphere(s)) = (a.shape, b.shape) {
             let centre = |geom: &ContactGeom| BodyPoint { body: geom.body, at: Point3::from(geom.pose.translation.vector) };
             let kind = ContactKind::Balls([centre(&a), centre(&b)], [r, s]);
-            self.model.contacts.push(SpatialContact { name, place, kind, friction });
+            self.model.contacts.push(SpatialContact { name, kind, friction });
             return;
         }
         self.report.idle("possible contact of two bodies that are neither planes nor spheres (not imported)");

@@ -250,7 +250,6 @@ pub struct Tendon {
 #[derive(Clone, Debug)]
 pub struct PointSpring {
     pub name: String,
-    pub place: FilePlace,
     pub ends: [BodyPoint; 2],
     pub stiffness: f64,
     pub damping: f64,
@@ -263,7 +262,6 @@ pub struct PointSpring {
 #[derive(Clone, Debug)]
 pub struct SpatialBushing {
     pub name: String,
-    pub place: FilePlace,
     pub ends: [BodyPoint; 2],
     pub stiffness: f64,
     pub damping: f64,
@@ -306,7 +304,6 @@ pub enum Activation {
 #[derive(Clone, Debug)]
 pub struct SpatialContact {
     pub name: String,
-    pub place: FilePlace,
     pub kind: ContactKind,
     pub friction: f64,
 }

@@ -93,6 +93,14 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
         return Ok(MotionPlane::across(*first, model.gravity));
     }
     let slides = axes(JointKind::Slide);
+    let other = model.joints.iter().find_map(|joint| match joint.kind {
+        JointKind::Other(kind) => Some((joint, kind)),
+        _ => None,
+    });
+    if let (true, Some((joint, kind))) = (slides.is_empty(), other) {
+        let message = format!("joint `{}` is of type `{kind}`, which no planar motion has", joint.name);
+        return Err(Refusal::new(message).at(&joint.place).help(format!("--lock {} holds it; --root BODY imports a part of the robot", joint.name)));
+    }
     let Some(first) = slides.first() else {
         return Err(Refusal::new("nothing moves in one plane: it has no hinge and no slide").help(
             "name the plane with --plane xy, xz or yz; a free body also needs --in-plane unless gravity and its inertia keep it there",

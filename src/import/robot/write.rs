@@ -339,7 +339,9 @@ impl RobotWriter<'_> {
                 text += &format!("# {}\n", part.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>());
             }
         }
-        text += &format!("format = 1\nname   = \"{}\"\n", identifier(name));
+        let title: String = planar.file.name.chars().filter(|c| !c.is_control() && !matches!(c, '"' | '\\')).collect();
+        let title = if title.is_empty() { String::new() } else { format!("description = \"{title}\"\n") };
+        text += &format!("format = 1\nname   = \"{}\"\n{title}", identifier(name));
         if planar.gravity != [0.0; 2] {
             text += &format!("gravity = {}               # m/s2\n", pair(planar.gravity));
         }

@@ -1,0 +1,510 @@
+//! SDFormat, the models of Gazebo, as a model in space: frames by their names, axes by the version, joints that close loops.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use super::Includes;
+use super::refusal::{Fallible, Refusal};
+use super::report::ImportReport;
+use super::robot::{
+    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointKind, SpatialBody, SpatialJoint, SpatialModel,
+};
+use super::xml::{self, Element};
+
+/// Gravity of a world without one.
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
+/// A limit this far out is none.
+const UNLIMITED: f64 = 1e16;
+/// How deep includes may be nested.
+const DEEPEST: usize = 20;
+
+/// What has a pose by a name: a model, a link, a frame, a joint.
+struct SdfFrame<'a> {
+    pose: Isometry3<f64>,
+    /// The full name of the frame that the pose is in.
+    relative_to: String,
+    /// The full name of what it is attached to; a link is attached to itself.
+    attached_to: String,
+    element: &'a Element,
+}
+
+struct SdfReader<'a> {
+    version: f64,
+    frames: BTreeMap<String, SdfFrame<'a>>,
+    /// Links and joints with their full names and scopes, in the order of the file.
+    links: Vec<(String, &'a Element, bool)>,
+    joints: Vec<(String, String, &'a Element)>,
+    report: &'a mut ImportReport,
+}
+
+/// The model in a document.
+///
+/// # Errors
+/// Frames that are not there or in a cycle, or what cannot be imported.
+pub fn read(root: &mut Element, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
+    expand(root, includes, 0)?;
+    let version = root.attribute("version").map(|own| own.value()).unwrap_or("1.6");
+    let version = version.parse::<f64>().ok().filter(|own| own.is_finite()).ok_or_else(|| root.refuse(format!("the version `{version}` is not a number")))?;
+    // 1.10 is after 1.9.
+    let version = match root.get("version").and_then(|own| own.split_once('.')) {
+        Some(("1", minor)) => 1.0 + minor.parse::<f64>().unwrap_or(0.0) / 100.0,
+        _ => version,
+    };
+    let worlds: Vec<&Element> = root.all("world").collect();
+    let (gravity, models, name) = match worlds[..] {
+        [] => (Vector3::from(GRAVITY), root.all("model").collect::<Vec<_>>(), ""),
+        [world] => {
+            let gravity = vector(world.child("gravity"))?.map_or(Vector3::from(GRAVITY), Vector3::from);
+            (gravity, world.all("model").collect(), world.get("name").unwrap_or_default())
+        }
+        _ => return Err(root.refuse("it has more than one world").help("keep the one to import")),
+    };
+    if models.is_empty() {
+        return Err(root.refuse("it has no model"));
+    }
+    let mut reader = SdfReader { version, frames: BTreeMap::new(), links: Vec::new(), joints: Vec::new(), report };
+    for model in &models {
+        reader.model(model, "", false, 0)?;
+    }
+    for element in worlds {
+        for joint in element.all("joint") {
+            let full = joint.must("name")?.to_owned();
+            reader.frame(&full, joint, "", None)?;
+            reader.joints.push((full, String::new(), joint));
+        }
+        for frame in element.all("frame") {
+            reader.frame(frame.must("name")?, frame, "", None)?;
+        }
+    }
+    if worlds_absent(root) {
+        reader.report.note("the file has no world: gravity of 9.8 m/s2 along -z, the default of SDF, is assumed");
+    }
+    let name = models.first().and_then(|model| model.get("name")).unwrap_or(name).to_owned();
+    reader.build(SpatialModel::new("SDF", &name, gravity))
+}
+
+fn worlds_absent(root: &Element) -> bool {
+    root.child("world").is_none()
+}
+
+/// Puts included models into the tree.
+fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<()> {
+    let mut children = Vec::new();
+    for mut child in std::mem::take(&mut element.children) {
+        if child.name != "include" {
+            if matches!(child.name.as_str(), "world" | "model") {
+                expand(&mut child, includes, depth)?;
+            }
+            children.push(child);
+            continue;
+        }
+        let uri = child.child("uri").map(|own| own.text.trim().to_owned()).ok_or_else(|| child.refuse("<include> has no <uri>"))?;
+        if depth >= DEEPEST {
+            return Err(child.refuse(format!("`{uri}` is included {DEEPEST} deep: it includes itself")));
+        }
+        let path = uri.trim_start_matches("model://").trim_start_matches("file://");
+        let found = [path.to_owned(), format!("{path}/model.sdf")].into_iter().find_map(|path| Some((includes(&path)?, path)));
+        let (bytes, file) = found.ok_or_else(|| {
+            child.refuse(format!("the included model `{uri}` cannot be read")).help("it is looked for beside the file; copy it there")
+        })?;
+        let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
+        let mut own = xml::parse(&file, &text)?;
+        expand(&mut own, includes, depth + 1)?;
+        let mut models: Vec<Element> = own.children.into_iter().filter(|own| own.name == "model").collect();
+        let Some(mut model) = (models.len() == 1).then(|| models.remove(0)) else {
+            return Err(child.refuse(format!("`{file}` must have one model, but has {}", models.len())));
+        };
+        // What the include says wins over the model.
+        for key in ["pose", "static"] {
+            if let Some(at) = child.children.iter().position(|own| own.name == key) {
+                model.children.retain(|own| own.name != key);
+                model.children.push(child.children.remove(at));
+            }
+        }
+        if let Some(name) = child.child("name").map(|own| own.text.trim().to_owned())
+            && let Some(own) = model.attributes.iter_mut().find(|own| own.name == "name")
+        {
+            own.value = name;
+        }
+        children.push(model);
+    }
+    element.children = children;
+    Ok(())
+}
+
+fn vector(element: Option<&Element>) -> Fallible<Option<[f64; 3]>> {
+    let Some(element) = element else { return Ok(None) };
+    match element.text_numbers()?[..] {
+        [x, y, z] => Ok(Some([x, y, z])),
+        _ => Err(element.refuse(format!("<{}> is `{}`, but must be three numbers", element.name, element.text.trim()))),
+    }
+}
+
+fn number(element: Option<&Element>, default: f64) -> Fallible<f64> {
+    element.map_or(Ok(default), Element::text_number)
+}
+
+/// A pose in Euler angles or with a quaternion.
+fn pose(element: Option<&Element>) -> Fallible<Isometry3<f64>> {
+    let Some(element) = element else { return Ok(Isometry3::identity()) };
+    let unit = if element.get("degrees") == Some("true") { 1f64.to_radians() } else { 1.0 };
+    match (element.get("rotation_format").unwrap_or("euler_rpy"), &element.text_numbers()?[..]) {
+        (_, []) => Ok(Isometry3::identity()),
+        ("euler_rpy", &[x, y, z, roll, pitch, yaw]) => {
+            let turn = UnitQuaternion::from_euler_angles(roll * unit, pitch * unit, yaw * unit);
+            Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+        }
+        ("quat_xyzw", &[x, y, z, i, j, k, w]) => {
+            let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12);
+            let turn = turn.ok_or_else(|| element.refuse("the quaternion of a <pose> has the length zero"))?;
+            Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+        }
+        _ => Err(element.refuse(format!("<pose> is `{}`, but must be six numbers, or seven with rotation_format=\"quat_xyzw\"", element.text.trim()))),
+    }
+}
+
+fn joined(scope: &str, name: &str) -> String {
+    if scope.is_empty() { name.to_owned() } else { format!("{scope}::{name}") }
+}
+
+impl<'a> SdfReader<'a> {
+    /// A frame with the name that others call it by.
+    fn frame(&mut self, full: &str, element: &'a Element, scope: &str, own_default: Option<String>) -> Fallible<()> {
+        let posed = element.child("pose");
+        let reference = |name: &str| match name {
+            "" => None,
+            "__model__" => Some(scope.to_owned()),
+            "world" => Some(String::new()),
+            name => Some(joined(scope, name)),
+        };
+        let given = posed.and_then(|own| own.get("relative_to")).and_then(reference);
+        let attached = element.get("attached_to").and_then(reference);
+        let default = own_default.unwrap_or_else(|| scope.to_owned());
+        let relative_to = given.or_else(|| attached.clone()).unwrap_or_else(|| default.clone());
+        let attached_to = match element.name.as_str() {
+            "link" => full.to_owned(),
+            _ => attached.unwrap_or(default),
+        };
+        let frame = SdfFrame { pose: pose(posed)?, relative_to, attached_to, element };
+        if self.frames.insert(full.to_owned(), frame).is_some() {
+            return Err(element.refuse(format!("two frames, links, joints or models have the name `{full}`")));
+        }
+        Ok(())
+    }
+
+    fn model(&mut self, model: &'a Element, scope: &str, fixed: bool, depth: usize) -> Fallible<()> {
+        if depth > DEEPEST {
+            return Err(model.refuse("models are nested too deep"));
+        }
+        let full = joined(scope, model.must("name")?);
+        if let Some(own) = model.attribute("placement_frame") {
+            return Err(Refusal::new("a model that is placed by one of its frames is not imported").at(&own.place).help("give the pose of the model itself"));
+        }
+        let fixed = fixed || model.child("static").is_some_and(|own| matches!(own.text.trim(), "true" | "1"));
+        self.frame(&full, model, scope, Some(scope.to_owned()))?;
+        for child in &model.children {
+            match child.name.as_str() {
+                "link" => {
+                    let name = joined(&full, child.must("name")?);
+                    self.frame(&name, child, &full, None)?;
+                    let known = ["pose", "inertial", "gravity"];
+                    for own in child.children.iter().filter(|own| !known.contains(&own.name.as_str())) {
+                        self.report.idle(format!("<{}>", own.name));
+                    }
+                    self.links.push((name, child, fixed));
+                }
+                "frame" => self.frame(&joined(&full, child.must("name")?), child, &full, None)?,
+                "joint" => {
+                    let own = child.child("child").map(|own| own.text.trim()).ok_or_else(|| child.refuse(format!("{} has no <child>", child.called())))?;
+                    let name = joined(&full, child.must("name")?);
+                    self.frame(&name, child, &full, Some(joined(&full, own)))?;
+                    self.joints.push((name, full.clone(), child));
+                }
+                "model" => self.model(child, &full, fixed, depth + 1)?,
+                "pose" | "static" | "self_collide" | "allow_auto_disable" | "enable_wind" => {}
+                other => self.report.idle(format!("<{other}>")),
+            }
+        }
+        Ok(())
+    }
+
+    /// The pose of a frame in the world.
+    fn world(&self, name: &str, from: &Element) -> Fallible<Isometry3<f64>> {
+        let (mut pose, mut at) = (Isometry3::identity(), name.to_owned());
+        for _ in 0..=self.frames.len() {
+            if at.is_empty() {
+                return Ok(pose);
+            }
+            let frame = self.frames.get(&at).ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?;
+            (pose, at) = (frame.pose * pose, frame.relative_to.clone());
+        }
+        let element = self.frames.get(&at).map_or(from, |frame| frame.element);
+        Err(element.refuse(format!("the poses of `{name}` and `{at}` are relative to each other")))
+    }
+
+    /// The link that a frame moves with; none is the world.
+    fn link_of(&self, name: &str, from: &Element) -> Fallible<Option<usize>> {
+        let mut at = name.to_owned();
+        for _ in 0..=self.frames.len() {
+            if at.is_empty() {
+                return Ok(None);
+            }
+            if let Some(link) = self.links.iter().position(|(own, ..)| *own == at) {
+                return Ok(Some(link));
+            }
+            // A model moves with its first link.
+            if let Some(frame) = self.frames.get(&at)
+                && frame.element.name == "model"
+            {
+                let inside = format!("{at}::");
+                return Ok(self.links.iter().position(|(own, ..)| own.starts_with(&inside)));
+            }
+            at = self.frames.get(&at).ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?.attached_to.clone();
+        }
+        Err(from.refuse(format!("frame `{name}` is attached to itself")))
+    }
+
+    /// Links become bodies: the first joint of a child is in the tree, others close loops.
+    fn build(&mut self, mut model: SpatialModel) -> Fallible<SpatialModel> {
+        let count = self.links.len();
+        let worlds = self.links.iter().map(|(name, element, _)| self.world(name, element)).collect::<Fallible<Vec<_>>>()?;
+        let mut ends = Vec::new();
+        for (name, scope, joint) in &self.joints {
+            let end = |key: &str| -> Fallible<Option<usize>> {
+                let own = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
+                match own.text.trim() {
+                    "world" => Ok(None),
+                    "__model__" => self.link_of(scope, joint),
+                    text => self.link_of(&joined(scope, text), joint),
+                }
+            };
+            ends.push((name.clone(), scope.clone(), *joint, end("parent")?, end("child")?));
+        }
+        // The joint by which each link hangs in the tree.
+        let mut hung: Vec<Option<usize>> = vec![None; count];
+        let mut closing = Vec::new();
+        for (index, (.., parent, child)) in ends.iter().enumerate() {
+            let mut above = *parent;
+            let mut cycle = false;
+            while let Some(link) = above {
+                cycle |= Some(link) == *child;
+                above = if cycle { None } else { hung[link].and_then(|joint: usize| ends[joint].3) };
+            }
+            match child {
+                Some(child) if hung[*child].is_none() && !cycle => hung[*child] = Some(index),
+                _ => closing.push(index),
+            }
+        }
+        let bodies = self.bodies(&mut model, &hung, &ends.iter().map(|own| own.3).collect::<Vec<_>>(), &worlds)?;
+        for (link, joint) in hung.iter().enumerate() {
+            let Some(joint) = joint.filter(|_| !self.links[link].2) else { continue };
+            let (name, scope, element, ..) = ends[joint].clone();
+            self.joint(&mut model, (&name, &scope, element), bodies[link])?;
+        }
+        for (body, link) in bodies.iter().zip(0..).filter(|(_, link)| hung[*link].is_none() && !self.links[*link].2) {
+            let (name, element, _) = &self.links[link];
+            let mut free = SpatialJoint::new(&format!("{name}_free"), &element.place, JointKind::Free, *body);
+            free.free = Some((model.bodies[*body].pose, Vector3::zeros(), Vector3::zeros()));
+            model.bodies[*body].joints.push(model.joints.len());
+            model.joints.push(free);
+        }
+        for index in closing {
+            let (name, scope, element, parent, child) = ends[index].clone();
+            let of = |link: Option<usize>| link.map_or(0, |link| bodies[link]);
+            self.close(&mut model, (&name, &scope, element), [of(parent), of(child)])?;
+        }
+        self.followers(&mut model)?;
+        Ok(model)
+    }
+
+    /// Bodies from the roots outwards; returns the body of each link.
+    fn bodies(
+        &self,
+        model: &mut SpatialModel,
+        hung: &[Option<usize>],
+        parents: &[Option<usize>],
+        worlds: &[Isometry3<f64>],
+    ) -> Fallible<Vec<usize>> {
+        let mut bodies = vec![0; hung.len()];
+        let mut placed = vec![false; hung.len()];
+        let many = self.links.iter().filter(|(name, ..)| name.matches("::").count() == 1).count() != self.links.len();
+        loop {
+            let ready = |link: &usize| !placed[*link] && hung[*link].and_then(|joint| parents[joint]).is_none_or(|parent| placed[parent]);
+            let Some(link) = (0..hung.len()).find(ready) else { break };
+            let (name, element, fixed) = &self.links[link];
+            let parent = hung[link].and_then(|joint| parents[joint]).filter(|_| !fixed).map(|parent| (bodies[parent], worlds[parent]));
+            let (parent, before) = parent.unwrap_or((0, Isometry3::identity()));
+            bodies[link] = model.bodies.len();
+            placed[link] = true;
+            // With one flat model, links keep their own names.
+            let short = name.rsplit("::").next().unwrap_or(name);
+            model.bodies.push(SpatialBody {
+                name: if many { name.replace("::", "_") } else { short.to_owned() },
+                place: Some(element.place.clone()),
+                parent,
+                pose: before.inverse() * worlds[link],
+                mass: mass(element)?,
+                weightless: element.child("gravity").is_some_and(|own| matches!(own.text.trim(), "false" | "0")),
+                joints: Vec::new(),
+                points: Vec::new(),
+            });
+        }
+        Ok(bodies)
+    }
+
+    /// An axis of a joint in the frame of a body, by the version of the file.
+    fn axis(&self, (name, scope, joint): (&str, &str, &'a Element), axis: &'a Element, body: &Isometry3<f64>) -> Fallible<Vector3<f64>> {
+        let xyz = axis.child("xyz");
+        let own = vector(xyz)?.map_or(Vector3::z(), Vector3::from);
+        let in_model = axis.child("use_parent_model_frame").is_some_and(|own| matches!(own.text.trim(), "true" | "1"));
+        let frame = match xyz.and_then(|own| own.get("expressed_in")) {
+            Some("__model__") => scope.to_owned(),
+            Some("world") => String::new(),
+            Some("" ) => name.to_owned(),
+            Some(other) => joined(scope, other),
+            None if self.version < 1.045 || in_model => scope.to_owned(),
+            None => name.to_owned(),
+        };
+        let turn = self.world(&frame, joint)?.rotation;
+        let own = own.try_normalize(1e-12).ok_or_else(|| axis.refuse(format!("{}: its axis has the length zero", joint.called())))?;
+        Ok(body.rotation.inverse() * (turn * own))
+    }
+
+    fn joint(&mut self, model: &mut SpatialModel, (name, scope, element): (&str, &str, &'a Element), body: usize) -> Fallible<()> {
+        let kind = match element.must("type")? {
+            "revolute" | "continuous" => JointKind::Hinge,
+            "prismatic" => JointKind::Slide,
+            "ball" => JointKind::Ball,
+            "fixed" => return Ok(()),
+            "gearbox" => return Err(gearbox(element)),
+            "screw" => JointKind::Other("screw"),
+            "universal" => JointKind::Other("universal"),
+            "revolute2" => JointKind::Other("revolute2"),
+            other => return Err(element.refuse(format!("{} has the unknown type `{other}`", element.called()))),
+        };
+        let short = name.rsplit("::").next().unwrap_or(name);
+        let known = |name: &str| model.joints.iter().any(|joint| joint.name == name);
+        let called = if known(short) { name.replace("::", "_") } else { short.to_owned() };
+        let mut joint = SpatialJoint::new(&called, &element.place, kind, body);
+        let world = world_of(model, body);
+        joint.anchor = world.inverse() * Point3::from(self.world(name, element)?.translation.vector);
+        if let Some(axis) = element.child("axis") {
+            joint.axis = self.axis((name, scope, element), axis, &world)?;
+            let dynamics = |key: &str| number(axis.child("dynamics").and_then(|own| own.child(key)), 0.0);
+            (joint.damping, joint.friction) = (dynamics("damping")?, dynamics("friction")?);
+            let stiffness = dynamics("spring_stiffness")?;
+            joint.spring = (stiffness != 0.0).then_some([stiffness, dynamics("spring_reference")?]);
+            joint.range = range(axis)?;
+            joint.start = number(axis.child("initial_position"), 0.0)?;
+            if let Some(limit) = axis.child("limit") {
+                for key in ["effort", "velocity", "stiffness", "dissipation"].iter().filter(|key| limit.child(key).is_some()) {
+                    self.report.idle(format!("limit of {key}, which Gazebo keeps"));
+                }
+            }
+        } else if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+            return Err(element.refuse(format!("{} has no <axis>", element.called())));
+        }
+        model.bodies[body].joints.push(model.joints.len());
+        model.joints.push(joint);
+        Ok(())
+    }
+
+    fn close(&mut self, model: &mut SpatialModel, (name, scope, element): (&str, &str, &'a Element), [parent, child]: [usize; 2]) -> Fallible<()> {
+        let place = self.world(name, element)?;
+        let at = |body: usize| BodyPoint { body, at: world_of(model, body).inverse() * Point3::from(place.translation.vector) };
+        let axis = |this: &Self| -> Fallible<Vector3<f64>> {
+            let axis = element.child("axis").ok_or_else(|| element.refuse(format!("{} has no <axis>", element.called())))?;
+            this.axis((name, scope, element), axis, &world_of(model, parent))
+        };
+        let kind = match element.must("type")? {
+            "revolute" | "continuous" => ClosureKind::Hinge(axis(self)?),
+            "prismatic" => ClosureKind::Slide(axis(self)?, element.child("axis").map_or(Ok(None), range)?),
+            "ball" => ClosureKind::Point,
+            "fixed" => ClosureKind::Weld(world_of(model, parent).inverse() * world_of(model, child)),
+            "gearbox" => return Err(gearbox(element)),
+            other => return Err(element.refuse(format!("{} closes a loop and is of type `{other}`, which no planar motion has", element.called()))),
+        };
+        let ends = match &kind {
+            ClosureKind::Weld(pose) => [BodyPoint { body: parent, at: Point3::from(pose.translation.vector) }, BodyPoint { body: child, at: Point3::origin() }],
+            _ => [at(parent), at(child)],
+        };
+        let short = name.rsplit("::").next().unwrap_or(name).to_owned();
+        if let Some(axis) = element.child("axis") {
+            for key in ["damping", "friction", "spring_stiffness"] {
+                if number(axis.child("dynamics").and_then(|own| own.child(key)), 0.0)? != 0.0 {
+                    self.report.left_out.push(format!("`{key}` of joint `{short}`, which closes a loop"));
+                }
+            }
+        }
+        model.closures.push(Closure { name: short, place: element.place.clone(), kind, ends });
+        Ok(())
+    }
+
+    /// q = multiplier (q_leader - reference) + offset.
+    fn followers(&self, model: &mut SpatialModel) -> Fallible<()> {
+        for (name, _, element) in &self.joints {
+            let Some(mimic) = element.child("axis").and_then(|axis| axis.child("mimic")) else { continue };
+            let find = |name: &str| model.joints.iter().position(|joint| joint.name == name || joint.name == name.replace("::", "_"));
+            let short = |name: &str| name.rsplit("::").next().unwrap_or(name).to_owned();
+            let leader = mimic.must("joint")?;
+            let (Some(joint), Some(leader)) = (find(&short(name)), find(&short(leader))) else {
+                return Err(mimic.refuse(format!("{}: there is no joint `{leader}` that moves", element.called())));
+            };
+            let value = |key: &str, default: f64| number(mimic.child(key), default);
+            let ratio = value("multiplier", 1.0)?;
+            let offset = value("offset", 0.0)? - ratio * value("reference", 0.0)?;
+            let place = mimic.place.clone();
+            model.followers.push(Follower { name: format!("{}_mimic", short(name)), place, joint, leader: Some(leader), offset, ratio });
+        }
+        for follower in model.followers.clone() {
+            if let Some(leader) = follower.leader {
+                model.joints[follower.joint].start = follower.offset + follower.ratio * model.joints[leader].start;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn gearbox(element: &Element) -> Refusal {
+    element
+        .refuse(format!("{} is of type `gearbox`, which is not imported", element.called()))
+        .help("remove it from the file, and add `type = \"gear\"` with its ratio to the scene")
+}
+
+fn world_of(model: &SpatialModel, body: usize) -> Isometry3<f64> {
+    if body == 0 { Isometry3::identity() } else { world_of(model, model.bodies[body].parent) * model.bodies[body].pose }
+}
+
+/// The limits of an axis; far out there are none.
+fn range(axis: &Element) -> Fallible<Option<[f64; 2]>> {
+    let Some(limit) = axis.child("limit") else { return Ok(None) };
+    let bound = |key: &str, none: f64| -> Fallible<f64> {
+        let Some(own) = limit.child(key) else { return Ok(none) };
+        match own.text.trim().to_lowercase().trim_start_matches(['+', '-']) {
+            "inf" | "infinity" => Ok(none),
+            _ => own.text_number(),
+        }
+    };
+    let [low, high] = [bound("lower", -UNLIMITED)?, bound("upper", UNLIMITED)?];
+    match (low > -UNLIMITED, high < UNLIMITED) {
+        (false, false) => Ok(None),
+        _ if low < high => Ok(Some([low, high])),
+        _ => Err(limit.refuse(format!("the limits {low} to {high} do not increase"))),
+    }
+}
+
+/// Mass, mass centre and inertia of a link; without them those that SDF gives a link.
+fn mass(link: &Element) -> Fallible<BodyMass> {
+    let inertial = link.child("inertial");
+    let mass = number(inertial.and_then(|own| own.child("mass")), 1.0)?;
+    if mass <= 0.0 {
+        return Err(link.refuse(format!("the mass of {} is {mass}, but must be positive", link.called())));
+    }
+    let inertia = inertial.and_then(|own| own.child("inertia"));
+    let part = |name: &str, default: f64| number(inertia.and_then(|own| own.child(name)), default);
+    let (xx, yy, zz) = (part("ixx", 1.0)?, part("iyy", 1.0)?, part("izz", 1.0)?);
+    let (xy, xz, yz) = (part("ixy", 0.0)?, part("ixz", 0.0)?, part("iyz", 0.0)?);
+    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    Ok(BodyMass { mass, centre: Vector3::zeros(), tensor }.moved(&pose(inertial.and_then(|own| own.child("pose")))?))
+}
