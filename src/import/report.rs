@@ -16,6 +16,8 @@ pub struct ImportReport {
     pub approximated: Vec<String>,
     /// What has no effect on the motion, counted.
     idle: BTreeMap<String, usize>,
+    /// What may act and is never imported, counted.
+    missing: BTreeMap<String, usize>,
     /// What acts and was left out, as the user asked.
     pub left_out: Vec<String>,
     /// What the reader should know beside.
@@ -30,6 +32,10 @@ impl ImportReport {
 
     pub fn idle(&mut self, what: impl Into<String>) {
         *self.idle.entry(what.into()).or_default() += 1;
+    }
+
+    pub fn missing(&mut self, what: impl Into<String>) {
+        *self.missing.entry(what.into()).or_default() += 1;
     }
 
     pub fn approximated(&mut self, what: impl Into<String>) {
@@ -71,6 +77,9 @@ impl ImportReport {
         lines.extend(self.approximated.iter().map(|line| format!("approximated: {line}")));
         if !self.idle.is_empty() {
             lines.push(format!("left out, no effect on the motion: {}", listed(&self.idle)));
+        }
+        if !self.missing.is_empty() {
+            lines.push(format!("left out, although it can act: {}", listed(&self.missing)));
         }
         lines.extend(self.left_out.iter().map(|line| format!("left out, although it acts: {line}")));
         lines.extend(self.notes.iter().cloned());

@@ -114,7 +114,7 @@ impl<'a> MjcfReader<'a> {
             let pose = self.world(a.body) * a.pose;
             let (at, normal) = (Point3::from(pose.translation.vector), pose * Vector3::z());
             let Some(balls) = b.balls() else {
-                self.report.idle("contact of a plane with a cylinder, an ellipsoid or a mesh (not imported)");
+                self.report.missing("contact of a plane with a cylinder, an ellipsoid or a mesh");
                 return;
             };
             for (centre, radius) in balls {
@@ -129,6 +129,6 @@ impl<'a> MjcfReader<'a> {
             self.model.contacts.push(SpatialContact { name, kind, friction });
             return;
         }
-        self.report.idle("possible contact of two bodies that are neither planes nor spheres (not imported)");
+        self.report.missing("contact of two bodies other than planes and spheres");
     }
 }

@@ -61,6 +61,8 @@ struct MjcfReader<'a> {
     geoms: Vec<ContactGeom>,
     spatial_tendons: BTreeMap<String, [super::robot::BodyPoint; 2]>,
     fixed_tendons: BTreeMap<String, Tendon>,
+    /// Lines and columns of elements that are refused or left out as a whole.
+    dropped: BTreeSet<(usize, usize)>,
 }
 
 /// The model in a document.
@@ -94,6 +96,7 @@ pub fn read(root: &mut Element, options: &ImportOptions, includes: Includes, rep
         geoms: Vec::new(),
         spatial_tendons: BTreeMap::new(),
         fixed_tendons: BTreeMap::new(),
+        dropped: BTreeSet::new(),
     };
     reader.fluid(root)?;
     reader.bodies(root)?;
@@ -225,17 +228,17 @@ fn enabled(root: &Element) -> Fallible<Enabled> {
 }
 
 impl MjcfReader<'_> {
-    /// Refuses what acts, unless the user leaves it out; true if it is left out.
-    fn refuse_or_leave(&mut self, element: &Element, kind: &str, why: impl Into<String>) -> bool {
+    /// Refuses what acts, unless the user leaves it out.
+    fn refuse_or_leave(&mut self, element: &Element, kind: &str, why: impl Into<String>) {
+        self.dropped.insert((element.place.line, element.place.column));
         let name = element.attribute("name").map_or("", |name| &name.value);
         let option = if name.is_empty() { kind } else { name };
         let message = why.into();
         if self.options.leaves_out(&[name, kind]) {
             self.report.left_out.push(message);
-            return true;
+            return;
         }
         self.report.refuse(element.refuse(message).help(format!("--leave-out {option} imports the file without it")));
-        false
     }
 
     /// Fluid forces act on every body.
@@ -272,6 +275,9 @@ impl MjcfReader<'_> {
             } else if parent != "actuator" && !is_wrapping {
                 self.refuse_or_leave(element, name, format!("{} acts and has no counterpart", element.called()));
             }
+            return;
+        }
+        if self.dropped.contains(&(element.place.line, element.place.column)) {
             return;
         }
         for attribute in &element.attributes {

@@ -1,5 +1,7 @@
 //! Springs, tendons, actuators and contacts as loads and joints of the scene.
 
+use super::closing;
+use super::planar::LinkPoint;
 use super::write::{RobotWriter, number, pair};
 use super::{Activation, ContactKind, PointSpring, SpatialActuator, SpatialContact, Transmission};
 use crate::import::options::{ContactChoice, ImportOptions};
@@ -204,7 +206,7 @@ impl RobotWriter<'_> {
                 self.load_text += &format!("\n[loads.{load}]\ntype    = \"actuator\"\nbetween = [\"{a}\", \"{b}\"]\nforce   = \"{law}\"\n");
             }
         }
-        self.report.exact(format!("actuator `{}` as input", actuator.name));
+        self.report.exact("actuator as input");
     }
 
     /// What the gain acts on: the input, or a state that follows it.
@@ -234,6 +236,23 @@ impl RobotWriter<'_> {
         }
     }
 
+    /// Does any coordinate move a point along a direction?
+    fn approaches(&self, (link, at): LinkPoint, [x, y]: [f64; 2]) -> bool {
+        let planar = self.planar;
+        let height = |values: &[f64]| {
+            let own = closing::place_of(&closing::poses(planar, values)[link], planar.links[link].origin, at);
+            own[0] * x + own[1] * y
+        };
+        let mut values = vec![0.0; planar.coordinates.len()];
+        let rest = height(&values);
+        (0..values.len()).any(|index| {
+            values[index] = 0.3;
+            let moved = height(&values);
+            values[index] = 0.0;
+            (moved - rest).abs() > 1e-9 * planar.size
+        })
+    }
+
     fn contact(&mut self, contact: &SpatialContact, options: &ImportOptions) {
         let planar = self.planar;
         let friction = match contact.friction {
@@ -255,6 +274,10 @@ impl RobotWriter<'_> {
                     return;
                 }
                 let [x, y] = planar.plane.components(normal);
+                if !self.approaches(point, [x, y]) {
+                    self.report.idle("contact with a plane that its point never approaches");
+                    return;
+                }
                 let name = self.fresh(&contact.name, "contact", "contact");
                 let [a, b] = self.ends([(0, planar.at(at)), point], &name);
                 self.joint_text += &format!(
@@ -266,7 +289,7 @@ impl RobotWriter<'_> {
             }
             ContactKind::Balls(balls, radii) => {
                 if options.contacts != ContactChoice::All {
-                    self.report.idle("contact of two balls (--contacts all imports it)");
+                    self.report.missing("contact of two balls (--contacts all imports it)");
                     return;
                 }
                 let [Some(a), Some(b)] = balls.each_ref().map(|ball| planar.point(ball)) else { return };

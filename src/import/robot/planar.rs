@@ -183,8 +183,19 @@ fn prepare(model: &mut SpatialModel, options: &ImportOptions, report: &mut Impor
         report.note(format!("joint `{name}` is held at {value:?}, as --lock says"));
     }
     hold_followers(model, report)?;
-    if options.in_plane {
-        return Ok(());
+    for joint in &mut model.joints {
+        let Some([low, high]) = joint.range else { continue };
+        let inside = joint.start.clamp(low, high);
+        if inside != joint.start {
+            report.approximated(format!(
+                "joint `{}` starts at {:.6}, outside its limits {:.6} to {:.6}: it starts at its stop",
+                joint.name,
+                joint.start + joint.zero,
+                low + joint.zero,
+                high + joint.zero
+            ));
+            joint.start = inside;
+        }
     }
     Ok(())
 }

@@ -86,7 +86,8 @@ impl RobotWriter<'_> {
         let mut candidates = vec![plain.clone(), format!("{plain}_{suffix}")];
         candidates.extend((2..=self.taken.len() + 2).map(|number| format!("{plain}_{number}")));
         let own = candidates.into_iter().find(|name| !self.taken.contains(name)).unwrap_or(plain);
-        if !name.is_empty() && own != name {
+        let is_of_file = !matches!(suffix, "contact" | "output" | "load");
+        if !name.is_empty() && own != name && is_of_file {
             self.renamed.push(format!("{suffix} `{name}` is `{own}`"));
         }
         self.taken.insert(own.clone());
@@ -146,7 +147,7 @@ impl RobotWriter<'_> {
         if let Some(axis) = axis {
             text += &format!("axis    = {}\n", pair(axis));
         }
-        text += &self.joint_keys(joint, sign, index);
+        text += &self.joint_keys(joint, sign);
         self.joint_text += &text;
         let word = if axis.is_some() { "slide" } else { "hinge" };
         self.report.exact(word);
@@ -154,7 +155,7 @@ impl RobotWriter<'_> {
     }
 
     /// What acts along a joint.
-    fn joint_keys(&mut self, joint: &SpatialJoint, sign: f64, index: usize) -> String {
+    fn joint_keys(&mut self, joint: &SpatialJoint, sign: f64) -> String {
         let mut text = String::new();
         let mut key = |name: &str, value: String, word: &str, report: &mut ImportReport| {
             text += &format!("{name:<7} = {value}\n");
@@ -172,16 +173,6 @@ impl RobotWriter<'_> {
         if let Some([low, high]) = joint.range {
             let [min, max] = if sign < 0.0 { [-high, -low] } else { [low, high] };
             key("limits", format!("{{ min = {}, max = {} }}", number(min), number(max)), "limits", self.report);
-            let value = self.planar.starts[index].0;
-            if value < low || value > high {
-                self.report.note(format!(
-                    "joint `{}` starts at {}, outside its limits {} to {}",
-                    joint.name,
-                    number(value + joint.zero),
-                    number(low + joint.zero),
-                    number(high + joint.zero)
-                ));
-            }
         }
         text
     }
