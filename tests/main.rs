@@ -54,6 +54,7 @@ mod printed_lesson;
 mod printed_modes;
 mod printed_names;
 mod printed_symbols;
+mod robots;
 mod rooms;
 mod schema;
 mod sensitivities;

@@ -10,7 +10,7 @@ use super::refusal::{Fallible, FilePlace, Refusal};
 
 /// How deep elements may be nested, and how many there may be: no file written by hand or by a converter comes near.
 const DEEPEST: usize = 1000;
-const MOST: usize = 1_000_000;
+const MOST: usize = 200_000;
 
 #[derive(Debug)]
 pub struct Attribute {
@@ -184,13 +184,14 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, &'static str>
 /// Where it is not XML, breaks off, or is too large.
 pub fn parse(file: &str, text: &str) -> Fallible<Element> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-    let mut parser = XmlParser { file: Rc::from(file), text, starts, open: Vec::new(), count: 0 };
+    let mut parser = XmlParser { file: Rc::from(file), text, starts, open: Vec::new(), count: 0, last: Cell::new((0, 1)) };
     let mut reader = Reader::from_str(text);
     loop {
         let begin = reader.buffer_position() as usize;
         let event = reader.read_event().map_err(|error| {
             let place = parser.place(reader.error_position() as usize);
-            Refusal::new(format!("it is not well-formed XML: {error}")).at(&place)
+            let what = if error.to_string().contains("end of input") { "breaks off" } else { "is not well-formed XML" };
+            Refusal::new(format!("it {what}: {error}")).at(&place)
         })?;
         if let Some(root) = parser.event(event, begin)? {
             return Ok(root);
@@ -205,15 +206,19 @@ struct XmlParser<'a> {
     starts: Vec<usize>,
     open: Vec<Element>,
     count: usize,
+    /// The offset and the column of the last place: a line may be as long as the file.
+    last: Cell<(usize, usize)>,
 }
 
 impl XmlParser<'_> {
     fn place(&self, offset: usize) -> FilePlace {
         let line = self.starts.partition_point(|&start| start <= offset).max(1);
-        let start = self.starts[line - 1];
-        let before = self.text.as_bytes().get(start..offset.min(self.text.len())).unwrap_or_default();
+        let (start, end) = (self.starts[line - 1], offset.min(self.text.len()));
+        let (from, column) = Some(self.last.get()).filter(|(last, _)| *last >= start && *last <= end).unwrap_or((start, 1));
+        let between = self.text.as_bytes().get(from..end).unwrap_or_default();
         // Bytes that continue a character are no characters.
-        let column = before.iter().filter(|byte| **byte & 0xc0 != 0x80).count() + 1;
+        let column = column + between.iter().filter(|byte| **byte & 0xc0 != 0x80).count();
+        self.last.set((end, column));
         FilePlace { file: self.file.clone(), line, column }
     }
 

@@ -1,5 +1,8 @@
 //! In which class each attribute of MJCF is: read exactly, replaced by an exact law, without effect on the motion, or refused because it acts.
 
+/// How deep elements are nested in one that is idle or refused as a whole.
+pub const DEEPEST: usize = 6;
+
 /// What becomes of an attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AttributeClass {
@@ -155,7 +158,7 @@ const ROWS: &[Row] = &[
             "armature cranklength cranksite damping delay refsite site slidersite",
         ],
     ),
-    ("keyframe/key", ["name qpos qvel act ctrl", "", "mpos mquat time", ""]),
+    ("keyframe/key", ["name qpos qvel act ctrl", "", "mpos mquat plastic time", ""]),
     ("mujocoinclude", ["", "", "", ""]),
     ("include", ["file", "", "", ""]),
 ];
@@ -215,6 +218,8 @@ pub fn is_refused_tendon(parent: &str, name: &str) -> bool {
 
 /// The class of an attribute of an element, whose names from the root lead to it; none if MuJoCo has no such attribute.
 pub fn class_of(path: &[&str], attribute: &str) -> Option<AttributeClass> {
+    // Below a body no element that counts here is deeper.
+    let path = &path[path.len().saturating_sub(DEEPEST)..];
     let parents = path.iter().zip(path.iter().skip(1));
     if path.iter().any(|name| REFUSED.contains(name)) || parents.clone().any(|(parent, name)| is_refused_tendon(parent, name)) {
         return Some(AttributeClass::Refused);

@@ -58,7 +58,8 @@ impl<'a> MjcfReader<'a> {
         let own = self.defaults.of(element, "body", None)?;
         let pose = within.pose * own.pose(&self.settings.angles)?;
         let name = element.get("name").unwrap_or_default();
-        if !name.is_empty() && self.model.bodies.iter().any(|body| body.name == name) {
+        let number = self.model.bodies.len();
+        if !name.is_empty() && self.body_names.insert(name.to_owned(), number).is_some() {
             return Err(element.refuse(format!("two bodies have the name `{name}`")));
         }
         let compensated = element.attribute("gravcomp").map_or(Ok(0.0), |own| own.number())?;
@@ -159,7 +160,8 @@ impl<'a> MjcfReader<'a> {
         if within.body == 0 {
             return Err(element.refuse(format!("{} is in the world, which does not move", element.called())));
         }
-        if !name.is_empty() && self.model.joints.iter().any(|joint| joint.name == name) {
+        let number = self.model.joints.len();
+        if !name.is_empty() && self.joint_names.insert(name.to_owned(), number).is_some() {
             return Err(element.refuse(format!("two joints have the name `{name}`")));
         }
         let free = element.name == "freejoint";

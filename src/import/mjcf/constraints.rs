@@ -34,12 +34,12 @@ impl<'a> MjcfReader<'a> {
     /// A body by its name; without one the world.
     fn body_of(&self, element: &Element, key: &str) -> Fallible<usize> {
         let Some(name) = element.get(key) else { return Ok(0) };
-        let known = self.model.bodies.iter().position(|body| body.name == name);
+        let known = self.body_names.get(name).copied().or((name == "world").then_some(0));
         known.ok_or_else(|| element.refuse(format!("{}: `{key}` is `{name}`, but there is no such body", element.called())))
     }
 
     pub fn joint_named(&self, element: &Element, name: &str) -> Fallible<usize> {
-        let known = self.model.joints.iter().position(|joint| joint.name == name);
+        let known = self.joint_names.get(name).copied();
         known.ok_or_else(|| element.refuse(format!("{}: there is no joint `{name}`", element.called())))
     }
 

@@ -9,6 +9,9 @@ use crate::import::refusal::Fallible;
 use crate::import::robot::{BodyPoint, ContactKind, SpatialContact};
 use crate::import::xml::Element;
 
+/// Pairs of more geoms than these are not counted.
+const MANY: usize = 1000;
+
 /// A geom as far as contacts ask.
 #[derive(Clone, Debug)]
 pub struct ContactGeom {
@@ -67,8 +70,18 @@ impl<'a> MjcfReader<'a> {
             let mu = given.unwrap_or(self.geoms[first].friction.max(self.geoms[second].friction));
             self.touch(first, second, if condim == 1.0 { 0.0 } else { mu });
         }
+        // Of very many geoms only those that are imported are looked at.
+        let all = self.geoms.len() <= MANY;
+        let plane = |index: usize, this: &Self| this.geoms[index].shape == GeomShape::Plane;
         for first in 0..self.geoms.len() {
-            for second in first + 1..self.geoms.len() {
+            if !all && !plane(first, self) {
+                continue;
+            }
+            for second in 0..self.geoms.len() {
+                let twice = second == first || second < first && (all || plane(second, self));
+                if twice {
+                    continue;
+                }
                 if let Some(friction) = self.friction_of(first, second, &excluded) {
                     self.touch(first, second, friction);
                 }

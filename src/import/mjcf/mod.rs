@@ -59,6 +59,8 @@ struct MjcfReader<'a> {
     report: &'a mut ImportReport,
     sites: BTreeMap<String, (usize, Isometry3<f64>)>,
     geoms: Vec<ContactGeom>,
+    body_names: BTreeMap<String, usize>,
+    joint_names: BTreeMap<String, usize>,
     spatial_tendons: BTreeMap<String, [super::robot::BodyPoint; 2]>,
     fixed_tendons: BTreeMap<String, Tendon>,
     /// Lines and columns of elements that are refused or left out as a whole.
@@ -94,6 +96,8 @@ pub fn read(root: &mut Element, options: &ImportOptions, includes: Includes, rep
         report,
         sites: BTreeMap::new(),
         geoms: Vec::new(),
+        body_names: BTreeMap::new(),
+        joint_names: BTreeMap::new(),
         spatial_tendons: BTreeMap::new(),
         fixed_tendons: BTreeMap::new(),
         dropped: BTreeSet::new(),
@@ -144,7 +148,8 @@ fn check_names(root: &Element) -> Fallible<()> {
             }
         }
         for child in &element.children {
-            let inert = path.iter().zip(path.iter().skip(1)).any(|(parent, name)| is_idle(parent, name)) || REFUSED.contains(path.last().unwrap_or(&""));
+            let near = &path[path.len().saturating_sub(attributes::DEEPEST)..];
+            let inert = near.iter().zip(near.iter().skip(1)).any(|(parent, name)| is_idle(parent, name)) || REFUSED.contains(path.last().unwrap_or(&""));
             if !inert && !knows(path.last().unwrap_or(&""), &child.name) {
                 return Err(child.refuse(format!("MJCF has no element <{}> here", child.name)));
             }

@@ -35,6 +35,12 @@ pub struct SpatialModel {
 }
 
 impl SpatialModel {
+    /// The joints that move something: neither locked nor outside of what is imported.
+    pub fn moving_joints(&self) -> impl Iterator<Item = &SpatialJoint> {
+        let own = self.joints.iter().enumerate();
+        own.filter(|(index, joint)| self.bodies[joint.body].joints.contains(index)).map(|(_, joint)| joint)
+    }
+
     pub fn new(format: &'static str, name: &str, gravity: Vector3<f64>) -> Self {
         let world = SpatialBody {
             name: "world".to_owned(),

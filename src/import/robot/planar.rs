@@ -116,6 +116,8 @@ pub struct PlanarModel<'a> {
     /// Their places in the file's list.
     pub closure_sources: Vec<usize>,
     pub followers: Vec<PlanarFollower>,
+    /// The coordinate of each joint of the file, if it is one.
+    pub coordinate_of: Vec<Option<usize>>,
     /// The link of each body of the file; none of what the import leaves out.
     pub link_of: Vec<Option<usize>>,
     /// The poses of the file's bodies in the reference configuration.
@@ -136,7 +138,7 @@ impl PlanarModel<'_> {
 
     /// The place of a joint of the file among the coordinates.
     pub fn coordinate_of(&self, joint: usize) -> Option<usize> {
-        self.coordinates.iter().position(|own| own.joint() == Some(joint))
+        self.coordinate_of.get(joint).copied().flatten()
     }
 }
 
@@ -333,6 +335,7 @@ fn reduce<'a>(
         closures: Vec::new(),
         closure_sources: Vec::new(),
         followers: Vec::new(),
+        coordinate_of: vec![None; model.joints.len()],
         link_of: vec![Some(0); model.bodies.len()],
         world,
         size: 1.0,
@@ -405,6 +408,7 @@ impl PlanarModel<'_> {
                     PlanarCoordinate::Turn { parent, child: link, at, sign, joint }
                 }
             };
+            self.coordinate_of[joint] = Some(self.coordinates.len());
             self.coordinates.push(coordinate);
             self.starts.push((file.start, file.rate));
             parent = link;
@@ -540,13 +544,15 @@ impl PlanarModel<'_> {
                 ));
             }
         }
+        let (mut moves, mut carries) = (vec![false; self.links.len()], vec![false; self.links.len()]);
+        for own in &self.coordinates {
+            moves[own.child()] = true;
+            if let PlanarCoordinate::Turn { parent, .. } | PlanarCoordinate::Slide { parent, .. } = *own {
+                carries[parent] = true;
+            }
+        }
         for index in 1..self.links.len() {
-            let moves = self.coordinates.iter().any(|own| own.child() == index);
-            let carries = self.coordinates.iter().any(|own| match *own {
-                PlanarCoordinate::Turn { parent, .. } | PlanarCoordinate::Slide { parent, .. } => parent == index,
-                _ => false,
-            });
-            if moves && !carries && self.links[index].mass <= 0.0 && self.links[index].inertia <= 0.0 {
+            if moves[index] && !carries[index] && self.links[index].mass <= 0.0 && self.links[index].inertia <= 0.0 {
                 let body = self.link_of.iter().rposition(|own| *own == Some(index)).unwrap_or(0);
                 let refusal = Refusal::new(format!("body `{}` moves, but has no mass: it needs an inertial", self.links[index].name));
                 let place = self.file.bodies[body].place.clone();

@@ -82,7 +82,7 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
         return Ok(MotionPlane::of(plane));
     }
     let axes = |kind: JointKind| {
-        let own = model.joints.iter().filter(move |joint| joint.kind == kind);
+        let own = model.moving_joints().filter(move |joint| joint.kind == kind);
         own.map(|joint| world[joint.body] * joint.axis).collect::<Vec<_>>()
     };
     let hinges = axes(JointKind::Hinge);
@@ -93,7 +93,7 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
         return Ok(MotionPlane::across(*first, model.gravity));
     }
     let slides = axes(JointKind::Slide);
-    let other = model.joints.iter().find_map(|joint| match joint.kind {
+    let other = model.moving_joints().find_map(|joint| match joint.kind {
         JointKind::Other(kind) => Some((joint, kind)),
         _ => None,
     });
@@ -123,7 +123,7 @@ pub fn outside(
 ) -> Vec<Refusal> {
     let mut refused = Vec::new();
     let lock = |name: &str| format!("--lock {name} holds it; --root BODY imports a part of the robot");
-    for joint in &model.joints {
+    for joint in model.moving_joints() {
         let axis = world[joint.body] * joint.axis;
         let called = if joint.name.is_empty() { "a joint".to_owned() } else { format!("joint `{}`", joint.name) };
         let [x, y, z] = [axis.x, axis.y, axis.z];

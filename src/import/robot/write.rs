@@ -1,6 +1,6 @@
 //! A planar robot as the text of a scene, with the report at its head.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use super::closing::{self, ClosedStart};
@@ -30,10 +30,14 @@ pub fn pair([x, y]: [f64; 2]) -> String {
 pub struct RobotWriter<'a> {
     pub planar: &'a PlanarModel<'a>,
     taken: BTreeSet<String>,
+    /// The next number of a name that is taken.
+    numbered: BTreeMap<String, usize>,
     pub links: Vec<String>,
     /// The scene's names of the joints that are coordinates.
     pub joints: Vec<Option<String>>,
     points: Vec<Vec<(String, [f64; 2])>>,
+    /// The same by their names.
+    places: Vec<BTreeMap<String, [f64; 2]>>,
     pub inputs: String,
     pub states: String,
     pub joint_text: String,
@@ -54,9 +58,11 @@ pub fn scene(
     let mut writer = RobotWriter {
         planar,
         taken: RESERVED.iter().map(|name| (*name).to_owned()).collect(),
+        numbered: BTreeMap::new(),
         links: Vec::new(),
         joints: Vec::new(),
         points: vec![Vec::new(); planar.links.len()],
+        places: vec![BTreeMap::new(); planar.links.len()],
         inputs: String::new(),
         states: String::new(),
         joint_text: String::new(),
@@ -83,9 +89,11 @@ impl RobotWriter<'_> {
     /// A name that is free, with a suffix if the file's is taken.
     pub fn fresh(&mut self, name: &str, suffix: &str, otherwise: &str) -> String {
         let plain = identifier(if name.is_empty() { otherwise } else { name });
-        let mut candidates = vec![plain.clone(), format!("{plain}_{suffix}")];
-        candidates.extend((2..=self.taken.len() + 2).map(|number| format!("{plain}_{number}")));
-        let own = candidates.into_iter().find(|name| !self.taken.contains(name)).unwrap_or(plain);
+        let first = [plain.clone(), format!("{plain}_{suffix}")].into_iter();
+        let from = self.numbered.get(&plain).copied().unwrap_or(2);
+        let mut candidates = first.chain((from..).map(|number| format!("{plain}_{number}")));
+        let own = candidates.find(|name| !self.taken.contains(name)).unwrap_or_else(|| plain.clone());
+        self.numbered.insert(plain, from + 1);
         let is_of_file = !matches!(suffix, "contact" | "output" | "load");
         if !name.is_empty() && own != name && is_of_file {
             self.renamed.push(format!("{suffix} `{name}` is `{own}`"));
@@ -113,18 +121,15 @@ impl RobotWriter<'_> {
         if VARIABLES.contains(&plain.as_str()) {
             plain.push_str("_point");
         }
-        let known = &self.points[link];
-        let same = |own: &&(String, [f64; 2])| own.1 == at && (own.0 == plain || name.is_empty());
-        let own = match known.iter().find(same) {
-            Some((own, _)) => own.clone(),
-            None => {
-                let numbered = (2..=known.len() + 2).map(|number| format!("{plain}_{number}"));
-                let mut candidates = std::iter::once(plain.clone()).chain(numbered);
-                let own = candidates.find(|name| known.iter().all(|(other, _)| other != name)).unwrap_or(plain);
-                self.points[link].push((own.clone(), at));
-                own
-            }
-        };
+        let mut own = plain.clone();
+        let mut number = 2;
+        while self.places[link].get(&own).is_some_and(|known| *known != at) {
+            own = format!("{plain}_{number}");
+            number += 1;
+        }
+        if self.places[link].insert(own.clone(), at).is_none() {
+            self.points[link].push((own.clone(), at));
+        }
         format!("{}.{own}", self.links[link])
     }
 
