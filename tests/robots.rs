@@ -130,6 +130,7 @@ between = ["upper.elbow", "lower.elbow"]
 {armature}
 [initial]
 "shoulder.angle" = 0.9
+"shoulder.omega" = 0
 "elbow.angle" = 0.4
 "elbow.omega" = 3
 "#
