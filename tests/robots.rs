@@ -31,7 +31,18 @@ fn run<const N: usize>(scene: &str, stop: f64, names: [&str; N]) -> [f64; N] {
     let (stop, names_text) = (format!("{stop}"), names.join(","));
     let output = cotree(
         folder.path(),
-        &["simulate", "scene.toml", "--stop", &stop, "--step", &stop, "--tolerance", "1e-10", "--variables", &names_text],
+        &[
+            "simulate",
+            "scene.toml",
+            "--stop",
+            &stop,
+            "--step",
+            &stop,
+            "--tolerance",
+            "1e-10",
+            "--variables",
+            &names_text,
+        ],
     );
     assert_eq!(code(&output), 0, "{}\n{scene}", stderr(&output));
     let table = stdout(&output);
@@ -212,7 +223,12 @@ fn one_robot_in_three_formats_moves_alike() {
 fn a_four_bar_with_rotors_falls_as_energy_says() {
     let text = fs::read_to_string(Path::new(ROOT).join("tests/import/four_bar.xml")).unwrap();
     let scene = scene(&text);
-    for line in ["type    = \"revolute\"", "armature = 0.002", "limits", "[inputs]\ndrive = { start = 0.0, min = -1.0, max = 1.0 }"] {
+    for line in [
+        "type    = \"revolute\"",
+        "armature = 0.002",
+        "limits",
+        "[inputs]\ndrive = { start = 0.0, min = -1.0, max = 1.0 }",
+    ] {
         assert!(scene.contains(line), "{line}\n{scene}");
     }
     let undamped = scene.lines().filter(|line| !line.starts_with("damping")).collect::<Vec<_>>().join("\n");
@@ -238,11 +254,16 @@ fn capsules_and_boxes_have_the_mass_that_formulas_give() {
 #[test]
 fn what_cannot_be_imported_is_refused_with_its_place_and_an_option() {
     let body = |inside: &str| {
-        format!("<mujoco>\n<worldbody><body name=\"arm\"><joint name=\"pin\" axis=\"0 1 0\"/>{inside}<geom name=\"g\" size=\".1\"/></body></worldbody></mujoco>")
+        format!(
+            "<mujoco>\n<worldbody><body name=\"arm\"><joint name=\"pin\" axis=\"0 1 0\"/>{inside}<geom name=\"g\" size=\".1\"/></body></worldbody></mujoco>"
+        )
     };
     let tip = |joint: &str| body(&format!("<body name=\"tip\" pos=\".3 0 0\">{joint}<geom size=\".1\"/></body>"));
     for (text, words) in [
-        (tip("<joint name=\"skew\" axis=\"1 0 0\"/>"), &["robot.xml:2:", "joint `skew`", "90.00 deg", "--lock skew"][..]),
+        (
+            tip("<joint name=\"skew\" axis=\"1 0 0\"/>"),
+            &["robot.xml:2:", "joint `skew`", "90.00 deg", "--lock skew"][..],
+        ),
         (tip("<joint name=\"out\" type=\"slide\" axis=\"0 1 0\"/>"), &["slides along", "--lock out"]),
         (tip("<joint name=\"socket\" type=\"ball\"/>"), &["`socket`", "ball", "--in-plane"]),
         (tip("<joint name=\"j\" axis=\"0 0 0\"/>"), &["axis", "length zero"]),
@@ -252,8 +273,14 @@ fn what_cannot_be_imported_is_refused_with_its_place_and_an_option() {
         (tip("<joint name=\"j\" axis=\"0 1 0\" range=\"20 10\"/>"), &["`range`", "must increase"]),
         (tip("<joint name=\"j\" axis=\"0 1 0\" springdamper=\"1 1\"/>"), &["springdamper", "--leave-out"]),
         (body("<geom type=\"mesh\" mesh=\"part\"/>"), &["body `arm` needs an inertial", "mass=\"0\""]),
-        (body("<body name=\"b\"><freejoint/><geom size=\".1\" pos=\"0 .1 .1\"/><geom size=\".1\"/></body>"), &["does not stay in the plane", "--in-plane"]),
-        (body("").replace("</mujoco>", "<actuator><muscle name=\"m\" joint=\"pin\"/></actuator></mujoco>"), &["muscle `m`", "--leave-out m"]),
+        (
+            body("<body name=\"b\"><freejoint/><geom size=\".1\" pos=\"0 .1 .1\"/><geom size=\".1\"/></body>"),
+            &["does not stay in the plane", "--in-plane"],
+        ),
+        (
+            body("").replace("</mujoco>", "<actuator><muscle name=\"m\" joint=\"pin\"/></actuator></mujoco>"),
+            &["muscle `m`", "--leave-out m"],
+        ),
         (body("").replace("<worldbody>", "<option density=\"1000\"/><worldbody>"), &["fluid", "--leave-out fluid"]),
         (body("").replace("<worldbody>", "<worldbody><replicate count=\"3\"/>"), &["<replicate>", "mj_saveLastXML"]),
         (body("")[..60].to_owned(), &["robot.xml:2:", "breaks off"]),
@@ -271,16 +298,29 @@ fn options_import_what_is_refused_without_them() {
     let text = r#"<mujoco><worldbody><body name="arm"><joint name="pin" axis="0 1 0"/><geom size=".1"/>
       <body name="tip" pos=".3 0 0"><joint name="wrist" axis="1 0 0"/><geom size=".05"/></body></body></worldbody>
       <actuator><muscle name="m" joint="pin"/><motor name="drive" joint="pin"/></actuator></mujoco>"#;
-    let options = ImportOptions { lock: vec!["wrist".to_owned()], leave_out: vec!["muscle".to_owned()], ..ImportOptions::default() };
+    let options = ImportOptions {
+        lock: vec!["wrist".to_owned()],
+        leave_out: vec!["muscle".to_owned()],
+        ..ImportOptions::default()
+    };
     let own = imported("robot.xml", text, &options).unwrap();
-    assert!(own.contains("# joint `wrist` is held") && own.contains("left out, although it acts: actuator muscle `m`"), "{own}");
+    assert!(
+        own.contains("# joint `wrist` is held") && own.contains("left out, although it acts: actuator muscle `m`"),
+        "{own}"
+    );
     assert!(!own.contains("[bodies.tip]") && own.contains("drive = { start = 0.0 }"), "{own}");
     let sphere = 4.0 / 3.0 * std::f64::consts::PI * 1000.0;
     close(number(&own, "bodies.arm", "mass"), sphere * (0.001 + 0.000_125), 1e-14);
-    let rooted = ImportOptions { root: Some("arm".to_owned()), leave_out: vec!["all".to_owned()], plane: Some(WorldPlane::Yz), ..ImportOptions::default() };
+    let rooted = ImportOptions {
+        root: Some("arm".to_owned()),
+        leave_out: vec!["all".to_owned()],
+        plane: Some(WorldPlane::Yz),
+        ..ImportOptions::default()
+    };
     let own = imported("robot.xml", text, &rooted).unwrap();
     assert!(own.contains("[bodies.tip]") && !own.contains("[bodies.arm]"), "{own}");
-    let wrong = ImportOptions { lock: vec!["elbow".to_owned()], leave_out: vec!["all".to_owned()], ..ImportOptions::default() };
+    let wrong =
+        ImportOptions { lock: vec!["elbow".to_owned()], leave_out: vec!["all".to_owned()], ..ImportOptions::default() };
     assert!(refused(text, &wrong).contains("--lock elbow: the file has no such joint"));
 }
 
@@ -315,7 +355,8 @@ fn circle(layer: &str, [x, y]: [f64; 2]) -> String {
 
 #[test]
 fn a_drawn_pendulum_swings_as_a_rod() {
-    let text = drawing(&(line("BARS", [0.0, 0.0, 300.0, 0.0]) + &circle("PINS", [0.0, 0.0]) + &circle("GROUND", [0.0, 0.0])));
+    let text =
+        drawing(&(line("BARS", [0.0, 0.0, 300.0, 0.0]) + &circle("PINS", [0.0, 0.0]) + &circle("GROUND", [0.0, 0.0])));
     let options = ImportOptions { gravity: Some([0.0, -9.81]), ..ImportOptions::default() };
     let own = imported("sketch.dxf", &text, &options).unwrap();
     close(number(&own, "bodies.link_1", "mass"), 0.3, 1e-12);
@@ -340,7 +381,11 @@ fn a_drawing_that_leaves_something_open_is_refused_with_both_places() {
     options.dxf.snap = Some(4e-4);
     assert!(imported("sketch.dxf", &drawing(&whole), &options).is_ok());
     refuse(&[bars.as_str(), &pins].concat(), &options, &["ground", "--ground X,Y", "0.000000,0.000000"]);
-    refuse(&(whole.clone() + &line("BARS", [500.0, 0.0, 600.0, 0.0])), &options, &["touches no pin", "500.000000,0.000000"]);
+    refuse(
+        &(whole.clone() + &line("BARS", [500.0, 0.0, 600.0, 0.0])),
+        &options,
+        &["touches no pin", "500.000000,0.000000"],
+    );
     refuse("0 TEXT 8 NOTES 1 hello", &options, &["no body", "--layer"]);
     refuse("0 LINE 8 BARS 10 1e400 20 0 11 1 21 1", &options, &["sketch.dxf:", "1e400"]);
     let cut = drawing(&whole);
@@ -352,12 +397,17 @@ fn a_drawing_that_leaves_something_open_is_refused_with_both_places() {
 #[test]
 fn damaged_files_are_errors() {
     let four_bar = fs::read_to_string(Path::new(ROOT).join("tests/import/four_bar.xml")).unwrap();
-    let sketch = drawing(&(line("BARS", [0.0, 0.0, 30.0, 40.0]) + &circle("PINS", [0.0, 0.0]) + &circle("GROUND", [0.0, 0.0])));
+    let sketch =
+        drawing(&(line("BARS", [0.0, 0.0, 30.0, 40.0]) + &circle("PINS", [0.0, 0.0]) + &circle("GROUND", [0.0, 0.0])));
     for (file, text) in [("robot.xml", four_bar), ("sketch.dxf", sketch)] {
         for cut in (0..text.len()).step_by(7) {
             let _ = imported(file, &text[..cut], &ImportOptions::default());
             for wrong in ["-1e308", "nan", "<", "\"", "0 0 0"] {
-                let _ = imported(file, &[&text[..cut], wrong, &text[(cut + 3).min(text.len())..]].concat(), &ImportOptions::default());
+                let _ = imported(
+                    file,
+                    &[&text[..cut], wrong, &text[(cut + 3).min(text.len())..]].concat(),
+                    &ImportOptions::default(),
+                );
             }
         }
     }

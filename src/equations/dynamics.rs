@@ -16,8 +16,8 @@ use super::vector::{FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{
-    Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, RotationalRow, System, Topology, Torque,
-    Translation, TranslationalRow, Tree,
+    Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, RotationalRow, System, Topology,
+    Torque, Translation, TranslationalRow, Tree,
 };
 
 /// Forces and torques of all elements, and the projected cutset equations.

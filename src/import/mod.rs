@@ -80,9 +80,15 @@ fn tried(name: &str, linkage: &linkage::ImportedLinkage) -> Result<Imported, Vec
 
 /// The scene of a drawing, with a drive to begin with.
 fn drawn(imported: Imported) -> Imported {
-    let pivot = imported.scene.split("\n[joints.").skip(1).find(|joint| joint.contains("\"revolute\"") && joint.contains("\"ground."));
+    let pivot = imported
+        .scene
+        .split("\n[joints.")
+        .skip(1)
+        .find(|joint| joint.contains("\"revolute\"") && joint.contains("\"ground."));
     let Some(name) = pivot.and_then(|joint| joint.split(']').next()) else { return imported };
-    let drive = format!("\n# To drive it:\n# [drivers.drive]\n# joint = \"{name}\"\n# angle = \"2*pi*t\"                     # rad, t in s\n");
+    let drive = format!(
+        "\n# To drive it:\n# [drivers.drive]\n# joint = \"{name}\"\n# angle = \"2*pi*t\"                     # rad, t in s\n"
+    );
     Imported { scene: imported.scene.clone() + &drive, ..imported }
 }
 
@@ -92,13 +98,21 @@ fn binary(bytes: &[u8]) -> Option<Refusal> {
     match bytes {
         _ if bytes.starts_with(b"AutoCAD Binary DXF") => refuse("it is a binary DXF file", "save it as ASCII DXF"),
         _ if bytes.starts_with(b"AC10") => refuse("it is a DWG file", "save it as ASCII DXF"),
-        _ if bytes.starts_with(b"PK\x03\x04") => refuse("it is a ZIP archive", "unpack it and import the file that is in it"),
+        _ if bytes.starts_with(b"PK\x03\x04") => {
+            refuse("it is a ZIP archive", "unpack it and import the file that is in it")
+        }
         [] => refuse("it is empty", "give a file with a mechanism"),
         _ => None,
     }
 }
 
-fn robot(name: &str, file: &str, text: &str, options: &ImportOptions, includes: Includes) -> Result<Imported, Vec<String>> {
+fn robot(
+    name: &str,
+    file: &str,
+    text: &str,
+    options: &ImportOptions,
+    includes: Includes,
+) -> Result<Imported, Vec<String>> {
     let one = |refusal: Refusal| vec![refusal.to_string()];
     let mut root = xml::parse(file, text).map_err(one)?;
     let mut report = ImportReport::default();
@@ -107,14 +121,17 @@ fn robot(name: &str, file: &str, text: &str, options: &ImportOptions, includes: 
         "robot" => urdf::read(&root, options, &mut report),
         "sdf" => sdf::read(&mut root, includes, &mut report),
         other => {
-            let message = format!("its root element is <{other}>, but must be <mujoco> (MJCF), <robot> (URDF) or <sdf>");
+            let message =
+                format!("its root element is <{other}>, but must be <mujoco> (MJCF), <robot> (URDF) or <sdf>");
             return Err(one(root.refuse(message)));
         }
     };
     let mut said = Vec::new();
     match model {
         Ok(model) if report.refused.is_empty() => {
-            if let Some(scene) = robot::scene(name, model, options, &mut report) && report.refused.is_empty() {
+            if let Some(scene) = robot::scene(name, model, options, &mut report)
+                && report.refused.is_empty()
+            {
                 return Ok(Imported { scene, notes: report.lines() });
             }
         }

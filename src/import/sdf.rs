@@ -45,7 +45,11 @@ struct SdfReader<'a> {
 pub fn read(root: &mut Element, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
     expand(root, includes, 0)?;
     let version = root.attribute("version").map(|own| own.value()).unwrap_or("1.6");
-    let version = version.parse::<f64>().ok().filter(|own| own.is_finite()).ok_or_else(|| root.refuse(format!("the version `{version}` is not a number")))?;
+    let version = version
+        .parse::<f64>()
+        .ok()
+        .filter(|own| own.is_finite())
+        .ok_or_else(|| root.refuse(format!("the version `{version}` is not a number")))?;
     // 1.10 is after 1.9.
     let version = match root.get("version").and_then(|own| own.split_once('.')) {
         Some(("1", minor)) => 1.0 + minor.parse::<f64>().unwrap_or(0.0) / 100.0,
@@ -99,14 +103,20 @@ fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<(
             children.push(child);
             continue;
         }
-        let uri = child.child("uri").map(|own| own.text.trim().to_owned()).ok_or_else(|| child.refuse("<include> has no <uri>"))?;
+        let uri = child
+            .child("uri")
+            .map(|own| own.text.trim().to_owned())
+            .ok_or_else(|| child.refuse("<include> has no <uri>"))?;
         if depth >= DEEPEST {
             return Err(child.refuse(format!("`{uri}` is included {DEEPEST} deep: it includes itself")));
         }
         let path = uri.trim_start_matches("model://").trim_start_matches("file://");
-        let found = [path.to_owned(), format!("{path}/model.sdf")].into_iter().find_map(|path| Some((includes(&path)?, path)));
+        let found =
+            [path.to_owned(), format!("{path}/model.sdf")].into_iter().find_map(|path| Some((includes(&path)?, path)));
         let (bytes, file) = found.ok_or_else(|| {
-            child.refuse(format!("the included model `{uri}` cannot be read")).help("it is looked for beside the file; copy it there")
+            child
+                .refuse(format!("the included model `{uri}` cannot be read"))
+                .help("it is looked for beside the file; copy it there")
         })?;
         let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
         let mut own = xml::parse(&file, &text)?;
@@ -160,7 +170,10 @@ fn pose(element: Option<&Element>) -> Fallible<Isometry3<f64>> {
             let turn = turn.ok_or_else(|| element.refuse("the quaternion of a <pose> has the length zero"))?;
             Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn))
         }
-        _ => Err(element.refuse(format!("<pose> is `{}`, but must be six numbers, or seven with rotation_format=\"quat_xyzw\"", element.text.trim()))),
+        _ => Err(element.refuse(format!(
+            "<pose> is `{}`, but must be six numbers, or seven with rotation_format=\"quat_xyzw\"",
+            element.text.trim()
+        ))),
     }
 }
 
@@ -199,7 +212,9 @@ impl<'a> SdfReader<'a> {
         }
         let full = joined(scope, model.must("name")?);
         if let Some(own) = model.attribute("placement_frame") {
-            return Err(Refusal::new("a model that is placed by one of its frames is not imported").at(&own.place).help("give the pose of the model itself"));
+            return Err(Refusal::new("a model that is placed by one of its frames is not imported")
+                .at(&own.place)
+                .help("give the pose of the model itself"));
         }
         let fixed = fixed || model.child("static").is_some_and(|own| matches!(own.text.trim(), "true" | "1"));
         self.frame(&full, model, scope, Some(scope.to_owned()))?;
@@ -216,7 +231,10 @@ impl<'a> SdfReader<'a> {
                 }
                 "frame" => self.frame(&joined(&full, child.must("name")?), child, &full, None)?,
                 "joint" => {
-                    let own = child.child("child").map(|own| own.text.trim()).ok_or_else(|| child.refuse(format!("{} has no <child>", child.called())))?;
+                    let own = child
+                        .child("child")
+                        .map(|own| own.text.trim())
+                        .ok_or_else(|| child.refuse(format!("{} has no <child>", child.called())))?;
                     let name = joined(&full, child.must("name")?);
                     self.frame(&name, child, &full, Some(joined(&full, own)))?;
                     self.joints.push((name, full.clone(), child));
@@ -236,7 +254,10 @@ impl<'a> SdfReader<'a> {
             if at.is_empty() {
                 return Ok(pose);
             }
-            let frame = self.frames.get(&at).ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?;
+            let frame = self
+                .frames
+                .get(&at)
+                .ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?;
             (pose, at) = (frame.pose * pose, frame.relative_to.clone());
         }
         let element = self.frames.get(&at).map_or(from, |frame| frame.element);
@@ -260,7 +281,12 @@ impl<'a> SdfReader<'a> {
                 let inside = format!("{at}::");
                 return Ok(self.links.iter().position(|(own, ..)| own.starts_with(&inside)));
             }
-            at = self.frames.get(&at).ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?.attached_to.clone();
+            at = self
+                .frames
+                .get(&at)
+                .ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?
+                .attached_to
+                .clone();
         }
         Err(from.refuse(format!("frame `{name}` is attached to itself")))
     }
@@ -268,7 +294,8 @@ impl<'a> SdfReader<'a> {
     /// Links become bodies: the first joint of a child is in the tree, others close loops.
     fn build(&mut self, mut model: SpatialModel) -> Fallible<SpatialModel> {
         let count = self.links.len();
-        let worlds = self.links.iter().map(|(name, element, _)| self.world(name, element)).collect::<Fallible<Vec<_>>>()?;
+        let worlds =
+            self.links.iter().map(|(name, element, _)| self.world(name, element)).collect::<Fallible<Vec<_>>>()?;
         let mut ends = Vec::new();
         for (name, scope, joint) in &self.joints {
             let end = |key: &str| -> Fallible<Option<usize>> {
@@ -330,10 +357,15 @@ impl<'a> SdfReader<'a> {
         let mut placed = vec![false; hung.len()];
         let many = self.links.iter().filter(|(name, ..)| name.matches("::").count() == 1).count() != self.links.len();
         loop {
-            let ready = |link: &usize| !placed[*link] && hung[*link].and_then(|joint| parents[joint]).is_none_or(|parent| placed[parent]);
+            let ready = |link: &usize| {
+                !placed[*link] && hung[*link].and_then(|joint| parents[joint]).is_none_or(|parent| placed[parent])
+            };
             let Some(link) = (0..hung.len()).find(ready) else { break };
             let (name, element, fixed) = &self.links[link];
-            let parent = hung[link].and_then(|joint| parents[joint]).filter(|_| !fixed).map(|parent| (bodies[parent], worlds[parent]));
+            let parent = hung[link]
+                .and_then(|joint| parents[joint])
+                .filter(|_| !fixed)
+                .map(|parent| (bodies[parent], worlds[parent]));
             let (parent, before) = parent.unwrap_or((0, Isometry3::identity()));
             bodies[link] = model.bodies.len();
             placed[link] = true;
@@ -354,24 +386,36 @@ impl<'a> SdfReader<'a> {
     }
 
     /// An axis of a joint in the frame of a body, by the version of the file.
-    fn axis(&self, (name, scope, joint): (&str, &str, &'a Element), axis: &'a Element, body: &Isometry3<f64>) -> Fallible<Vector3<f64>> {
+    fn axis(
+        &self,
+        (name, scope, joint): (&str, &str, &'a Element),
+        axis: &'a Element,
+        body: &Isometry3<f64>,
+    ) -> Fallible<Vector3<f64>> {
         let xyz = axis.child("xyz");
         let own = vector(xyz)?.map_or(Vector3::z(), Vector3::from);
         let in_model = axis.child("use_parent_model_frame").is_some_and(|own| matches!(own.text.trim(), "true" | "1"));
         let frame = match xyz.and_then(|own| own.get("expressed_in")) {
             Some("__model__") => scope.to_owned(),
             Some("world") => String::new(),
-            Some("" ) => name.to_owned(),
+            Some("") => name.to_owned(),
             Some(other) => joined(scope, other),
             None if self.version < 1.045 || in_model => scope.to_owned(),
             None => name.to_owned(),
         };
         let turn = self.world(&frame, joint)?.rotation;
-        let own = own.try_normalize(1e-12).ok_or_else(|| axis.refuse(format!("{}: its axis has the length zero", joint.called())))?;
+        let own = own
+            .try_normalize(1e-12)
+            .ok_or_else(|| axis.refuse(format!("{}: its axis has the length zero", joint.called())))?;
         Ok(body.rotation.inverse() * (turn * own))
     }
 
-    fn joint(&mut self, model: &mut SpatialModel, (name, scope, element): (&str, &str, &'a Element), body: usize) -> Fallible<()> {
+    fn joint(
+        &mut self,
+        model: &mut SpatialModel,
+        (name, scope, element): (&str, &str, &'a Element),
+        body: usize,
+    ) -> Fallible<()> {
         let kind = match element.must("type")? {
             "revolute" | "continuous" => JointKind::Hinge,
             "prismatic" => JointKind::Slide,
@@ -398,7 +442,9 @@ impl<'a> SdfReader<'a> {
             joint.range = range(axis)?;
             joint.start = number(axis.child("initial_position"), 0.0)?;
             if let Some(limit) = axis.child("limit") {
-                for key in ["effort", "velocity", "stiffness", "dissipation"].iter().filter(|key| limit.child(key).is_some()) {
+                for key in
+                    ["effort", "velocity", "stiffness", "dissipation"].iter().filter(|key| limit.child(key).is_some())
+                {
                     self.report.idle(format!("limit of {key}, which Gazebo keeps"));
                 }
             }
@@ -410,11 +456,20 @@ impl<'a> SdfReader<'a> {
         Ok(())
     }
 
-    fn close(&mut self, model: &mut SpatialModel, (name, scope, element): (&str, &str, &'a Element), [parent, child]: [usize; 2]) -> Fallible<()> {
+    fn close(
+        &mut self,
+        model: &mut SpatialModel,
+        (name, scope, element): (&str, &str, &'a Element),
+        [parent, child]: [usize; 2],
+    ) -> Fallible<()> {
         let place = self.world(name, element)?;
-        let at = |body: usize| BodyPoint { body, at: world_of(model, body).inverse() * Point3::from(place.translation.vector) };
+        let at = |body: usize| BodyPoint {
+            body,
+            at: world_of(model, body).inverse() * Point3::from(place.translation.vector),
+        };
         let axis = |this: &Self| -> Fallible<Vector3<f64>> {
-            let axis = element.child("axis").ok_or_else(|| element.refuse(format!("{} has no <axis>", element.called())))?;
+            let axis =
+                element.child("axis").ok_or_else(|| element.refuse(format!("{} has no <axis>", element.called())))?;
             this.axis((name, scope, element), axis, &world_of(model, parent))
         };
         let kind = match element.must("type")? {
@@ -423,10 +478,18 @@ impl<'a> SdfReader<'a> {
             "ball" => ClosureKind::Point,
             "fixed" => ClosureKind::Weld(world_of(model, parent).inverse() * world_of(model, child)),
             "gearbox" => return Err(gearbox(element)),
-            other => return Err(element.refuse(format!("{} closes a loop and is of type `{other}`, which no planar motion has", element.called()))),
+            other => {
+                return Err(element.refuse(format!(
+                    "{} closes a loop and is of type `{other}`, which no planar motion has",
+                    element.called()
+                )));
+            }
         };
         let ends = match &kind {
-            ClosureKind::Weld(pose) => [BodyPoint { body: parent, at: Point3::from(pose.translation.vector) }, BodyPoint { body: child, at: Point3::origin() }],
+            ClosureKind::Weld(pose) => [
+                BodyPoint { body: parent, at: Point3::from(pose.translation.vector) },
+                BodyPoint { body: child, at: Point3::origin() },
+            ],
             _ => [at(parent), at(child)],
         };
         let short = name.rsplit("::").next().unwrap_or(name).to_owned();
@@ -445,7 +508,9 @@ impl<'a> SdfReader<'a> {
     fn followers(&self, model: &mut SpatialModel) -> Fallible<()> {
         for (name, _, element) in &self.joints {
             let Some(mimic) = element.child("axis").and_then(|axis| axis.child("mimic")) else { continue };
-            let find = |name: &str| model.joints.iter().position(|joint| joint.name == name || joint.name == name.replace("::", "_"));
+            let find = |name: &str| {
+                model.joints.iter().position(|joint| joint.name == name || joint.name == name.replace("::", "_"))
+            };
             let short = |name: &str| name.rsplit("::").next().unwrap_or(name).to_owned();
             let leader = mimic.must("joint")?;
             let (Some(joint), Some(leader)) = (find(&short(name)), find(&short(leader))) else {
@@ -455,7 +520,14 @@ impl<'a> SdfReader<'a> {
             let ratio = value("multiplier", 1.0)?;
             let offset = value("offset", 0.0)? - ratio * value("reference", 0.0)?;
             let place = mimic.place.clone();
-            model.followers.push(Follower { name: format!("{}_mimic", short(name)), place, joint, leader: Some(leader), offset, ratio });
+            model.followers.push(Follower {
+                name: format!("{}_mimic", short(name)),
+                place,
+                joint,
+                leader: Some(leader),
+                offset,
+                ratio,
+            });
         }
         for follower in model.followers.clone() {
             if let Some(leader) = follower.leader {

@@ -31,8 +31,7 @@ pub fn read(root: &Element, options: &ImportOptions, report: &mut ImportReport) 
     refuse_xacro(root)?;
     let name = root.get("name").unwrap_or_default();
     let model = SpatialModel::new("URDF", name, Vector3::new(0.0, 0.0, -9.81));
-    let mut reader =
-        UrdfReader { root, model, options, report, bodies: BTreeMap::new(), efforts: BTreeMap::new() };
+    let mut reader = UrdfReader { root, model, options, report, bodies: BTreeMap::new(), efforts: BTreeMap::new() };
     reader.report.note("URDF has no gravity: 9.81 m/s2 along -z is assumed");
     reader.tree()?;
     reader.mimics()?;
@@ -44,9 +43,12 @@ pub fn read(root: &Element, options: &ImportOptions, report: &mut ImportReport) 
 
 fn refuse_xacro(element: &Element) -> Fallible<()> {
     let of_attribute = element.attributes.iter().find(|own| own.value.contains("${"));
-    let place = of_attribute.map(|own| &own.place).or_else(|| element.name.starts_with("xacro:").then_some(&element.place));
+    let place =
+        of_attribute.map(|own| &own.place).or_else(|| element.name.starts_with("xacro:").then_some(&element.place));
     if let Some(place) = place {
-        return Err(Refusal::new("it is a xacro file: its values are not computed yet").at(place).help("run `xacro FILE > out.urdf` first, and import out.urdf"));
+        return Err(Refusal::new("it is a xacro file: its values are not computed yet")
+            .at(place)
+            .help("run `xacro FILE > out.urdf` first, and import out.urdf"));
     }
     element.children.iter().try_for_each(refuse_xacro)
 }
@@ -94,7 +96,9 @@ impl<'a> UrdfReader<'a> {
             }));
         };
         if let Some(second) = roots.next() {
-            return Err(links[second].refuse(format!("it has two roots: links `{first}` and `{second}` have no parent joint")));
+            return Err(
+                links[second].refuse(format!("it has two roots: links `{first}` and `{second}` have no parent joint"))
+            );
         }
         self.report.note(format!("link `{first}` is the root and is held as ground"));
         self.bodies.insert(first, 0);
@@ -106,7 +110,9 @@ impl<'a> UrdfReader<'a> {
                 next.push(child);
             }
         }
-        if let Some(link) = root.all("link").find(|link| link.get("name").is_some_and(|name| !self.bodies.contains_key(name))) {
+        if let Some(link) =
+            root.all("link").find(|link| link.get("name").is_some_and(|name| !self.bodies.contains_key(name)))
+        {
             return Err(link.refuse(format!("{} is in a cycle of joints", link.called())));
         }
         Ok(())
@@ -144,8 +150,13 @@ impl<'a> UrdfReader<'a> {
             return Err(joint.refuse(format!("two joints have the name `{name}`")));
         }
         let mut own = SpatialJoint::new(name, &joint.place, kind, body);
-        let axis = joint.child("axis").and_then(|axis| axis.attribute("xyz")).map_or(Ok([1.0, 0.0, 0.0]), |own| own.array::<3>())?;
-        own.axis = Vector3::from(axis).try_normalize(1e-12).ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
+        let axis = joint
+            .child("axis")
+            .and_then(|axis| axis.attribute("xyz"))
+            .map_or(Ok([1.0, 0.0, 0.0]), |own| own.array::<3>())?;
+        own.axis = Vector3::from(axis)
+            .try_normalize(1e-12)
+            .ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
         own.damping = optional(joint.child("dynamics"), "damping", 0.0)?;
         own.friction = optional(joint.child("dynamics"), "friction", 0.0)?;
         self.limits(joint, &mut own)?;
@@ -162,7 +173,12 @@ impl<'a> UrdfReader<'a> {
         let range = [optional(limit, "lower", 0.0)?, optional(limit, "upper", 0.0)?];
         if matches!(joint.get("type"), Some("revolute" | "prismatic")) && limit.is_some() {
             if range[0] >= range[1] {
-                return Err(joint.refuse(format!("{}: its limits {} to {} do not increase", joint.called(), range[0], range[1])));
+                return Err(joint.refuse(format!(
+                    "{}: its limits {} to {} do not increase",
+                    joint.called(),
+                    range[0],
+                    range[1]
+                )));
             }
             own.range = Some(range);
         }
@@ -211,7 +227,10 @@ impl<'a> UrdfReader<'a> {
         if name == "world" {
             return Ok(0);
         }
-        self.bodies.get(name).copied().ok_or_else(|| element.refuse(format!("{}: there is no link `{name}`", element.called())))
+        self.bodies
+            .get(name)
+            .copied()
+            .ok_or_else(|| element.refuse(format!("{}: there is no link `{name}`", element.called())))
     }
 
     fn world(&self, body: usize) -> Isometry3<f64> {
@@ -253,18 +272,29 @@ impl<'a> UrdfReader<'a> {
 
     /// A joint as in SDF: its pose in the frame of its child.
     fn gazebo_joint(&mut self, joint: &'a Element) -> Fallible<()> {
-        let text = |name: &str| joint.child(name).map(|own| own.text.trim()).ok_or_else(|| joint.refuse(format!("{} has no <{name}>", joint.called())));
+        let text = |name: &str| {
+            joint
+                .child(name)
+                .map(|own| own.text.trim())
+                .ok_or_else(|| joint.refuse(format!("{} has no <{name}>", joint.called())))
+        };
         let [parent, child] = [self.body(joint, text("parent")?)?, self.body(joint, text("child")?)?];
         let pose = match joint.child("pose") {
             Some(own) => match own.text_numbers()?[..] {
-                [x, y, z, roll, pitch, yaw] => Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw)),
+                [x, y, z, roll, pitch, yaw] => Isometry3::from_parts(
+                    Translation3::new(x, y, z),
+                    UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+                ),
                 _ => return Err(own.refuse("<pose> must be six numbers")),
             },
             None => Isometry3::identity(),
         };
         let place = self.world(child) * pose;
         let into = self.world(parent).inverse() * place;
-        let ends = [BodyPoint { body: parent, at: Point3::from(into.translation.vector) }, BodyPoint { body: child, at: Point3::from(pose.translation.vector) }];
+        let ends = [
+            BodyPoint { body: parent, at: Point3::from(into.translation.vector) },
+            BodyPoint { body: child, at: Point3::from(pose.translation.vector) },
+        ];
         let axis = match joint.child("axis").and_then(|axis| axis.child("xyz")) {
             Some(own) => match own.text_numbers()?[..] {
                 [x, y, z] => Vector3::new(x, y, z),
@@ -272,16 +302,27 @@ impl<'a> UrdfReader<'a> {
             },
             None => Vector3::z(),
         };
-        let axis = into.rotation * axis.try_normalize(1e-12).ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
+        let axis = into.rotation
+            * axis
+                .try_normalize(1e-12)
+                .ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
         let kind = match joint.must("type")? {
             "revolute" | "continuous" => ClosureKind::Hinge(axis),
             "prismatic" => ClosureKind::Slide(axis, None),
             "fixed" => ClosureKind::Weld(self.world(parent).inverse() * self.world(child)),
             "ball" => ClosureKind::Point,
-            other => return Err(joint.refuse(format!("{} closes a loop and is of type `{other}`, which no planar motion has", joint.called()))),
+            other => {
+                return Err(joint.refuse(format!(
+                    "{} closes a loop and is of type `{other}`, which no planar motion has",
+                    joint.called()
+                )));
+            }
         };
         let ends = match &kind {
-            ClosureKind::Weld(pose) => [BodyPoint { body: parent, at: Point3::from(pose.translation.vector) }, BodyPoint { body: child, at: Point3::origin() }],
+            ClosureKind::Weld(pose) => [
+                BodyPoint { body: parent, at: Point3::from(pose.translation.vector) },
+                BodyPoint { body: child, at: Point3::origin() },
+            ],
             _ => ends,
         };
         self.close(joint, kind, ends);
@@ -295,18 +336,28 @@ impl<'a> UrdfReader<'a> {
             ends.push((self.body(joint, own.must("link")?)?, origin(Some(own))?));
         }
         let [(first, pose), (second, other)] = ends[..] else { return Ok(()) };
-        let axis = joint.child("axis").and_then(|axis| axis.attribute("xyz")).map_or(Ok([1.0, 0.0, 0.0]), |own| own.array::<3>())?;
-        let axis = pose.rotation * Vector3::from(axis).try_normalize(1e-12).ok_or_else(|| joint.refuse("its axis has the length zero"))?;
+        let axis = joint
+            .child("axis")
+            .and_then(|axis| axis.attribute("xyz"))
+            .map_or(Ok([1.0, 0.0, 0.0]), |own| own.array::<3>())?;
+        let axis = pose.rotation
+            * Vector3::from(axis).try_normalize(1e-12).ok_or_else(|| joint.refuse("its axis has the length zero"))?;
         let kind = match joint.get("type").unwrap_or("revolute") {
             "revolute" | "continuous" => ClosureKind::Hinge(axis),
             "spherical" | "ball" => ClosureKind::Point,
             "prismatic" => ClosureKind::Slide(axis, None),
             "fixed" => ClosureKind::Weld(pose * other.inverse()),
-            other => return Err(joint.refuse(format!("{} is of type `{other}`, which no planar motion has", joint.called()))),
+            other => {
+                return Err(joint.refuse(format!("{} is of type `{other}`, which no planar motion has", joint.called())));
+            }
         };
         let ends = match &kind {
-            ClosureKind::Weld(pose) => [BodyPoint { body: first, at: Point3::from(pose.translation.vector) }, BodyPoint { body: second, at: Point3::origin() }],
-            _ => [(first, pose), (second, other)].map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
+            ClosureKind::Weld(pose) => [
+                BodyPoint { body: first, at: Point3::from(pose.translation.vector) },
+                BodyPoint { body: second, at: Point3::origin() },
+            ],
+            _ => [(first, pose), (second, other)]
+                .map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
         };
         self.close(joint, kind, ends);
         Ok(())
@@ -314,12 +365,18 @@ impl<'a> UrdfReader<'a> {
 
     fn ball_constraint(&mut self, own: &'a Element) -> Fallible<()> {
         let part = |key: &str| own.child(key).ok_or_else(|| own.refuse(format!("<{}> has no <{key}>", own.name)));
-        let bodies = [self.body(own, part("drake:ball_constraint_body_A")?.must("name")?)?, self.body(own, part("drake:ball_constraint_body_B")?.must("name")?)?];
+        let bodies = [
+            self.body(own, part("drake:ball_constraint_body_A")?.must("name")?)?,
+            self.body(own, part("drake:ball_constraint_body_B")?.must("name")?)?,
+        ];
         let point = |key: &str| -> Fallible<Point3<f64>> {
             let Some(own) = own.child(key) else { return Ok(Point3::origin()) };
             own.attribute("value").map_or(Ok(Point3::origin()), |value| Ok(Point3::from(value.array::<3>()?)))
         };
-        let ends = [BodyPoint { body: bodies[0], at: point("drake:ball_constraint_p_AP")? }, BodyPoint { body: bodies[1], at: point("drake:ball_constraint_p_BQ")? }];
+        let ends = [
+            BodyPoint { body: bodies[0], at: point("drake:ball_constraint_p_AP")? },
+            BodyPoint { body: bodies[1], at: point("drake:ball_constraint_p_BQ")? },
+        ];
         self.close(own, ClosureKind::Point, ends);
         Ok(())
     }
@@ -334,10 +391,16 @@ impl<'a> UrdfReader<'a> {
 
     fn bushing(&mut self, own: &'a Element) -> Fallible<()> {
         let part = |key: &str| own.child(key).ok_or_else(|| own.refuse(format!("<{}> has no <{key}>", own.name)));
-        let frames = [self.frame(own, part("drake:bushing_frameA")?.must("name")?)?, self.frame(own, part("drake:bushing_frameC")?.must("name")?)?];
-        let three = |key: &str| -> Fallible<[f64; 3]> { part(key)?.attribute("value").map_or(Ok([0.0; 3]), |value| value.array::<3>()) };
+        let frames = [
+            self.frame(own, part("drake:bushing_frameA")?.must("name")?)?,
+            self.frame(own, part("drake:bushing_frameC")?.must("name")?)?,
+        ];
+        let three = |key: &str| -> Fallible<[f64; 3]> {
+            part(key)?.attribute("value").map_or(Ok([0.0; 3]), |value| value.array::<3>())
+        };
         let (force, force_damping) = (three("drake:bushing_force_stiffness")?, three("drake:bushing_force_damping")?);
-        let (torque, torque_damping) = (three("drake:bushing_torque_stiffness")?, three("drake:bushing_torque_damping")?);
+        let (torque, torque_damping) =
+            (three("drake:bushing_torque_stiffness")?, three("drake:bushing_torque_damping")?);
         let largest = |values: [f64; 3]| values.into_iter().fold(0.0, f64::max);
         for (name, values) in [("force stiffness", force), ("force damping", force_damping)] {
             if values.iter().any(|value| *value != values[0]) {
@@ -357,14 +420,20 @@ impl<'a> UrdfReader<'a> {
 
     /// Pairs of frames that coincide, as onshape-to-robot writes them.
     fn closing_frames(&mut self) {
-        let links: Vec<(&str, &Element)> = self.root.all("link").filter_map(|link| Some((link.attribute("name")?.value.as_str(), link))).collect();
+        let links: Vec<(&str, &Element)> =
+            self.root.all("link").filter_map(|link| Some((link.attribute("name")?.value.as_str(), link))).collect();
         for (first, link) in &links {
             let Some(name) = first.strip_prefix("closing_").and_then(|rest| rest.strip_suffix("_1")) else { continue };
             let second = format!("closing_{name}_2");
             let bodies = (self.bodies.get(first).copied(), self.bodies.get(second.as_str()).copied());
             if let (Some(first), Some(second)) = bodies {
                 let ends = [first, second].map(|body| BodyPoint { body, at: Point3::origin() });
-                self.model.closures.push(Closure { name: name.to_owned(), place: link.place.clone(), kind: ClosureKind::Point, ends });
+                self.model.closures.push(Closure {
+                    name: name.to_owned(),
+                    place: link.place.clone(),
+                    kind: ClosureKind::Point,
+                    ends,
+                });
             }
         }
     }
@@ -377,11 +446,15 @@ impl<'a> UrdfReader<'a> {
             let interfaces = transmission.children.iter().flat_map(|own| own.all("hardwareInterface"));
             let is_effort = interfaces.map(|own| own.text.to_lowercase()).any(|text| text.contains("effort"));
             if !is_effort {
-                self.report.note(format!("the transmission of joint `{name}` is no effort interface: its controller is not in the file"));
+                self.report.note(format!(
+                    "the transmission of joint `{name}` is no effort interface: its controller is not in the file"
+                ));
                 continue;
             }
             let actuator = transmission.child("actuator");
-            let reduction = actuator.and_then(|own| own.child("mechanicalReduction")).or_else(|| transmission.child("mechanicalReduction"));
+            let reduction = actuator
+                .and_then(|own| own.child("mechanicalReduction"))
+                .or_else(|| transmission.child("mechanicalReduction"));
             let reduction = reduction.map_or(Ok(1.0), Element::text_number)?;
             let index = self.joint_named(joint, name)?;
             let range = self.efforts.get(&index).map(|effort| [-effort / reduction.abs(), effort / reduction.abs()]);
@@ -391,9 +464,13 @@ impl<'a> UrdfReader<'a> {
         for control in self.root.all("ros2_control") {
             for joint in control.all("joint") {
                 let name = joint.must("name")?;
-                let Some(effort) = joint.all("command_interface").find(|own| own.get("name") == Some("effort")) else { continue };
+                let Some(effort) = joint.all("command_interface").find(|own| own.get("name") == Some("effort")) else {
+                    continue;
+                };
                 let index = self.joint_named(joint, name)?;
-                let bound = |key: &str| effort.all("param").find(|own| own.get("name") == Some(key)).map(Element::text_number).transpose();
+                let bound = |key: &str| {
+                    effort.all("param").find(|own| own.get("name") == Some(key)).map(Element::text_number).transpose()
+                };
                 let given = bound("min")?.zip(bound("max")?).map(|(min, max)| [min, max]);
                 let range = given.or_else(|| self.efforts.get(&index).map(|effort| [-effort, *effort]));
                 self.input(&format!("{name}_effort"), index, 1.0, range);
@@ -419,29 +496,47 @@ impl<'a> UrdfReader<'a> {
 
     /// What else is in the file: without effect on the motion, or not known.
     fn others(&mut self, root: &Element) {
-        const KNOWN: &[&str] = &["link", "joint", "transmission", "ros2_control", "loop_joint", "frame", "drake:ball_constraint", "drake:linear_bushing_rpy"];
+        const KNOWN: &[&str] = &[
+            "link",
+            "joint",
+            "transmission",
+            "ros2_control",
+            "loop_joint",
+            "frame",
+            "drake:ball_constraint",
+            "drake:linear_bushing_rpy",
+        ];
         const IDLE: &[&str] = &["gazebo", "material", "sensor", "visual", "collision"];
         for child in root.children.iter().filter(|child| !KNOWN.contains(&child.name.as_str())) {
             match IDLE.contains(&child.name.as_str()) {
                 true => self.report.idle(format!("<{}>", child.name)),
                 false if self.options.leaves_out(&[&child.name]) => self.report.left_out.push(child.called()),
-                false => self.report.note(format!("<{}> (line {}) is not known and is left out", child.name, child.place.line)),
+                false => self
+                    .report
+                    .note(format!("<{}> (line {}) is not known and is left out", child.name, child.place.line)),
             }
         }
         for own in root.all("link").flat_map(|link| &link.children).filter(|own| own.name != "inertial") {
             self.report.idle(format!("<{}>", own.name));
         }
         let mut unread = Vec::new();
-        root.all("link").filter_map(|link| link.child("inertial")).chain(root.all("joint")).for_each(|own| own.unread(&mut unread));
+        root.all("link")
+            .filter_map(|link| link.child("inertial"))
+            .chain(root.all("joint"))
+            .for_each(|own| own.unread(&mut unread));
         for (called, attribute) in unread {
             self.report.note(format!("`{attribute}` of {called} is not known and is left out"));
         }
         const OF_JOINTS: &[&str] = &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
         const IDLE_OF_JOINTS: &[&str] = &["calibration", "safety_controller"];
-        for own in root.all("joint").flat_map(|joint| &joint.children).filter(|own| !OF_JOINTS.contains(&own.name.as_str())) {
+        for own in
+            root.all("joint").flat_map(|joint| &joint.children).filter(|own| !OF_JOINTS.contains(&own.name.as_str()))
+        {
             match IDLE_OF_JOINTS.contains(&own.name.as_str()) {
                 true => self.report.idle(format!("<{}>", own.name)),
-                false => self.report.note(format!("<{}> (line {}) of a joint is not known and is left out", own.name, own.place.line)),
+                false => self
+                    .report
+                    .note(format!("<{}> (line {}) of a joint is not known and is left out", own.name, own.place.line)),
             }
         }
     }
@@ -451,7 +546,8 @@ impl<'a> UrdfReader<'a> {
 fn mass(link: &Element) -> Fallible<BodyMass> {
     let Some(inertial) = link.child("inertial") else { return Ok(BodyMass::default()) };
     let mass = inertial.child("mass").and_then(|own| own.attribute("value"));
-    let mass = mass.ok_or_else(|| inertial.refuse(format!("the <inertial> of {} has no mass", link.called())))?.number()?;
+    let mass =
+        mass.ok_or_else(|| inertial.refuse(format!("the <inertial> of {} has no mass", link.called())))?.number()?;
     if mass < 0.0 {
         return Err(inertial.refuse(format!("the mass of {} is {mass}, but must not be negative", link.called())));
     }

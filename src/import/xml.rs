@@ -52,8 +52,10 @@ impl Attribute {
     pub fn number(&self) -> Fallible<f64> {
         match self.numbers()?[..] {
             [number] => Ok(number),
-            _ => Err(Refusal::new(format!("`{}` is `{}`, but must be one number", self.name, self.value))
-                .at(&self.place)),
+            _ => {
+                Err(Refusal::new(format!("`{}` is `{}`, but must be one number", self.name, self.value))
+                    .at(&self.place))
+            }
         }
     }
 
@@ -63,8 +65,9 @@ impl Attribute {
     /// Another count, or what is not a finite number.
     pub fn array<const N: usize>(&self) -> Fallible<[f64; N]> {
         let numbers = self.numbers()?;
-        <[f64; N]>::try_from(numbers)
-            .map_err(|_| Refusal::new(format!("`{}` is `{}`, but must be {N} numbers", self.name, self.value)).at(&self.place))
+        <[f64; N]>::try_from(numbers).map_err(|_| {
+            Refusal::new(format!("`{}` is `{}`, but must be {N} numbers", self.name, self.value)).at(&self.place)
+        })
     }
 }
 
@@ -184,7 +187,8 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, &'static str>
 /// Where it is not XML, breaks off, or is too large.
 pub fn parse(file: &str, text: &str) -> Fallible<Element> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-    let mut parser = XmlParser { file: Rc::from(file), text, starts, open: Vec::new(), count: 0, last: Cell::new((0, 1)) };
+    let mut parser =
+        XmlParser { file: Rc::from(file), text, starts, open: Vec::new(), count: 0, last: Cell::new((0, 1)) };
     let mut reader = Reader::from_str(text);
     loop {
         let begin = reader.buffer_position() as usize;
@@ -214,7 +218,8 @@ impl XmlParser<'_> {
     fn place(&self, offset: usize) -> FilePlace {
         let line = self.starts.partition_point(|&start| start <= offset).max(1);
         let (start, end) = (self.starts[line - 1], offset.min(self.text.len()));
-        let (from, column) = Some(self.last.get()).filter(|(last, _)| *last >= start && *last <= end).unwrap_or((start, 1));
+        let (from, column) =
+            Some(self.last.get()).filter(|(last, _)| *last >= start && *last <= end).unwrap_or((start, 1));
         let between = self.text.as_bytes().get(from..end).unwrap_or_default();
         // Bytes that continue a character are no characters.
         let column = column + between.iter().filter(|byte| **byte & 0xc0 != 0x80).count();
@@ -338,7 +343,9 @@ mod tests {
             let refusal = parse("a.xml", text).unwrap_err().to_string();
             assert!(refusal.starts_with(place) && refusal.contains(why), "{refusal}");
         }
-        for (value, why) in [("nan", "finite"), ("inf", "finite"), ("1e400", "finite"), ("1,5", "comma"), ("x", "number")] {
+        for (value, why) in
+            [("nan", "finite"), ("inf", "finite"), ("1e400", "finite"), ("1,5", "comma"), ("x", "number")]
+        {
             let root = parse("a.xml", &format!("<a b='{value}'/>")).unwrap();
             let refusal = root.attribute("b").unwrap().number().unwrap_err().to_string();
             assert!(refusal.starts_with("a.xml:1:4: `b`") && refusal.contains(why), "{refusal}");

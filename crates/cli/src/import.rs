@@ -53,7 +53,7 @@ pub struct ImportCommand {
     #[arg(long, default_value = "floor", help_heading = "Robots")]
     contacts: ContactArgument,
     /// Gravity of a drawing, m/s2; without a value 0,-9.81
-    #[arg(long, value_name = "X,Y", num_args = 0..=1, default_missing_value = "0,-9.81", value_parser = pair, allow_hyphen_values = true, help_heading = "Drawings")]
+    #[arg(long, value_name = "X,Y", num_args = 0..=1, default_missing_value = "0,-9.81", value_parser = pair, help_heading = "Drawings")]
     gravity: Option<[f64; 2]>,
     /// Unit of the drawing (mm, cm, m, in, ft), instead of the one it says
     #[arg(long, value_name = "UNIT", value_parser = length_unit, help_heading = "Drawings")]
@@ -95,7 +95,8 @@ fn number(text: &str) -> Result<f64, String> {
 }
 
 fn pair(text: &str) -> Result<[f64; 2], String> {
-    let (x, y) = text.split_once(',').ok_or_else(|| format!("`{text}` must be two numbers with a comma, such as 0,-9.81"))?;
+    let (x, y) =
+        text.split_once(',').ok_or_else(|| format!("`{text}` must be two numbers with a comma, such as 0,-9.81"))?;
     Ok([number(x)?, number(y)?])
 }
 
@@ -141,7 +142,8 @@ fn line_density(text: &str) -> Result<f64, String> {
 
 /// kg/m2
 fn plate(text: &str) -> Result<f64, String> {
-    let (density, thickness) = text.split_once(',').ok_or("write a density and a thickness, such as \"7850 kg/m3,5 mm\"")?;
+    let (density, thickness) =
+        text.split_once(',').ok_or("write a density and a thickness, such as \"7850 kg/m3,5 mm\"")?;
     let density = match with_unit(density)? {
         (value, "kg/m3" | "") => value,
         (value, "g/cm3") => value * 1e3,
@@ -218,7 +220,9 @@ impl ImportCommand {
 
 /// A file that another names by a relative path; all together no larger than one may be.
 fn included(folder: &Path, file: &str, left: &Cell<u64>) -> Option<Vec<u8>> {
-    let is_relative = Path::new(file).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir | Component::ParentDir));
+    let is_relative = Path::new(file)
+        .components()
+        .all(|part| matches!(part, Component::Normal(_) | Component::CurDir | Component::ParentDir));
     let bytes = is_relative.then(|| files::read(&folder.join(file), left.get()).ok()).flatten()?;
     left.set(left.get().saturating_sub(bytes.len() as u64));
     Some(bytes)

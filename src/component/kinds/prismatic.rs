@@ -10,7 +10,15 @@ use crate::scene::{Joint, Scene, Vector};
 pub(crate) const PRISMATIC: Component = Component {
     about: "sliding along an axis without turning",
     equations: "r = s u, theta = angle, F u = -damping v - friction - armature a",
-    keys: &[BETWEEN_POINTS, AXIS, ANGLE_BETWEEN, slide::DAMPING, slide::FRICTION_OF_GUIDE, slide::ARMATURE, limits::OF_SLIDE],
+    keys: &[
+        BETWEEN_POINTS,
+        AXIS,
+        ANGLE_BETWEEN,
+        slide::DAMPING,
+        slide::FRICTION_OF_GUIDE,
+        slide::ARMATURE,
+        limits::OF_SLIDE,
+    ],
     variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque, Q::StopForce, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::S],

@@ -146,7 +146,9 @@ pub fn read(file: &str, text: &str, options: &ImportOptions) -> Fallible<Drawing
     };
     let metres = Placement { x: [unit, 0.0], y: [0.0, unit], at: [0.0; 2] };
     let entities = reader.entities(&drawn, &metres, None, 0)?;
-    notes.extend(reader.skipped.iter().map(|(kind, count)| format!("{count} x {kind} left out: no effect on the motion")));
+    notes.extend(
+        reader.skipped.iter().map(|(kind, count)| format!("{count} x {kind} left out: no effect on the motion")),
+    );
     Ok(Drawing { unit, entities, layers: reader.layers, notes })
 }
 
@@ -159,7 +161,9 @@ fn pairs<'a>(file: &Rc<str>, text: &'a str) -> Fallible<Vec<Pair<'a>>> {
         if trimmed.is_empty() && lines.clone().all(|(_, line)| line.trim().is_empty()) {
             break;
         }
-        let code = trimmed.parse::<i32>().map_err(|_| Refusal::new(format!("`{trimmed}` must be a group code, a whole number")).at(&place(index + 1)))?;
+        let code = trimmed.parse::<i32>().map_err(|_| {
+            Refusal::new(format!("`{trimmed}` must be a group code, a whole number")).at(&place(index + 1))
+        })?;
         let Some((_, value)) = lines.next() else {
             return Err(Refusal::new("it breaks off: a group code without its value").at(&place(index + 1)));
         };
@@ -209,17 +213,25 @@ fn header_unit(section: &[Pair], notes: &mut Vec<String>) -> Option<f64> {
         Some(14) => Some(0.1),
         None | Some(0) => match variable("$MEASUREMENT") {
             Some(0) => {
-                notes.push("the drawing has no unit and imperial measures: inches are assumed; --unit gives another".to_owned());
+                notes.push(
+                    "the drawing has no unit and imperial measures: inches are assumed; --unit gives another"
+                        .to_owned(),
+                );
                 Some(0.0254)
             }
             Some(1) => {
-                notes.push("the drawing has no unit and metric measures: millimetres are assumed; --unit gives another".to_owned());
+                notes.push(
+                    "the drawing has no unit and metric measures: millimetres are assumed; --unit gives another"
+                        .to_owned(),
+                );
                 Some(1e-3)
             }
             _ => None,
         },
         Some(other) => {
-            notes.push(format!("the drawing's unit ({other}) is unusual: millimetres are assumed; --unit gives another"));
+            notes.push(format!(
+                "the drawing's unit ({other}) is unusual: millimetres are assumed; --unit gives another"
+            ));
             Some(1e-3)
         }
     }
@@ -304,7 +316,13 @@ impl<'a> DxfReader<'a> {
     }
 
     /// Entities where they are placed; those of layer 0 in a block are on the layer of the block.
-    fn entities(&mut self, records: &[Record<'a>], within: &Placement, outer: Option<&str>, depth: usize) -> Fallible<Vec<DrawnEntity>> {
+    fn entities(
+        &mut self,
+        records: &[Record<'a>],
+        within: &Placement,
+        outer: Option<&str>,
+        depth: usize,
+    ) -> Fallible<Vec<DrawnEntity>> {
         let mut found = Vec::new();
         let mut index = 0;
         while let Some(record) = records.get(index) {
@@ -328,7 +346,8 @@ impl<'a> DxfReader<'a> {
             let placement = self.placed(record, within)?;
             let Some(shape) = self.shape(record, corners, &placement, &layer, depth)? else { continue };
             let block = (record.kind == "INSERT").then(|| record.text(2).unwrap_or_default().to_lowercase());
-            let inserted = block.is_some().then(|| record.point(&self.file, 10)).transpose()?.map(|at| placement.apply(at));
+            let inserted =
+                block.is_some().then(|| record.point(&self.file, 10)).transpose()?.map(|at| placement.apply(at));
             let place = self.place(record.line);
             found.push(DrawnEntity { kind: record.kind.to_lowercase(), layer, place, shape, block, inserted });
         }
@@ -349,11 +368,19 @@ impl<'a> DxfReader<'a> {
         for height in heights {
             let first = *self.elevation.get_or_insert(height);
             if (height - first).abs() > 1e-9 * first.abs().max(1.0) {
-                return Err(Refusal::new(format!("{} has the elevation {height}, others {first}: the drawing is not in one plane", record.kind.to_lowercase())).at(&self.place(record.line)));
+                return Err(Refusal::new(format!(
+                    "{} has the elevation {height}, others {first}: the drawing is not in one plane",
+                    record.kind.to_lowercase()
+                ))
+                .at(&self.place(record.line)));
             }
         }
         if x.abs() > 1e-9 || y.abs() > 1e-9 || z == 0.0 {
-            return Err(Refusal::new(format!("{} is not in the plane x-y: its extrusion is ({x}, {y}, {z})", record.kind.to_lowercase())).at(&self.place(record.line)));
+            return Err(Refusal::new(format!(
+                "{} is not in the plane x-y: its extrusion is ({x}, {y}, {z})",
+                record.kind.to_lowercase()
+            ))
+            .at(&self.place(record.line)));
         }
         // Lines and points are in world coordinates whatever their extrusion.
         let mirrored = z < 0.0 && !matches!(record.kind, "LINE" | "POINT");
@@ -388,19 +415,28 @@ impl<'a> DxfReader<'a> {
             }
             "ARC" => {
                 let (centre, radius) = (record.point(&file, 10)?, record.number(&file, 40, 0.0)?);
-                let [from, to] = [record.number(&file, 50, 0.0)?.to_radians(), record.number(&file, 51, 360.0)?.to_radians()];
+                let [from, to] =
+                    [record.number(&file, 50, 0.0)?.to_radians(), record.number(&file, 51, 360.0)?.to_radians()];
                 let turn = (to - from).rem_euclid(std::f64::consts::TAU);
                 let at = |angle: f64| [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()];
                 let bulge = (turn / 8.0).tan();
                 outline(vec![at(from), at(from + turn / 2.0), at(from + turn)], vec![bulge, bulge], false)
             }
-            "CIRCLE" => DrawnShape::Circle(placement.apply(record.point(&file, 10)?), record.number(&file, 40, 0.0)? * placement.scale()),
+            "CIRCLE" => DrawnShape::Circle(
+                placement.apply(record.point(&file, 10)?),
+                record.number(&file, 40, 0.0)? * placement.scale(),
+            ),
             "POINT" => DrawnShape::Point(placement.apply(record.point(&file, 10)?)),
             "INSERT" => DrawnShape::Block(self.insert(record, placement, layer, depth)?),
             "VERTEX" | "SEQEND" | "VIEWPORT" | "ATTRIB" => return Ok(None),
-            "SPLINE" | "ELLIPSE" if super::LayerRole::named(&layer.to_lowercase()).is_some_and(|role| role != super::LayerRole::Ignored) => {
+            "SPLINE" | "ELLIPSE"
+                if super::LayerRole::named(&layer.to_lowercase())
+                    .is_some_and(|role| role != super::LayerRole::Ignored) =>
+            {
                 let help = "explode it into lines and arcs, or move it to a layer that is ignored";
-                return Err(Refusal::new(format!("a {} on layer `{layer}` is not read", record.kind.to_lowercase())).at(&self.place(record.line)).help(help));
+                return Err(Refusal::new(format!("a {} on layer `{layer}` is not read", record.kind.to_lowercase()))
+                    .at(&self.place(record.line))
+                    .help(help));
             }
             other => {
                 *self.skipped.entry(other.to_lowercase()).or_default() += 1;
@@ -428,7 +464,13 @@ impl<'a> DxfReader<'a> {
         Ok((xs.into_iter().zip(ys).map(|(x, y)| [x, y]).collect(), bulges))
     }
 
-    fn insert(&mut self, record: &Record<'a>, placement: &Placement, layer: &str, depth: usize) -> Fallible<Vec<DrawnEntity>> {
+    fn insert(
+        &mut self,
+        record: &Record<'a>,
+        placement: &Placement,
+        layer: &str,
+        depth: usize,
+    ) -> Fallible<Vec<DrawnEntity>> {
         let file = self.file.clone();
         let name = record.text(2).unwrap_or_default().to_lowercase();
         let place = self.place(record.line);
@@ -436,7 +478,9 @@ impl<'a> DxfReader<'a> {
             return Err(Refusal::new(format!("block `{name}` is nested {DEEPEST} deep: it contains itself")).at(&place));
         }
         if record.flags(70) > 1 || record.flags(71) > 1 {
-            return Err(Refusal::new(format!("block `{name}` is inserted as an array")).at(&place).help("explode the array into single blocks"));
+            return Err(Refusal::new(format!("block `{name}` is inserted as an array"))
+                .at(&place)
+                .help("explode the array into single blocks"));
         }
         let Some((own, base)) = self.blocks.remove(&name) else {
             return Err(Refusal::new(format!("block `{name}` is not defined, or contains itself")).at(&place));
@@ -444,7 +488,9 @@ impl<'a> DxfReader<'a> {
         let [x, y] = [record.number(&file, 41, 1.0)?, record.number(&file, 42, 1.0)?];
         if (x.abs() - y.abs()).abs() > 1e-9 * x.abs() || x == 0.0 {
             self.blocks.insert(name.clone(), (own, base));
-            return Err(Refusal::new(format!("block `{name}` is scaled by {x} and {y}: circles would be ellipses")).at(&place).help("scale it alike in both directions"));
+            return Err(Refusal::new(format!("block `{name}` is scaled by {x} and {y}: circles would be ellipses"))
+                .at(&place)
+                .help("scale it alike in both directions"));
         }
         let (sine, cosine) = record.number(&file, 50, 0.0)?.to_radians().sin_cos();
         let at = record.point(&file, 10)?;

@@ -78,7 +78,10 @@ impl DrawnBody {
     /// Is a place one of its marks, on one of its lines, or within a slider?
     fn has(&self, at: [f64; 2], snap: f64) -> bool {
         self.marks().any(|mark| apart(mark, at) <= snap)
-            || self.outlines.iter().any(|outline| outline.distance(at) <= snap || self.is_slider && outline.surrounds(at))
+            || self
+                .outlines
+                .iter()
+                .any(|outline| outline.distance(at) <= snap || self.is_slider && outline.surrounds(at))
     }
 }
 
@@ -146,7 +149,8 @@ impl<'a> Sketch<'a> {
     /// Is there a layer for bodies? Else those of layer 0 count.
     fn role(&self, entity: &DrawnEntity) -> LayerRole {
         let role = LayerRole::of(&entity.layer, self.options);
-        let has_links = || self.drawing.entities.iter().any(|own| LayerRole::of(&own.layer, self.options) == LayerRole::Links);
+        let has_links =
+            || self.drawing.entities.iter().any(|own| LayerRole::of(&own.layer, self.options) == LayerRole::Links);
         if role == LayerRole::Ignored && entity.layer == "0" && !has_links() { LayerRole::Links } else { role }
     }
 
@@ -180,8 +184,12 @@ impl<'a> Sketch<'a> {
     fn body(&mut self, entity: &DrawnEntity) -> Fallible<()> {
         let is_slider = self.role(entity) == LayerRole::Sliders;
         let called = format!("{} of line {}", entity.kind, entity.place.line);
-        let name = entity.block.clone().unwrap_or_else(|| format!("{}_{}", if is_slider { "slider" } else { "link" }, self.bodies.len() + 1));
-        let mut body = DrawnBody { name, called, outlines: Vec::new(), holes: Vec::new(), guides: Vec::new(), is_slider };
+        let name = entity
+            .block
+            .clone()
+            .unwrap_or_else(|| format!("{}_{}", if is_slider { "slider" } else { "link" }, self.bodies.len() + 1));
+        let mut body =
+            DrawnBody { name, called, outlines: Vec::new(), holes: Vec::new(), guides: Vec::new(), is_slider };
         match &entity.shape {
             DrawnShape::Outline(outline) => body.outlines.push(outline.clone()),
             // A circle or point beside the blocks is a pin.
@@ -201,7 +209,9 @@ impl<'a> Sketch<'a> {
                 }
             }
         }
-        let same = |other: &&DrawnBody| other.outlines == body.outlines && other.is_slider == is_slider && other.holes == body.holes;
+        let same = |other: &&DrawnBody| {
+            other.outlines == body.outlines && other.is_slider == is_slider && other.holes == body.holes
+        };
         if let Some(other) = self.bodies.iter().find(same) {
             self.notes.push(format!("{called} is drawn twice, as {}: one bar", other.called, called = body.called));
             return Ok(());
@@ -212,16 +222,27 @@ impl<'a> Sketch<'a> {
 
     /// Circles and points of the pin layers, holes, marks of the ground; without any, the ends that meet.
     fn find_pins(&mut self) {
-        let counts = |entity: &&DrawnEntity| entity.block.is_none() && matches!(self.role(entity), LayerRole::Pins | LayerRole::Links);
+        let counts = |entity: &&DrawnEntity| {
+            entity.block.is_none() && matches!(self.role(entity), LayerRole::Pins | LayerRole::Links)
+        };
         let drawn = self.drawing.entities.iter().filter(counts);
         let mut places: Vec<[f64; 2]> = drawn.filter_map(DrawnEntity::centre).collect();
         places.extend(self.bodies.iter().flat_map(|body| body.holes.iter().map(|hole| hole.0)));
         if places.is_empty() {
-            let marks: Vec<(usize, [f64; 2])> = self.bodies.iter().enumerate().flat_map(|(index, body)| body.marks().map(move |mark| (index, mark)).collect::<Vec<_>>()).collect();
-            let meets = |(index, mark): &&(usize, [f64; 2])| self.bodies.iter().enumerate().any(|(other, body)| other != *index && body.has(*mark, self.snap));
+            let marks: Vec<(usize, [f64; 2])> = self
+                .bodies
+                .iter()
+                .enumerate()
+                .flat_map(|(index, body)| body.marks().map(move |mark| (index, mark)).collect::<Vec<_>>())
+                .collect();
+            let meets = |(index, mark): &&(usize, [f64; 2])| {
+                self.bodies.iter().enumerate().any(|(other, body)| other != *index && body.has(*mark, self.snap))
+            };
             places.extend(marks.iter().filter(meets).map(|(_, mark)| *mark));
         }
-        places.extend(self.ground_marks().into_iter().filter(|at| self.bodies.iter().any(|body| body.has(*at, self.snap))));
+        places.extend(
+            self.ground_marks().into_iter().filter(|at| self.bodies.iter().any(|body| body.has(*at, self.snap))),
+        );
         for at in places {
             if self.pins.iter().all(|pin| apart(*pin, at) > self.snap) {
                 self.pins.push(at);
@@ -238,16 +259,24 @@ impl<'a> Sketch<'a> {
             matches!(name.as_str(), "ground" | "pivot")
         };
         let drawn = self.drawing.entities.iter();
-        let own = drawn.filter(|entity| self.role(entity) == LayerRole::Ground || is_block(entity)).filter_map(DrawnEntity::centre);
+        let own = drawn
+            .filter(|entity| self.role(entity) == LayerRole::Ground || is_block(entity))
+            .filter_map(DrawnEntity::centre);
         given.chain(own).collect()
     }
 
     fn ground(&mut self) -> Fallible<()> {
         self.grounded = vec![false; self.pins.len()];
-        let lines: Vec<Outline> = self.drawing.entities.iter().filter(|entity| self.role(entity) == LayerRole::Ground).filter_map(|entity| match &entity.shape {
-            DrawnShape::Outline(outline) => Some(outline.clone()),
-            _ => None,
-        }).collect();
+        let lines: Vec<Outline> = self
+            .drawing
+            .entities
+            .iter()
+            .filter(|entity| self.role(entity) == LayerRole::Ground)
+            .filter_map(|entity| match &entity.shape {
+                DrawnShape::Outline(outline) => Some(outline.clone()),
+                _ => None,
+            })
+            .collect();
         let marks = self.ground_marks();
         for (pin, at) in self.pins.iter().enumerate() {
             let marked = marks.iter().any(|mark| apart(*mark, *at) <= self.snap);
@@ -259,12 +288,15 @@ impl<'a> Sketch<'a> {
         };
         for mark in &marks {
             if self.pins.iter().all(|pin| apart(*pin, *mark) > self.snap) {
-                return Err(Refusal::new(format!("the ground at {} is at no pin", self.shown(*mark))).help(format!("the pins are {}", list())));
+                return Err(Refusal::new(format!("the ground at {} is at no pin", self.shown(*mark)))
+                    .help(format!("the pins are {}", list())));
             }
         }
         if !self.grounded.iter().any(|own| *own) && self.guides.is_empty() {
-            return Err(Refusal::new("nothing is fixed to the ground: no pin has a point, circle or line of a layer GROUND")
-                .help(format!("--ground X,Y names one of the pins {}", list())));
+            return Err(Refusal::new(
+                "nothing is fixed to the ground: no pin has a point, circle or line of a layer GROUND",
+            )
+            .help(format!("--ground X,Y names one of the pins {}", list())));
         }
         Ok(())
     }
@@ -319,13 +351,17 @@ impl<'a> Sketch<'a> {
             let guide = body.guides.iter().find(|guide| on(guide))?;
             (!body.has(at, 0.0)).then_some(ImportedGuide { on: Some(index), along: along(*guide) })
         });
-        of_body.or_else(|| self.guides.iter().find(|guide| on(guide)).map(|guide| ImportedGuide { on: None, along: along(*guide) }))
+        of_body.or_else(|| {
+            self.guides.iter().find(|guide| on(guide)).map(|guide| ImportedGuide { on: None, along: along(*guide) })
+        })
     }
 
     fn linkage(mut self) -> ImportedLinkage {
         let density = self.options.dxf.line_density.unwrap_or(1.0);
         match (self.options.dxf.line_density, self.options.dxf.plate) {
-            (None, None) => self.notes.push("masses are assumed: 1 kg per metre of line; --line-density and --plate give others".to_owned()),
+            (None, None) => self
+                .notes
+                .push("masses are assumed: 1 kg per metre of line; --line-density and --plate give others".to_owned()),
             (_, Some(plate)) => self.notes.push(format!("closed outlines are plates of {plate:.4} kg/m2")),
             (Some(density), None) => self.notes.push(format!("lines have {density:?} kg/m")),
         }
@@ -345,7 +381,13 @@ impl<'a> Sketch<'a> {
         let links = self.bodies.iter().map(|body| {
             let places = pins.iter().enumerate().filter(|(_, pin)| body.has(pin.at, self.snap)).map(|(index, _)| index);
             let own = body.uniform(density, self.options.dxf.plate);
-            ImportedLink { name: body.name.clone(), pins: places.collect(), mass: Some(own.mass), inertia: Some(own.inertia), centre: Some(own.centre) }
+            ImportedLink {
+                name: body.name.clone(),
+                pins: places.collect(),
+                mass: Some(own.mass),
+                inertia: Some(own.inertia),
+                centre: Some(own.centre),
+            }
         });
         let links = links.collect();
         ImportedLinkage {
@@ -380,7 +422,8 @@ impl DrawnBody {
             Some(plate) => outline::plate(&self.outlines, &self.holes, plate),
             // A slider is a block: the mass of its outline is spread over its area.
             None if self.is_slider && closed => {
-                let (mass, area) = (outline::wire(&self.outlines, density).mass, outline::plate(&self.outlines, &[], 1.0));
+                let (mass, area) =
+                    (outline::wire(&self.outlines, density).mass, outline::plate(&self.outlines, &[], 1.0));
                 let spread = mass / area.mass;
                 Uniform { mass, inertia: area.inertia * spread, ..area }
             }

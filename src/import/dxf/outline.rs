@@ -36,7 +36,9 @@ impl Outline {
     fn segments(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], f64)> + '_ {
         let count = self.corners.len();
         let last = if self.closed { count } else { count.saturating_sub(1) };
-        (0..last).map(move |index| (self.corners[index], self.corners[(index + 1) % count], self.bulges.get(index).copied().unwrap_or(0.0)))
+        (0..last).map(move |index| {
+            (self.corners[index], self.corners[(index + 1) % count], self.bulges.get(index).copied().unwrap_or(0.0))
+        })
     }
 
     /// Its segments without arcs.
@@ -54,7 +56,9 @@ impl Outline {
 
     /// Is a place within it, if it is closed? By the number of sides to the right; arcs count as their chords.
     pub fn surrounds(&self, [x, y]: [f64; 2]) -> bool {
-        let crossed = self.segments().filter(|(a, b, _)| (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
+        let crossed = self
+            .segments()
+            .filter(|(a, b, _)| (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
         self.closed && crossed.count() % 2 == 1
     }
 
@@ -143,7 +147,11 @@ pub fn plate(outlines: &[Outline], holes: &[([f64; 2], f64)], density: f64) -> U
             let (x, y) = (x - u, y - v);
             [0.5 * (x * dy - y * dx), 0.5 * x * x * dy, -0.5 * y * y * dx, (x * x * x * dy - y * y * y * dx) / 3.0]
         });
-        let around = closed.iter().enumerate().filter(|(other, own)| *other != index && own.surrounds(outline.corners[0])).count();
+        let around = closed
+            .iter()
+            .enumerate()
+            .filter(|(other, own)| *other != index && own.surrounds(outline.corners[0]))
+            .count();
         let sign = own[0].signum() * if around % 2 == 1 { -1.0 } else { 1.0 };
         sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += sign * density * own);
     }
@@ -169,9 +177,16 @@ mod tests {
     /// A stadium: a rectangle 2 by 1 with half discs of radius 1/2 at both ends.
     #[test]
     fn a_stadium_has_the_mass_of_a_rectangle_and_a_disc() {
-        let outline = Outline { corners: vec![[4.0, 7.0], [6.0, 7.0], [6.0, 8.0], [4.0, 8.0]], bulges: vec![0.0, 1.0, 0.0, 1.0], closed: true };
+        let outline = Outline {
+            corners: vec![[4.0, 7.0], [6.0, 7.0], [6.0, 8.0], [4.0, 8.0]],
+            bulges: vec![0.0, 1.0, 0.0, 1.0],
+            closed: true,
+        };
         let own = plate(std::slice::from_ref(&outline), &[], 3.0);
-        assert!(close(own.mass, 3.0 * (2.0 + PI / 4.0)) && close(own.centre[0], 5.0) && close(own.centre[1], 7.5), "{own:?}");
+        assert!(
+            close(own.mass, 3.0 * (2.0 + PI / 4.0)) && close(own.centre[0], 5.0) && close(own.centre[1], 7.5),
+            "{own:?}"
+        );
         // A half disc's centre is 4 r/(3 pi) from its side; about the disc's centre it has m r^2/2.
         let (half, r) = (3.0 * PI / 8.0, 0.5);
         let beside = 4.0 * r / (3.0 * PI);

@@ -35,7 +35,8 @@ impl<'a> MjcfReader<'a> {
         let own = self.defaults.of(element, kind, None)?;
         if !self.enabled.actuation {
             element.mark();
-            self.report.idle(format!("actuator `{}`, as actuation is disabled", element.get("name").unwrap_or_default()));
+            self.report
+                .idle(format!("actuator `{}`, as actuation is disabled", element.get("name").unwrap_or_default()));
             return Ok(());
         }
         let law = match kind {
@@ -71,7 +72,8 @@ impl<'a> MjcfReader<'a> {
         let ActuatorLaw { gain, rate_gain, bias, activation } = law;
         let name = element.get("name").unwrap_or_default().to_owned();
         let start = 0.0;
-        let actuator = SpatialActuator { name, transmission, gear, gain, rate_gain, bias, activation, control, force, start };
+        let actuator =
+            SpatialActuator { name, transmission, gear, gain, rate_gain, bias, activation, control, force, start };
         self.model.actuators.push(actuator);
         Ok(())
     }
@@ -122,11 +124,22 @@ impl<'a> MjcfReader<'a> {
             if matches!(kind, JointKind::Hinge | JointKind::Slide) {
                 return Ok(Some(Transmission::Joints(vec![(joint, 1.0)])));
             }
-            self.refuse_or_leave(element, "actuator", format!("actuator {} moves `{name}`, which is neither a hinge nor a slide", element.called()));
+            self.refuse_or_leave(
+                element,
+                "actuator",
+                format!("actuator {} moves `{name}`, which is neither a hinge nor a slide", element.called()),
+            );
             return Ok(None);
         }
         let Some(name) = element.get("tendon") else {
-            self.refuse_or_leave(element, "actuator", format!("actuator {} acts on a site, a body or a slider-crank, which has no counterpart", element.called()));
+            self.refuse_or_leave(
+                element,
+                "actuator",
+                format!(
+                    "actuator {} acts on a site, a body or a slider-crank, which has no counterpart",
+                    element.called()
+                ),
+            );
             return Ok(None);
         };
         if let Some(tendon) = self.fixed_tendons.get(name) {
@@ -135,12 +148,21 @@ impl<'a> MjcfReader<'a> {
         if let Some(ends) = self.spatial_tendons.get(name) {
             return Ok(Some(Transmission::Points(ends.clone())));
         }
-        self.refuse_or_leave(element, "actuator", format!("actuator {} pulls the tendon `{name}`, which is not imported", element.called()));
+        self.refuse_or_leave(
+            element,
+            "actuator",
+            format!("actuator {} pulls the tendon `{name}`, which is not imported", element.called()),
+        );
         Ok(None)
     }
 
     /// The range of the joint, scaled about its middle.
-    fn inherited(&self, element: &'a Element, own: &Resolved, transmission: &Transmission) -> Fallible<Option<[f64; 2]>> {
+    fn inherited(
+        &self,
+        element: &'a Element,
+        own: &Resolved,
+        transmission: &Transmission,
+    ) -> Fallible<Option<[f64; 2]>> {
         let scale = own.number("inheritrange", 0.0)?;
         let Transmission::Joints(terms) = transmission else { return Ok(None) };
         if scale == 0.0 {
@@ -148,7 +170,8 @@ impl<'a> MjcfReader<'a> {
         }
         let joint = &self.model.joints[terms[0].0];
         let Some([low, high]) = joint.range.filter(|_| terms.len() == 1) else {
-            return Err(Refusal::new(format!("{} inherits a range, but what it moves has none", element.called())).at(&element.place));
+            return Err(Refusal::new(format!("{} inherits a range, but what it moves has none", element.called()))
+                .at(&element.place));
         };
         let (middle, half) = ((low + high) / 2.0 + joint.zero, (high - low) / 2.0 * scale);
         Ok(Some([middle - half, middle + half]))

@@ -30,7 +30,10 @@ const ROWS: &[Row] = &[
             "alignfree",
         ],
     ),
-    ("compiler/lengthrange", ["", "", "accel interval inttotal maxforce mode timeconst timestep tolrange useexisting uselimit", ""]),
+    (
+        "compiler/lengthrange",
+        ["", "", "accel interval inttotal maxforce mode timeconst timestep tolrange useexisting uselimit", ""],
+    ),
     (
         "option",
         [
@@ -52,7 +55,10 @@ const ROWS: &[Row] = &[
         ],
     ),
     ("default", ["class", "", "", ""]),
-    ("body", ["name childclass gravcomp mocap pos quat axisangle euler xyaxes zaxis", "", "fuse simple sleep user", ""]),
+    (
+        "body",
+        ["name childclass gravcomp mocap pos quat axisangle euler xyaxes zaxis", "", "fuse simple sleep user", ""],
+    ),
     ("frame", ["name childclass pos quat axisangle euler xyaxes zaxis", "", "", ""]),
     ("inertial", ["mass diaginertia fullinertia pos quat axisangle euler xyaxes zaxis", "", "", ""]),
     (
@@ -74,14 +80,20 @@ const ROWS: &[Row] = &[
             "adhesion surfacevel fluidshape",
         ],
     ),
-    ("site", ["name class pos quat axisangle euler xyaxes zaxis fromto", "", "group material mesh rgba size type user", ""]),
+    (
+        "site",
+        ["name class pos quat axisangle euler xyaxes zaxis fromto", "", "group material mesh rgba size type user", ""],
+    ),
     (
         "contact/pair",
         ["name class geom1 geom2 condim friction", "gap margin solimp solref solreffriction", "", "adhesion"],
     ),
     ("contact/exclude", ["name body1 body2", "", "", ""]),
     ("equality/connect", ["name class active anchor body1 body2 site1 site2", "solimp solref", "", ""]),
-    ("equality/weld", ["name class active anchor body1 body2 site1 site2 relpose", "solimp solref torquescale", "", ""]),
+    (
+        "equality/weld",
+        ["name class active anchor body1 body2 site1 site2 relpose", "solimp solref torquescale", "", ""],
+    ),
     ("equality/joint", ["name class active joint1 joint2 polycoef", "solimp solref", "", ""]),
     (
         "tendon/spatial",
@@ -165,20 +177,52 @@ const ROWS: &[Row] = &[
 
 /// Elements below which nothing has an effect on the motion.
 const IDLE: &[&str] = &[
-    "visual", "statistic", "size", "sensor", "custom", "asset", "camera", "light", "texture", "material", "layer", "skin", "mesh",
+    "visual",
+    "statistic",
+    "size",
+    "sensor",
+    "custom",
+    "asset",
+    "camera",
+    "light",
+    "texture",
+    "material",
+    "layer",
+    "skin",
+    "mesh",
 ];
 
 /// Elements that act and have no counterpart, with everything in them.
 pub const REFUSED: &[&str] = &[
-    "attach", "composite", "flexcomp", "replicate", "plugin", "deformable", "extension", "flex", "flexstrain", "orientation", "pid", "cylinder",
-    "muscle", "adhesion", "dcmotor", "pulley", "edge", "elasticity", "pin",
+    "attach",
+    "composite",
+    "flexcomp",
+    "replicate",
+    "plugin",
+    "deformable",
+    "extension",
+    "flex",
+    "flexstrain",
+    "orientation",
+    "pid",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+    "pulley",
+    "edge",
+    "elasticity",
+    "pin",
 ];
 
 /// The key of an element under its parent.
 fn key(parent: &str, name: &str) -> String {
     match (parent, name) {
         (_, "worldbody") => "body".to_owned(),
-        ("compiler" | "option" | "contact" | "equality" | "tendon" | "actuator" | "spatial" | "fixed" | "keyframe", _) => {
+        (
+            "compiler" | "option" | "contact" | "equality" | "tendon" | "actuator" | "spatial" | "fixed" | "keyframe",
+            _,
+        ) => {
             format!("{parent}/{name}")
         }
         _ => name.to_owned(),
@@ -203,7 +247,11 @@ fn rows<'a>(parent: &'a str, name: &'a str) -> impl Iterator<Item = &'static Row
 pub fn knows(parent: &str, name: &str) -> bool {
     const SECTIONS: &[&str] =
         &["worldbody", "contact", "equality", "tendon", "actuator", "keyframe", "default", "flag", "lengthrange"];
-    SECTIONS.contains(&name) || is_idle(parent, name) || REFUSED.contains(&name) || is_refused_tendon(parent, name) || rows(parent, name).next().is_some()
+    SECTIONS.contains(&name)
+        || is_idle(parent, name)
+        || REFUSED.contains(&name)
+        || is_refused_tendon(parent, name)
+        || rows(parent, name).next().is_some()
 }
 
 /// Is it without effect, with everything in it?
@@ -221,7 +269,9 @@ pub fn class_of(path: &[&str], attribute: &str) -> Option<AttributeClass> {
     // Below a body no element that counts here is deeper.
     let path = &path[path.len().saturating_sub(DEEPEST)..];
     let parents = path.iter().zip(path.iter().skip(1));
-    if path.iter().any(|name| REFUSED.contains(name)) || parents.clone().any(|(parent, name)| is_refused_tendon(parent, name)) {
+    if path.iter().any(|name| REFUSED.contains(name))
+        || parents.clone().any(|(parent, name)| is_refused_tendon(parent, name))
+    {
         return Some(AttributeClass::Refused);
     }
     if parents.clone().any(|(parent, name)| is_idle(parent, name)) {

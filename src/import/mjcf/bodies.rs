@@ -45,7 +45,10 @@ impl<'a> MjcfReader<'a> {
             if child.name == "frame" {
                 let own = self.defaults.of(child, "frame", None)?;
                 let pose = within.pose * own.pose(&self.settings.angles)?;
-                self.children(child, &Within { body: within.body, pose, class: child.get("childclass").or(within.class) })?;
+                self.children(
+                    child,
+                    &Within { body: within.body, pose, class: child.get("childclass").or(within.class) },
+                )?;
             }
             if child.name == "body" {
                 self.body(child, within)?;
@@ -64,10 +67,15 @@ impl<'a> MjcfReader<'a> {
         }
         let compensated = element.attribute("gravcomp").map_or(Ok(0.0), |own| own.number())?;
         if compensated != 0.0 && compensated != 1.0 {
-            self.refuse_or_leave(element, "gravcomp", format!("body `{name}`: `gravcomp` is {compensated}, but only 0 and 1 have a counterpart"));
+            self.refuse_or_leave(
+                element,
+                "gravcomp",
+                format!("body `{name}`: `gravcomp` is {compensated}, but only 0 and 1 have a counterpart"),
+            );
         }
         if element.get("mocap") == Some("true") {
-            self.report.note(format!("body `{name}` is moved by the program that runs MuJoCo (mocap): it is ground here"));
+            self.report
+                .note(format!("body `{name}` is moved by the program that runs MuJoCo (mocap): it is ground here"));
         }
         let index = self.model.bodies.len();
         self.model.bodies.push(SpatialBody {
@@ -181,16 +189,23 @@ impl<'a> MjcfReader<'a> {
         joint.damping = if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 };
         joint.friction = if self.enabled.frictionloss { own.number("frictionloss", 0.0)? } else { 0.0 };
         joint.armature = own.number("armature", 0.0)?;
-        for (key, value) in [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)] {
+        for (key, value) in [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
+        {
             if value < 0.0 {
-                return Err(element.refuse(format!("{}: `{key}` is {value}, but must not be negative", element.called())));
+                return Err(
+                    element.refuse(format!("{}: `{key}` is {value}, but must not be negative", element.called()))
+                );
             }
         }
         if kind == JointKind::Ball || kind == JointKind::Free {
             let pose = self.model.bodies[within.body].pose;
             joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
             if joint.armature != 0.0 && kind == JointKind::Free || joint.damping != 0.0 && kind == JointKind::Free {
-                self.refuse_or_leave(element, "joint", format!("{} is free and has damping or armature", element.called()));
+                self.refuse_or_leave(
+                    element,
+                    "joint",
+                    format!("{} is free and has damping or armature", element.called()),
+                );
             }
         }
         let index = self.model.joints.len();
@@ -207,7 +222,9 @@ impl<'a> MjcfReader<'a> {
         joint.anchor = within.pose * Point3::from(at);
         let axis = Vector3::from(own.some("axis", [0.0, 0.0, 1.0])?);
         joint.axis = within.pose.rotation
-            * axis.try_normalize(1e-12).ok_or_else(|| own.element.refuse(format!("{called}: `axis` has the length zero")))?;
+            * axis
+                .try_normalize(1e-12)
+                .ok_or_else(|| own.element.refuse(format!("{called}: `axis` has the length zero")))?;
         joint.zero = own.number("ref", 0.0)? * unit;
         let stiffness = own.number("stiffness", 0.0)?;
         let relaxed = own.number("springref", 0.0)? * unit;
@@ -239,7 +256,9 @@ impl<'a> MjcfReader<'a> {
             friction,
         };
         if contact.shape == GeomShape::Plane && within.body != 0 {
-            return Err(Refusal::new(format!("{} is a plane on a body that may move", element.called())).at(&element.place));
+            return Err(
+                Refusal::new(format!("{} is a plane on a body that may move", element.called())).at(&element.place)
+            );
         }
         self.geoms.push(contact);
         Ok(())

@@ -23,7 +23,11 @@ impl<'a> MjcfReader<'a> {
                     "weld" => self.weld(element)?,
                     "joint" => self.coupling(element)?,
                     kind => {
-                        self.refuse_or_leave(element, kind, format!("the equality {} has no counterpart", element.called()));
+                        self.refuse_or_leave(
+                            element,
+                            kind,
+                            format!("the equality {} has no counterpart", element.called()),
+                        );
                     }
                 }
             }
@@ -35,7 +39,9 @@ impl<'a> MjcfReader<'a> {
     fn body_of(&self, element: &Element, key: &str) -> Fallible<usize> {
         let Some(name) = element.get(key) else { return Ok(0) };
         let known = self.body_names.get(name).copied().or((name == "world").then_some(0));
-        known.ok_or_else(|| element.refuse(format!("{}: `{key}` is `{name}`, but there is no such body", element.called())))
+        known.ok_or_else(|| {
+            element.refuse(format!("{}: `{key}` is `{name}`, but there is no such body", element.called()))
+        })
     }
 
     pub fn joint_named(&self, element: &Element, name: &str) -> Fallible<usize> {
@@ -122,11 +128,17 @@ impl<'a> MjcfReader<'a> {
             factors.iter_mut().zip(given).for_each(|(factor, number)| *factor = number);
         }
         let named = [Some(joint), leader].into_iter().flatten().map(|joint| &self.model.joints[joint]);
-        if let Some(wrong) = named.into_iter().find(|joint| !matches!(joint.kind, JointKind::Hinge | JointKind::Slide)) {
-            return Err(element.refuse(format!("{} couples `{}`, which is neither a hinge nor a slide", element.called(), wrong.name)));
+        if let Some(wrong) = named.into_iter().find(|joint| !matches!(joint.kind, JointKind::Hinge | JointKind::Slide))
+        {
+            return Err(element.refuse(format!(
+                "{} couples `{}`, which is neither a hinge nor a slide",
+                element.called(),
+                wrong.name
+            )));
         }
         if factors[2..].iter().any(|factor| *factor != 0.0) && leader.is_some() {
-            let called = if name.is_empty() { "a joint equality".to_owned() } else { format!("joint equality `{name}`") };
+            let called =
+                if name.is_empty() { "a joint equality".to_owned() } else { format!("joint equality `{name}`") };
             let text = element.attribute("polycoef").map_or("", |own| &own.value);
             self.refuse_or_leave(element, "equality", format!("{called} is not linear: its polycoef is {text}"));
             return Ok(());
@@ -157,7 +169,11 @@ impl<'a> MjcfReader<'a> {
             [at] => Ok([at; 2]),
             [low, high] if low < 0.0 && high < 0.0 => Ok([length; 2]),
             [low, high] if low <= high => Ok([low, high]),
-            _ => Err(Refusal::new(format!("`springlength` is `{}`, but must be one or two increasing lengths", attribute.value)).at(&attribute.place)),
+            _ => Err(Refusal::new(format!(
+                "`springlength` is `{}`, but must be one or two increasing lengths",
+                attribute.value
+            ))
+            .at(&attribute.place)),
         }
     }
 
@@ -166,7 +182,10 @@ impl<'a> MjcfReader<'a> {
         let mut terms = Vec::new();
         for child in element.all("joint") {
             let joint = self.joint_named(child, child.must("joint")?)?;
-            terms.push((joint, child.attribute("coef").ok_or_else(|| child.refuse("the joint of a tendon has no `coef`"))?.number()?));
+            terms.push((
+                joint,
+                child.attribute("coef").ok_or_else(|| child.refuse("the joint of a tendon has no `coef`"))?.number()?,
+            ));
         }
         let length = terms.iter().map(|(joint, factor)| factor * self.model.joints[*joint].zero).sum();
         let tendon = Tendon {
@@ -188,7 +207,15 @@ impl<'a> MjcfReader<'a> {
         let sites: Vec<&Element> = element.all("site").collect();
         let name = element.get("name").unwrap_or_default();
         let [first, second] = sites[..] else {
-            self.refuse_or_leave(element, "tendon", format!("{} runs over {} sites; only one between two sites is a spring or rope", element.called(), sites.len()));
+            self.refuse_or_leave(
+                element,
+                "tendon",
+                format!(
+                    "{} runs over {} sites; only one between two sites is a spring or rope",
+                    element.called(),
+                    sites.len()
+                ),
+            );
             return Ok(());
         };
         if element.children.len() != 2 {
@@ -200,7 +227,11 @@ impl<'a> MjcfReader<'a> {
         let length = (places[1] - places[0]).norm();
         let range = own.range("range", "limited", self.settings.autolimits)?.filter(|_| self.enabled.limit);
         if range.is_some_and(|range| range[0] > 0.0) {
-            self.refuse_or_leave(element, "tendon", format!("{} has a least length, which no rope has", element.called()));
+            self.refuse_or_leave(
+                element,
+                "tendon",
+                format!("{} has a least length, which no rope has", element.called()),
+            );
         }
         let points = ends.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) });
         let spring = PointSpring {

@@ -111,8 +111,20 @@ impl<'a> MjcfReader<'a> {
         let friction = match a.priority.cmp(&b.priority) {
             std::cmp::Ordering::Equal if a.condim.max(b.condim) == 1 => 0.0,
             std::cmp::Ordering::Equal => a.friction.max(b.friction),
-            std::cmp::Ordering::Greater => if a.condim == 1 { 0.0 } else { a.friction },
-            std::cmp::Ordering::Less => if b.condim == 1 { 0.0 } else { b.friction },
+            std::cmp::Ordering::Greater => {
+                if a.condim == 1 {
+                    0.0
+                } else {
+                    a.friction
+                }
+            }
+            std::cmp::Ordering::Less => {
+                if b.condim == 1 {
+                    0.0
+                } else {
+                    b.friction
+                }
+            }
         };
         Some(friction)
     }
@@ -137,7 +149,8 @@ impl<'a> MjcfReader<'a> {
             return;
         }
         if let (GeomShape::Sphere(r), GeomShape::Sphere(s)) = (a.shape, b.shape) {
-            let centre = |geom: &ContactGeom| BodyPoint { body: geom.body, at: Point3::from(geom.pose.translation.vector) };
+            let centre =
+                |geom: &ContactGeom| BodyPoint { body: geom.body, at: Point3::from(geom.pose.translation.vector) };
             let kind = ContactKind::Balls([centre(&a), centre(&b)], [r, s]);
             self.model.contacts.push(SpatialContact { name, kind, friction });
             return;

@@ -43,13 +43,19 @@ pub fn read(geom: &Resolved, angles: &AngleUnits) -> Fallible<Geom> {
         None => (geom.pose(angles)?, None),
         Some([a, b, c, d, e, f]) => {
             let (from, to) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
-            let turn = along_z(from - to).ok_or_else(|| geom.element.refuse(format!("{}: `fromto` has the length zero", geom.element.called())))?;
+            let turn = along_z(from - to).ok_or_else(|| {
+                geom.element.refuse(format!("{}: `fromto` has the length zero", geom.element.called()))
+            })?;
             (Isometry3::from_parts(Translation3::from((from + to) / 2.0), turn), Some((from - to).norm() / 2.0))
         }
     };
     let positive = |index: usize, value: f64| match value > 0.0 {
         true => Ok(value),
-        false => Err(geom.element.refuse(format!("{}: size {} of a {kind} must be positive", geom.element.called(), index + 1))),
+        false => Err(geom.element.refuse(format!(
+            "{}: size {} of a {kind} must be positive",
+            geom.element.called(),
+            index + 1
+        ))),
     };
     let at = |index: usize| positive(index, size[index]);
     let three = || match half {
@@ -86,7 +92,11 @@ pub fn mass(geom: &Resolved, own: &Geom, body: &str) -> Fallible<Option<BodyMass
     }
     let uniform = if shell { shell_of(own.shape) } else { solid_of(own.shape) };
     let Some((volume, moments)) = uniform else {
-        let what = if own.shape == GeomShape::File { "the volume of a mesh or height field is in another file" } else { "the shell of an ellipsoid is not computed" };
+        let what = if own.shape == GeomShape::File {
+            "the volume of a mesh or height field is in another file"
+        } else {
+            "the shell of an ellipsoid is not computed"
+        };
         return Err(geom
             .element
             .refuse(format!("body `{body}` needs an inertial: {what} ({})", geom.element.called()))
@@ -129,7 +139,8 @@ fn solid_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
 fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
     /// Area, tensor by area about the centre of the shape.
     type Piece = (f64, Matrix3<f64>);
-    let diagonal = |area: f64, moments: [f64; 3]| (area, Matrix3::from_diagonal(&Vector3::from(moments.map(|m| m * area))));
+    let diagonal =
+        |area: f64, moments: [f64; 3]| (area, Matrix3::from_diagonal(&Vector3::from(moments.map(|m| m * area))));
     let beside = |(area, tensor): Piece, offset: Vector3<f64>| (area, tensor + steiner(area, offset));
     let tube = |r: f64, half: f64| {
         let across = r * r / 2.0 + half * half / 3.0;
@@ -147,7 +158,8 @@ fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
             let own = [2.0 / 3.0 * r * r; 3];
             let (area, about_centre) = diagonal(2.0 * PI * r * r, own);
             let about_mass = about_centre - steiner(area, Vector3::new(0.0, 0.0, r / 2.0));
-            let ends = [1.0, -1.0].map(|side| beside((area, about_mass), Vector3::new(0.0, 0.0, side * (half + r / 2.0))));
+            let ends =
+                [1.0, -1.0].map(|side| beside((area, about_mass), Vector3::new(0.0, 0.0, side * (half + r / 2.0))));
             vec![tube(r, half), ends[0], ends[1]]
         }
         GeomShape::Box([a, b, c]) => {

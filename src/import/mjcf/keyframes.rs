@@ -26,9 +26,13 @@ impl<'a> MjcfReader<'a> {
                 let named = keys.iter().position(|key| key.attribute("name").is_some_and(|own| own.value == *wanted));
                 let index = named.or_else(|| wanted.parse::<usize>().ok().filter(|index| *index < keys.len()));
                 Some(index.ok_or_else(|| {
-                    let names: Vec<&str> = keys.iter().filter_map(|key| key.attribute("name")).map(|own| own.value.as_str()).collect();
-                    Refusal::new(format!("--key {wanted}: the file has no such keyframe"))
-                        .help(format!("it has {} keyframes, from 0; their names are {}", keys.len(), names.join(", ")))
+                    let names: Vec<&str> =
+                        keys.iter().filter_map(|key| key.attribute("name")).map(|own| own.value.as_str()).collect();
+                    Refusal::new(format!("--key {wanted}: the file has no such keyframe")).help(format!(
+                        "it has {} keyframes, from 0; their names are {}",
+                        keys.len(),
+                        names.join(", ")
+                    ))
                 })?)
             }
             None if keys.len() == 1 => Some(0),
@@ -56,7 +60,10 @@ impl<'a> MjcfReader<'a> {
             let numbers = own.numbers()?;
             match numbers.len() == count {
                 true => Ok(Some(numbers)),
-                false => Err(Refusal::new(format!("`{name}` has {} numbers, but the model has {count}", numbers.len())).at(&own.place)),
+                false => {
+                    Err(Refusal::new(format!("`{name}` has {} numbers, but the model has {count}", numbers.len()))
+                        .at(&own.place))
+                }
             }
         };
         // MuJoCo numbers joints by bodies, in the order of the tree.

@@ -1,7 +1,7 @@
 //! MJCF, the XML of MuJoCo, as a model in space.
 
-pub mod attributes;
 mod actuators;
+pub mod attributes;
 mod bodies;
 mod constraints;
 mod contacts;
@@ -71,7 +71,12 @@ struct MjcfReader<'a> {
 ///
 /// # Errors
 /// What the document says that MuJoCo would not read, or that cannot be imported.
-pub fn read(root: &mut Element, options: &ImportOptions, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
+pub fn read(
+    root: &mut Element,
+    options: &ImportOptions,
+    includes: Includes,
+    report: &mut ImportReport,
+) -> Fallible<SpatialModel> {
     let mut seen = BTreeSet::new();
     include(root, includes, &mut seen)?;
     check_names(root)?;
@@ -127,7 +132,9 @@ fn include(element: &mut Element, includes: Includes, seen: &mut BTreeSet<String
             return Err(child.refuse(format!("`{file}` is included twice; MuJoCo includes each file once")));
         }
         let bytes = includes(&file).ok_or_else(|| {
-            child.refuse(format!("the included file `{file}` cannot be read")).help("it is looked for beside the main file")
+            child
+                .refuse(format!("the included file `{file}` cannot be read"))
+                .help("it is looked for beside the main file")
         })?;
         let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
         let mut own = xml::parse(&file, &text)?;
@@ -143,13 +150,18 @@ fn check_names(root: &Element) -> Fallible<()> {
     fn check<'a>(element: &'a Element, path: &mut Vec<&'a str>) -> Fallible<()> {
         for attribute in &element.attributes {
             if class_of(path, &attribute.name).is_none() {
-                return Err(Refusal::new(format!("{}: MJCF has no attribute `{}` here", element.called(), attribute.name))
-                    .at(&attribute.place));
+                return Err(Refusal::new(format!(
+                    "{}: MJCF has no attribute `{}` here",
+                    element.called(),
+                    attribute.name
+                ))
+                .at(&attribute.place));
             }
         }
         for child in &element.children {
             let near = &path[path.len().saturating_sub(attributes::DEEPEST)..];
-            let inert = near.iter().zip(near.iter().skip(1)).any(|(parent, name)| is_idle(parent, name)) || REFUSED.contains(path.last().unwrap_or(&""));
+            let inert = near.iter().zip(near.iter().skip(1)).any(|(parent, name)| is_idle(parent, name))
+                || REFUSED.contains(path.last().unwrap_or(&""));
             if !inert && !knows(path.last().unwrap_or(&""), &child.name) {
                 return Err(child.refuse(format!("MJCF has no element <{}> here", child.name)));
             }
@@ -193,7 +205,9 @@ fn settings(root: &Element) -> Fallible<CompilerSettings> {
             settings.angles.sequence = sequence.to_owned();
         }
         if own.get("coordinate").is_some_and(|own| own != "local") {
-            return Err(own.refuse("`coordinate` is `global`, which MuJoCo no longer reads").help("convert the file with MuJoCo 2.3.3"));
+            return Err(own
+                .refuse("`coordinate` is `global`, which MuJoCo no longer reads")
+                .help("convert the file with MuJoCo 2.3.3"));
         }
         settings.autolimits = flag("autolimits")?.unwrap_or(settings.autolimits);
         settings.balance = flag("balanceinertia")?.unwrap_or(settings.balance);
@@ -252,7 +266,11 @@ impl MjcfReader<'_> {
             for name in ["density", "viscosity"] {
                 let Some(own) = option.attribute(name) else { continue };
                 if own.number()? > 0.0 {
-                    self.refuse_or_leave(option, "fluid", format!("a fluid acts on all bodies: `{name}` is {}", own.value));
+                    self.refuse_or_leave(
+                        option,
+                        "fluid",
+                        format!("a fluid acts on all bodies: `{name}` is {}", own.value),
+                    );
                 }
             }
             option.attribute("wind").map(|own| own.value());
@@ -276,7 +294,8 @@ impl MjcfReader<'_> {
             let generated = matches!(name, "attach" | "composite" | "flexcomp" | "replicate");
             let is_wrapping = matches!(name, "pulley") || is_refused_tendon(parent, name);
             if generated {
-                self.report.refuse(element.refuse(format!("<{name}> makes bodies that are not in the file")).help(help));
+                self.report
+                    .refuse(element.refuse(format!("<{name}> makes bodies that are not in the file")).help(help));
             } else if parent != "actuator" && !is_wrapping {
                 self.refuse_or_leave(element, name, format!("{} acts and has no counterpart", element.called()));
             }
@@ -288,8 +307,16 @@ impl MjcfReader<'_> {
         for attribute in &element.attributes {
             match class_of(path, &attribute.name) {
                 Some(AttributeClass::Refused) if acts(&attribute.name, &attribute.value) => {
-                    let message = format!("{}: `{}` is `{}`, which acts and has no counterpart", element.called(), attribute.name, attribute.value);
-                    if self.options.leaves_out(&[&attribute.name, element.attribute("name").map_or("", |own| &own.value)]) {
+                    let message = format!(
+                        "{}: `{}` is `{}`, which acts and has no counterpart",
+                        element.called(),
+                        attribute.name,
+                        attribute.value
+                    );
+                    if self
+                        .options
+                        .leaves_out(&[&attribute.name, element.attribute("name").map_or("", |own| &own.value)])
+                    {
                         self.report.left_out.push(message);
                     } else {
                         let help = format!("--leave-out {} imports the file without it", attribute.name);
@@ -297,7 +324,10 @@ impl MjcfReader<'_> {
                     }
                 }
                 Some(AttributeClass::Approximated) => {
-                    self.report.approximated(format!("`{}`, the softness of MuJoCo's constraints, is replaced by exact ones", attribute.name));
+                    self.report.approximated(format!(
+                        "`{}`, the softness of MuJoCo's constraints, is replaced by exact ones",
+                        attribute.name
+                    ));
                 }
                 Some(AttributeClass::Exact | AttributeClass::Idle | AttributeClass::Refused) | None => {}
             }

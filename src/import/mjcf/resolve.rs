@@ -51,7 +51,9 @@ impl<'a> Defaults<'a> {
             (None, outer) => outer.map(str::to_owned),
         };
         if let Some(name) = class.as_ref().filter(|name| !self.classes.contains_key(*name)) {
-            return Err(element.refuse(format!("{} has the class `{name}`, which no default defines", element.called())));
+            return Err(
+                element.refuse(format!("{} has the class `{name}`, which no default defines", element.called()))
+            );
         }
         let mut outermost = true;
         while let Some(own) = class.and_then(|name| self.classes.get(&name)) {
@@ -60,7 +62,9 @@ impl<'a> Defaults<'a> {
             class = own.parent.clone();
         }
         if outermost {
-            chain.extend(self.main.iter().rev().flat_map(|main| main.children.iter().rev().filter(|child| child.name == kind)));
+            chain.extend(
+                self.main.iter().rev().flat_map(|main| main.children.iter().rev().filter(|child| child.name == kind)),
+            );
         }
         Ok(Resolved { element, chain })
     }
@@ -101,7 +105,8 @@ impl<'a> Resolved<'a> {
         let Some(attribute) = self.attribute(name) else { return Ok(default) };
         let numbers = attribute.numbers()?;
         if numbers.len() > N {
-            return Err(Refusal::new(format!("`{name}` is `{}`, but has at most {N} numbers", attribute.value)).at(&attribute.place));
+            return Err(Refusal::new(format!("`{name}` is `{}`, but has at most {N} numbers", attribute.value))
+                .at(&attribute.place));
         }
         let mut values = default;
         values.iter_mut().zip(numbers).for_each(|(value, number)| *value = number);
@@ -132,15 +137,17 @@ impl<'a> Resolved<'a> {
             Some("true") => Some(true),
             Some("false") => Some(false),
             Some(other) => {
-                return Err(self.element.refuse(format!("`{limited}` is `{other}`, but must be `true`, `false` or `auto`")));
+                return Err(self
+                    .element
+                    .refuse(format!("`{limited}` is `{other}`, but must be `true`, `false` or `auto`")));
             }
         };
         let called = self.element.called();
         match (wanted, own) {
             (Some(false), _) | (None, None) => Ok(None),
-            (None, Some(_)) if !autolimits => {
-                Err(self.element.refuse(format!("{called} has `{range}`, but autolimits is false and `{limited}` is not given")))
-            }
+            (None, Some(_)) if !autolimits => Err(self
+                .element
+                .refuse(format!("{called} has `{range}`, but autolimits is false and `{limited}` is not given"))),
             (_, Some([low, high])) if low < high => Ok(Some([low, high])),
             (_, Some([low, high])) => {
                 Err(self.element.refuse(format!("{called}: `{range}` is {low} {high}, but must increase")))
@@ -166,7 +173,8 @@ impl<'a> Resolved<'a> {
         const WAYS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
         // Whatever the element itself gives wins over its class.
         let own: Vec<&str> = WAYS.into_iter().filter(|way| self.element.attribute(way).is_some()).collect();
-        let given = if own.is_empty() { WAYS.into_iter().filter(|way| self.attribute(way).is_some()).collect() } else { own };
+        let given =
+            if own.is_empty() { WAYS.into_iter().filter(|way| self.attribute(way).is_some()).collect() } else { own };
         let zero = |name: &str| self.element.refuse(format!("{}: `{name}` has the length zero", self.element.called()));
         match given[..] {
             [] => Ok(UnitQuaternion::identity()),
@@ -189,8 +197,14 @@ impl<'a> Resolved<'a> {
                 let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, x.cross(&y)]));
                 Ok(UnitQuaternion::from_rotation_matrix(&turn))
             }
-            ["zaxis"] => along_z(Vector3::from(self.array::<3>("zaxis")?.unwrap_or_default())).ok_or_else(|| zero("zaxis")),
-            _ => Err(self.element.refuse(format!("{} has more than one orientation: {}", self.element.called(), given.join(", ")))),
+            ["zaxis"] => {
+                along_z(Vector3::from(self.array::<3>("zaxis")?.unwrap_or_default())).ok_or_else(|| zero("zaxis"))
+            }
+            _ => Err(self.element.refuse(format!(
+                "{} has more than one orientation: {}",
+                self.element.called(),
+                given.join(", ")
+            ))),
         }
     }
 }
@@ -199,7 +213,10 @@ impl<'a> Resolved<'a> {
 pub fn along_z(direction: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
     let direction = direction.try_normalize(1e-12)?;
     let half = std::f64::consts::PI;
-    Some(UnitQuaternion::rotation_between(&Vector3::z(), &direction).unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), half)))
+    Some(
+        UnitQuaternion::rotation_between(&Vector3::z(), &direction)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), half)),
+    )
 }
 
 /// How angles are written.

@@ -118,12 +118,19 @@ impl RobotWriter<'_> {
         let sides: Vec<(&str, f64)> = match (spring.stiffness != 0.0, low == high) {
             (false, _) => Vec::new(),
             (true, true) => vec![("both", low)],
-            (true, false) => [("below", low), ("above", high)].into_iter().filter(|(side, at)| *side == "above" || *at > 0.0).collect(),
+            (true, false) => [("below", low), ("above", high)]
+                .into_iter()
+                .filter(|(side, at)| *side == "above" || *at > 0.0)
+                .collect(),
         };
         let mut own = Some(name.clone());
         for (side, length) in &sides {
             let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "spring", "tendon"));
-            let damping = if *side == "both" && spring.damping != 0.0 { format!("damping = {}\n", number(spring.damping)) } else { String::new() };
+            let damping = if *side == "both" && spring.damping != 0.0 {
+                format!("damping = {}\n", number(spring.damping))
+            } else {
+                String::new()
+            };
             let side = if *side == "both" { String::new() } else { format!("side    = \"{side}\"\n") };
             self.load_text += &format!(
                 "\n[loads.{name}]\ntype    = \"spring\"\n{between}stiffness = {}\nlength  = {}\n{damping}{side}",
@@ -134,15 +141,20 @@ impl RobotWriter<'_> {
         }
         if spring.damping != 0.0 && sides.iter().all(|(side, _)| *side != "both") {
             let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "damper", "tendon"));
-            self.load_text += &format!("\n[loads.{name}]\ntype    = \"damper\"\n{between}damping = {}\n", number(spring.damping));
+            self.load_text +=
+                &format!("\n[loads.{name}]\ntype    = \"damper\"\n{between}damping = {}\n", number(spring.damping));
             self.report.exact("damper tendon");
         }
         if let Some(longest) = spring.longest {
             let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "limit", "tendon"));
-            self.joint_text += &format!("\n[joints.{name}]\ntype    = \"rope\"\n{between}length  = {}\n", number(longest));
+            self.joint_text +=
+                &format!("\n[joints.{name}]\ntype    = \"rope\"\n{between}length  = {}\n", number(longest));
             self.report.exact("rope");
         }
-        let out = spring.ends.each_ref().map(|end| self.planar.plane.normal.dot(&(self.planar.world[end.body] * end.at).coords));
+        let out = spring
+            .ends
+            .each_ref()
+            .map(|end| self.planar.plane.normal.dot(&(self.planar.world[end.body] * end.at).coords));
         if (out[1] - out[0]).abs() > 1e-9 {
             self.report.approximated(format!(
                 "`{}` is {:.4} m long along the normal: its length in the plane is shorter",
@@ -154,7 +166,9 @@ impl RobotWriter<'_> {
 
     fn actuator(&mut self, actuator: &SpatialActuator) {
         let name = self.fresh(&actuator.name, "input", "input");
-        let range = actuator.control.map_or(String::new(), |[min, max]| format!(", min = {}, max = {}", number(min), number(max)));
+        let range = actuator
+            .control
+            .map_or(String::new(), |[min, max]| format!(", min = {}, max = {}", number(min), number(max)));
         self.inputs += &format!("{name} = {{ start = {}{range} }}\n", number(actuator.start));
         let clamped = clamp(&name, actuator.control);
         let driven = self.activation(&actuator.activation, &name, &clamped);
@@ -163,7 +177,8 @@ impl RobotWriter<'_> {
             Transmission::Points(_) => Some(["length".to_owned(), "rate".to_owned()]),
         };
         let Some([length, rate]) = motion else {
-            self.report.note(format!("actuator `{}` moves nothing that is left: its input has no effect", actuator.name));
+            self.report
+                .note(format!("actuator `{}` moves nothing that is left: its input has no effect", actuator.name));
             return;
         };
         let gear = actuator.gear;
@@ -203,7 +218,9 @@ impl RobotWriter<'_> {
                 let [Some(a), Some(b)] = ends.each_ref().map(|end| self.planar.point(end)) else { return };
                 let load = self.fresh(&load, "load", "load");
                 let [a, b] = self.ends([a, b], &load);
-                self.load_text += &format!("\n[loads.{load}]\ntype    = \"actuator\"\nbetween = [\"{a}\", \"{b}\"]\nforce   = \"{law}\"\n");
+                self.load_text += &format!(
+                    "\n[loads.{load}]\ntype    = \"actuator\"\nbetween = [\"{a}\", \"{b}\"]\nforce   = \"{law}\"\n"
+                );
             }
         }
         self.report.exact("actuator as input");
@@ -218,7 +235,9 @@ impl RobotWriter<'_> {
         let (rate, range, start) = match activation {
             Activation::Direct => (clamped.to_owned(), None, 0.0),
             Activation::Integrator(range, start) => (clamped.to_owned(), *range, *start),
-            Activation::Filter(time, range, start) => (format!("({clamped} - {state})/{}", number(*time)), *range, *start),
+            Activation::Filter(time, range, start) => {
+                (format!("({clamped} - {state})/{}", number(*time)), *range, *start)
+            }
         };
         // At the ends of its range the state stands still until its rate leads back.
         let rate = match range {
@@ -269,7 +288,10 @@ impl RobotWriter<'_> {
                 if along_normal.abs() > IN_PLANE {
                     match along_normal.abs() > 1.0 - IN_PLANE {
                         true => self.report.idle("contact with a plane that is parallel to the plane of motion"),
-                        false => self.report.left_out.push(format!("contact `{}`: its plane is oblique to the plane of motion", contact.name)),
+                        false => self
+                            .report
+                            .left_out
+                            .push(format!("contact `{}`: its plane is oblique to the plane of motion", contact.name)),
                     }
                     return;
                 }

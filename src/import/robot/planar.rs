@@ -57,7 +57,9 @@ impl PlanarCoordinate {
     pub fn child(&self) -> usize {
         match *self {
             PlanarCoordinate::Turn { child, .. } | PlanarCoordinate::Slide { child, .. } => child,
-            PlanarCoordinate::FreeX(child) | PlanarCoordinate::FreeY(child) | PlanarCoordinate::FreeAngle(child) => child,
+            PlanarCoordinate::FreeX(child) | PlanarCoordinate::FreeY(child) | PlanarCoordinate::FreeAngle(child) => {
+                child
+            }
         }
     }
 
@@ -143,7 +145,12 @@ impl PlanarModel<'_> {
 }
 
 /// The scene of a robot; what cannot be imported is in the report.
-pub fn scene(name: &str, mut model: SpatialModel, options: &ImportOptions, report: &mut ImportReport) -> Option<String> {
+pub fn scene(
+    name: &str,
+    mut model: SpatialModel,
+    options: &ImportOptions,
+    report: &mut ImportReport,
+) -> Option<String> {
     if let Err(refusal) = prepare(&mut model, options, report) {
         report.refuse(refusal);
         return None;
@@ -209,7 +216,8 @@ fn hold_followers(model: &mut SpatialModel, report: &mut ImportReport) -> Fallib
     let mut kept = Vec::new();
     for follower in std::mem::take(&mut model.followers) {
         let leader = follower.leader.filter(|&leader| follower.ratio != 0.0 && !locked[leader]);
-        let held = follower.leader.filter(|&leader| locked[leader]).map_or(0.0, |leader| follower.ratio * starts[leader]);
+        let held =
+            follower.leader.filter(|&leader| locked[leader]).map_or(0.0, |leader| follower.ratio * starts[leader]);
         match leader {
             Some(leader) if locked[follower.joint] => {
                 let value = (starts[follower.joint] - follower.offset) / follower.ratio;
@@ -220,7 +228,10 @@ fn hold_followers(model: &mut SpatialModel, report: &mut ImportReport) -> Fallib
             None => {
                 let value = follower.offset + held;
                 lock(model, follower.joint, value)?;
-                report.note(format!("`{}` holds joint `{}` at {value:?}", follower.name, model.joints[follower.joint].name));
+                report.note(format!(
+                    "`{}` holds joint `{}` at {value:?}",
+                    follower.name, model.joints[follower.joint].name
+                ));
             }
         }
     }
@@ -343,7 +354,8 @@ fn reduce<'a>(
     let mut masses: Vec<BodyMass> = vec![BodyMass::default()];
     for (index, body) in model.bodies.iter().enumerate().skip(1) {
         let parent = planar.link_of[body.parent].unwrap_or(0);
-        let link = if body.joints.is_empty() { parent } else { planar.chain(index, parent, options, report, &mut masses) };
+        let link =
+            if body.joints.is_empty() { parent } else { planar.chain(index, parent, options, report, &mut masses) };
         planar.link_of[index] = Some(link);
         masses[link] = masses[link].with(&body.mass.moved(&planar.world[index]));
         planar.links[link].weightless |= body.weightless && link != 0 && body.mass.mass > 0.0;
@@ -400,7 +412,10 @@ impl PlanarModel<'_> {
                     PlanarCoordinate::Slide { parent, child: link, at, along: [x / length, y / length], joint }
                 }
                 JointKind::Ball => {
-                    report.approximated(format!("ball joint `{}` turns in the plane only, as --in-plane says", file.name));
+                    report.approximated(format!(
+                        "ball joint `{}` turns in the plane only, as --in-plane says",
+                        file.name
+                    ));
                     PlanarCoordinate::Turn { parent, child: link, at, sign: 1.0, joint }
                 }
                 _ => {
@@ -424,7 +439,8 @@ impl PlanarModel<'_> {
 
     /// Is it free in the plane: by a free joint, or by two slides and a hinge at which nothing acts?
     fn is_free(&self, body: usize, parent: usize) -> bool {
-        let joints: Vec<&SpatialJoint> = self.file.bodies[body].joints.iter().map(|&joint| &self.file.joints[joint]).collect();
+        let joints: Vec<&SpatialJoint> =
+            self.file.bodies[body].joints.iter().map(|&joint| &self.file.joints[joint]).collect();
         if let [joint] = joints[..]
             && matches!(joint.kind, JointKind::Free | JointKind::Planar)
         {
@@ -490,8 +506,16 @@ impl PlanarModel<'_> {
         let out = [
             (joint.kind == JointKind::Free, self.gravity_out(), "gravity has a part along the normal"),
             (true, turn.rotation_between_normal(&self.plane), "it starts turned out of the plane"),
-            (joint.kind == JointKind::Free, self.plane.normal.dot(&velocity).abs() > 1e-9, "it starts with a velocity out of the plane"),
-            (joint.kind == JointKind::Free, (omega - self.plane.normal * spin).norm() > 1e-9, "it starts turning out of the plane"),
+            (
+                joint.kind == JointKind::Free,
+                self.plane.normal.dot(&velocity).abs() > 1e-9,
+                "it starts with a velocity out of the plane",
+            ),
+            (
+                joint.kind == JointKind::Free,
+                (omega - self.plane.normal * spin).norm() > 1e-9,
+                "it starts turning out of the plane",
+            ),
         ];
         for why in out.into_iter().filter(|(counts, is, _)| *counts && *is).map(|(.., why)| why) {
             self.keep_in_plane(&joint.place, &called, why, options, report);
@@ -505,7 +529,14 @@ impl PlanarModel<'_> {
         self.plane.normal.dot(&self.file.gravity).abs() > 1e-9 * self.file.gravity.norm().max(1e-9)
     }
 
-    fn keep_in_plane(&self, place: &FilePlace, called: &str, why: &str, options: &ImportOptions, report: &mut ImportReport) {
+    fn keep_in_plane(
+        &self,
+        place: &FilePlace,
+        called: &str,
+        why: &str,
+        options: &ImportOptions,
+        report: &mut ImportReport,
+    ) {
         match options.in_plane {
             true => report.approximated(format!("{called} moves in the plane only, as --in-plane says ({why})")),
             false => report.refuse(
@@ -517,7 +548,14 @@ impl PlanarModel<'_> {
     }
 
     /// A free body with a product of inertia turns out of the plane.
-    fn check_principal(&self, body: usize, place: &FilePlace, called: &str, options: &ImportOptions, report: &mut ImportReport) {
+    fn check_principal(
+        &self,
+        body: usize,
+        place: &FilePlace,
+        called: &str,
+        options: &ImportOptions,
+        report: &mut ImportReport,
+    ) {
         let tensor = self.file.bodies[body].mass.moved(&self.world[body]).tensor;
         let of_normal = tensor * self.plane.normal;
         let beside = of_normal - self.plane.normal * self.plane.normal.dot(&of_normal);
@@ -554,7 +592,10 @@ impl PlanarModel<'_> {
         for index in 1..self.links.len() {
             if moves[index] && !carries[index] && self.links[index].mass <= 0.0 && self.links[index].inertia <= 0.0 {
                 let body = self.link_of.iter().rposition(|own| *own == Some(index)).unwrap_or(0);
-                let refusal = Refusal::new(format!("body `{}` moves, but has no mass: it needs an inertial", self.links[index].name));
+                let refusal = Refusal::new(format!(
+                    "body `{}` moves, but has no mass: it needs an inertial",
+                    self.links[index].name
+                ));
                 let place = self.file.bodies[body].place.clone();
                 report.refuse(match place {
                     Some(place) => refusal.at(&place),
@@ -675,7 +716,10 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
         );
     }
     if report.refused.is_empty() {
-        report.refuse(Refusal::new(format!("the couplings of joints contradict each other at the start by {:.3e}", start.open)));
+        report.refuse(Refusal::new(format!(
+            "the couplings of joints contradict each other at the start by {:.3e}",
+            start.open
+        )));
     }
     None
 }

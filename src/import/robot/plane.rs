@@ -32,11 +32,9 @@ impl MotionPlane {
     /// plane, or the most upright axis of the world, and its x has a positive component along the world's x.
     fn across(normal: Vector3<f64>, gravity: Vector3<f64>) -> Self {
         let along = |axis: Vector3<f64>| normal.cross(&axis).norm() < PARALLEL;
-        for (axis, plane) in [
-            (Vector3::z(), WorldPlane::Xy),
-            (Vector3::y(), WorldPlane::Xz),
-            (Vector3::x(), WorldPlane::Yz),
-        ] {
+        for (axis, plane) in
+            [(Vector3::z(), WorldPlane::Xy), (Vector3::y(), WorldPlane::Xz), (Vector3::x(), WorldPlane::Yz)]
+        {
             if along(axis) {
                 return MotionPlane::of(plane);
             }
@@ -59,7 +57,11 @@ impl MotionPlane {
     /// Its name: `x-z`, or the normal.
     pub fn called(&self) -> String {
         let axis = |vector: &Vector3<f64>| {
-            ["x", "y", "z"].into_iter().zip(vector.iter()).find(|(_, part)| (**part - 1.0).abs() < PARALLEL).map(|(name, _)| name)
+            ["x", "y", "z"]
+                .into_iter()
+                .zip(vector.iter())
+                .find(|(_, part)| (**part - 1.0).abs() < PARALLEL)
+                .map(|(name, _)| name)
         };
         match (axis(&self.x), axis(&self.y)) {
             (Some(x), Some(y)) => format!("{x}-{y}"),
@@ -99,7 +101,9 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
     });
     if let (true, Some((joint, kind))) = (slides.is_empty(), other) {
         let message = format!("joint `{}` is of type `{kind}`, which no planar motion has", joint.name);
-        return Err(Refusal::new(message).at(&joint.place).help(format!("--lock {} holds it; --root BODY imports a part of the robot", joint.name)));
+        return Err(Refusal::new(message)
+            .at(&joint.place)
+            .help(format!("--lock {} holds it; --root BODY imports a part of the robot", joint.name)));
     }
     let Some(first) = slides.first() else {
         return Err(Refusal::new("nothing moves in one plane: it has no hinge and no slide").help(
@@ -138,7 +142,9 @@ pub fn outside(
                 90.0 - tilt,
                 plane.called()
             )),
-            JointKind::Ball if !options.in_plane => Some(format!("{called} is a ball joint, which turns out of the plane")),
+            JointKind::Ball if !options.in_plane => {
+                Some(format!("{called} is a ball joint, which turns out of the plane"))
+            }
             JointKind::Other(kind) => Some(format!("{called} is of type `{kind}`, which no planar motion has")),
             JointKind::Hinge | JointKind::Slide | JointKind::Planar | JointKind::Ball | JointKind::Free => None,
         };
@@ -151,7 +157,10 @@ pub fn outside(
         let ClosureKind::Hinge(axis) = &closure.kind else { continue };
         let tilt = plane.tilt(&(world[closure.ends[0].body] * axis));
         if tilt.to_radians() > PARALLEL {
-            let message = format!("joint `{}`, which closes a loop, turns {tilt:.2} deg off the normal of the plane", closure.name);
+            let message = format!(
+                "joint `{}`, which closes a loop, turns {tilt:.2} deg off the normal of the plane",
+                closure.name
+            );
             refused.push(Refusal::new(message).at(&closure.place).help("--root BODY imports a part of the robot"));
         }
     }

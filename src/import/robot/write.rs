@@ -105,7 +105,8 @@ impl RobotWriter<'_> {
     fn name_parts(&mut self) {
         let planar = self.planar;
         for (index, link) in planar.links.iter().enumerate() {
-            let name = if index == 0 { "ground".to_owned() } else { self.fresh(&link.name, "body", &format!("body_{index}")) };
+            let name =
+                if index == 0 { "ground".to_owned() } else { self.fresh(&link.name, "body", &format!("body_{index}")) };
             self.links.push(name);
         }
         for coordinate in &planar.coordinates {
@@ -144,11 +145,14 @@ impl RobotWriter<'_> {
         let name = self.joints[index].clone().unwrap_or_default();
         let (kind, parent, child, at, sign, axis) = match coordinate {
             PlanarCoordinate::Turn { parent, child, at, sign, .. } => ("revolute", parent, child, at, sign, None),
-            PlanarCoordinate::Slide { parent, child, at, along, .. } => ("prismatic", parent, child, at, 1.0, Some(along)),
+            PlanarCoordinate::Slide { parent, child, at, along, .. } => {
+                ("prismatic", parent, child, at, 1.0, Some(along))
+            }
             _ => return,
         };
         let ends = [parent, child].map(|link| self.place(link, &name, at));
-        let mut text = format!("\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n", ends[0], ends[1]);
+        let mut text =
+            format!("\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n", ends[0], ends[1]);
         if let Some(axis) = axis {
             text += &format!("axis    = {}\n", pair(axis));
         }
@@ -173,7 +177,12 @@ impl RobotWriter<'_> {
             key("armature", number(joint.armature), "armature", self.report);
         }
         if joint.friction != 0.0 {
-            key("friction", format!("{{ coulomb = {} }}", number(joint.friction)), "dry friction, which sticks", self.report);
+            key(
+                "friction",
+                format!("{{ coulomb = {} }}", number(joint.friction)),
+                "dry friction, which sticks",
+                self.report,
+            );
         }
         if let Some([low, high]) = joint.range {
             let [min, max] = if sign < 0.0 { [-high, -low] } else { [low, high] };
@@ -201,7 +210,9 @@ impl RobotWriter<'_> {
         let ends = planar.closures[index].ends().map(|(link, at)| self.place(link, &name, at));
         let (kind, more, word) = match planar.closures[index] {
             PlanarClosure::Pin(_) => ("revolute", String::new(), "loop closed by a revolute joint"),
-            PlanarClosure::Weld(_, angle) => ("weld", format!("angle   = {}\n", number(angle)), "loop closed by a weld"),
+            PlanarClosure::Weld(_, angle) => {
+                ("weld", format!("angle   = {}\n", number(angle)), "loop closed by a weld")
+            }
             PlanarClosure::Slide(_, along) => {
                 let mut more = format!("axis    = {}\n", pair(along));
                 if let ClosureKind::Slide(_, Some([min, max])) = file.kind {
@@ -210,10 +221,8 @@ impl RobotWriter<'_> {
                 ("prismatic", more, "loop closed by a slide")
             }
         };
-        self.joint_text += &format!(
-            "\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n{more}",
-            ends[0], ends[1]
-        );
+        self.joint_text +=
+            &format!("\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n{more}", ends[0], ends[1]);
         self.report.exact(word);
     }
 
@@ -239,17 +248,20 @@ impl RobotWriter<'_> {
                     let names = [carrier, a, b].map(|link| self.links[link].clone());
                     let on = if carrier == 0 { String::new() } else { format!("carrier = \"{}\"\n", names[0]) };
                     let (ratio, angle) = (number(ratio), number(angle));
-                    format!("type    = \"gear\"\nbetween = [\"{}\", \"{}\"]\n{on}ratio   = {ratio}\nangle   = {angle}\n", names[1], names[2])
+                    format!(
+                        "type    = \"gear\"\nbetween = [\"{}\", \"{}\"]\n{on}ratio   = {ratio}\nangle   = {angle}\n",
+                        names[1], names[2]
+                    )
                 })
             }
-            (PlanarCoordinate::Slide { parent, child, at, along, .. }, PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. })
-                if parent == other =>
-            {
-                Some(self.rack((parent, child, at, along), pinion, ratio * sign, offset, follower))
-            }
-            (PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. }, PlanarCoordinate::Slide { parent, child, at, along, .. })
-                if parent == other =>
-            {
+            (
+                PlanarCoordinate::Slide { parent, child, at, along, .. },
+                PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. },
+            ) if parent == other => Some(self.rack((parent, child, at, along), pinion, ratio * sign, offset, follower)),
+            (
+                PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. },
+                PlanarCoordinate::Slide { parent, child, at, along, .. },
+            ) if parent == other => {
                 Some(self.rack((parent, child, at, along), pinion, sign / ratio, -offset / ratio, follower))
             }
             _ => None,
@@ -297,7 +309,8 @@ impl RobotWriter<'_> {
         let count = |count: usize, word: &str| counted(count, word);
         let bodies = counted(planar.links.len() - 1, "body");
         let joints = planar.coordinates.iter().filter(|own| own.joint().is_some()).count();
-        let degrees = if freedom == 1 { "1 degree of freedom".to_owned() } else { format!("{freedom} degrees of freedom") };
+        let degrees =
+            if freedom == 1 { "1 degree of freedom".to_owned() } else { format!("{freedom} degrees of freedom") };
         self.report.head.push(format!(
             "{}: {bodies}, {}, {}, {degrees}, {}",
             planar.file.format,
@@ -310,8 +323,12 @@ impl RobotWriter<'_> {
             _ => None,
         });
         let turned = match (signs.clone().any(|sign| sign < 0.0), signs.clone().any(|sign| sign > 0.0)) {
-            (true, true) => "; hinges against the normal have the opposite sign in the scene, outputs q_JOINT have that of the file",
-            (true, false) => "; the hinges are against its normal, so scene angles are minus the file's (outputs q_JOINT have the file's signs)",
+            (true, true) => {
+                "; hinges against the normal have the opposite sign in the scene, outputs q_JOINT have that of the file"
+            }
+            (true, false) => {
+                "; the hinges are against its normal, so scene angles are minus the file's (outputs q_JOINT have the file's signs)"
+            }
             (false, _) => "",
         };
         self.report.head.push(format!("plane: {}{turned}", planar.plane.called()));
@@ -332,7 +349,8 @@ impl RobotWriter<'_> {
         let mut text = String::new();
         for line in self.report.lines() {
             for part in line.lines() {
-                text += &format!("# {}\n", part.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>());
+                text +=
+                    &format!("# {}\n", part.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>());
             }
         }
         let title: String = planar.file.name.chars().filter(|c| !c.is_control() && !matches!(c, '"' | '\\')).collect();
@@ -363,9 +381,9 @@ impl RobotWriter<'_> {
 
     fn link_text(&self, index: usize) -> String {
         let link = &self.planar.links[index];
-        let points = self.points[index].iter().map(|(name, at)| {
-            format!("{name} = {}", pair([at[0] - link.origin[0], at[1] - link.origin[1]]))
-        });
+        let points = self.points[index]
+            .iter()
+            .map(|(name, at)| format!("{name} = {}", pair([at[0] - link.origin[0], at[1] - link.origin[1]])));
         let points: Vec<String> = points.collect();
         if index == 0 {
             return match points.is_empty() {
