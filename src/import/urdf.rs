@@ -348,7 +348,9 @@ impl<'a> UrdfReader<'a> {
             "prismatic" => ClosureKind::Slide(axis, None),
             "fixed" => ClosureKind::Weld(pose * other.inverse()),
             other => {
-                return Err(joint.refuse(format!("{} is of type `{other}`, which no planar motion has", joint.called())));
+                return Err(
+                    joint.refuse(format!("{} is of type `{other}`, which no planar motion has", joint.called()))
+                );
             }
         };
         let ends = match &kind {
