@@ -43,6 +43,7 @@ class RandomRobot:
         self.armature = armature
         self.names = []
         self.bodies = []
+        self.sites = []
 
     def unit(self):
         vector = self.rng.normal(size=4)
@@ -92,39 +93,81 @@ class RandomRobot:
             keys += ' class="heavy"'
         return f"<joint {keys}/>"
 
-    def body(self, world, depth, left):
+    def body(self, world, place, depth, left):
         r = self.rng
         name = f"b{len(self.bodies)}"
         self.bodies.append(name)
         turn = self.unit()
         inner = world @ rotation(turn)
-        text = f'<body name="{name}" pos="{numbers(r.normal(size=3) * 0.3)}" quat="{numbers(turn)}">'
+        offset = r.normal(size=3) * 0.3
+        place = place + world @ offset
+        text = f'<body name="{name}" pos="{numbers(offset)}" quat="{numbers(turn)}">'
         # A second joint is across the first, so that no two do the same.
         text += self.joint(inner)
         if r.random() < 0.15 and left > 1:
             text += self.joint(inner)
         text += self.inertial() if r.random() < 0.3 else "".join(self.geom() for _ in range(r.integers(1, 3)))
+        if r.random() < 0.2:
+            # At the height of the hook, so that the tendon is in the plane.
+            self.sites.append(f"s{len(self.bodies)}")
+            text += f'<site name="{self.sites[-1]}" pos="{numbers(inner.T @ (self.normal * -(self.normal @ place)))}"/>'
         if r.random() < 0.3:
             turn = self.unit()
             text += f'<frame pos="{numbers(r.normal(size=3) * 0.1)}" quat="{numbers(turn)}">{self.geom()}</frame>'
         if r.random() < 0.2:
             text += f'<body pos="{numbers(r.normal(size=3) * 0.2)}" euler="{numbers(r.uniform(-90, 90, 3))}">{self.geom()}</body>'
         while len(self.names) < self.wanted and r.random() < 0.7 and depth < 6:
-            text += self.body(inner, depth + 1, self.wanted - len(self.names))
+            text += self.body(inner, place, depth + 1, self.wanted - len(self.names))
         return text + "</body>"
+
+    def forces(self):
+        """Tendons and actuators, with the keyframe's `ctrl` and `act`."""
+        r = self.rng
+        tendons, actuators, control, states = "", "", [], []
+        for index in range(r.integers(0, 2)):
+            chosen = r.choice(len(self.names), min(2, len(self.names)), replace=False)
+            terms = "".join(f'<joint joint="{self.names[k][0]}" coef="{r.uniform(-2, 2):.17g}"/>' for k in chosen)
+            length = "" if r.random() < 0.5 else f' springlength="{numbers(np.sort(r.uniform(-0.5, 0.5, 2)))}"'
+            tendons += f'<fixed name="fixed{index}" stiffness="{r.uniform(0, 9):.17g}" damping="{r.uniform(0, 2):.17g}"{length}>{terms}</fixed>'
+        if self.sites:
+            length = "" if r.random() < 0.5 else f' springlength="{numbers(np.sort(r.uniform(0.1, 0.5, 2)))}"'
+            ends = f'<site site="{r.choice(self.sites)}"/><site site="hook"/>'
+            tendons += f'<spatial name="coil" stiffness="{r.uniform(0, 90):.17g}" damping="{r.uniform(0, 2):.17g}"{length}>{ends}</spatial>'
+        for index in range(r.integers(0, 4)):
+            kind = r.choice(["motor", "position", "velocity", "intvelocity", "damper", "general", "filter"])
+            target = f'joint="{self.names[r.integers(len(self.names))][0]}"'
+            if "fixed0" in tendons and r.random() < 0.3:
+                target = 'tendon="fixed0"'
+            keys = {
+                "motor": "",
+                "position": f'kp="{r.uniform(1, 9):.17g}" kv="{r.uniform(0, 2):.17g}"',
+                "velocity": f'kv="{r.uniform(1, 9):.17g}"',
+                "intvelocity": f'kp="{r.uniform(1, 9):.17g}" actrange="-1 1"',
+                "damper": f'kv="{r.uniform(1, 9):.17g}" ctrlrange="0 1"',
+                "general": f'gainprm="{r.uniform(1, 9):.17g}" biastype="affine" biasprm="{numbers(r.normal(size=3))}"',
+                "filter": f'gainprm="{r.uniform(1, 9):.17g}" dyntype="filter" dynprm="0.2"',
+            }[kind]
+            limits = "" if kind == "damper" or r.random() < 0.5 else ' ctrlrange="-0.6 0.5" forcerange="-3 2"'
+            element = "general" if kind == "filter" else kind
+            actuators += f'<{element} name="u{index}" {target} gear="{r.uniform(-3, 3):.17g}" {keys}{limits}/>'
+            control.append(r.uniform(0 if kind == "damper" else -1, 1))
+            if kind in ("intvelocity", "filter"):
+                states.append(r.uniform(-1, 1))
+        start = f' ctrl="{numbers(control)}"' if control else ""
+        start += f' act="{numbers(states)}"' if states else ""
+        return (f"<tendon>{tendons}</tendon>" if tendons else "") + (f"<actuator>{actuators}</actuator>" if actuators else ""), start
 
     def text(self, loop=False):
         r = self.rng
         self.wanted = int(r.integers(3 if loop else 1, 9))
         bodies = ""
         while len(self.names) < self.wanted:
-            bodies += self.body(np.eye(3), 0, self.wanted - len(self.names))
+            bodies += self.body(np.eye(3), np.zeros(3), 0, self.wanted - len(self.names))
         qpos = r.uniform(-1, 1, len(self.names)) * [0.2 if slide else 1.0 for _, slide, _ in self.names]
         qvel = r.uniform(-2, 2, len(self.names))
-        start = f'<keyframe><key qpos="{numbers(qpos)}" qvel="{numbers(qvel)}"/></keyframe>'
-        if loop:
-            start = ""
-        close = ""
+        forces, inputs = ("", "") if loop else self.forces()
+        start = "" if loop else f'<keyframe><key qpos="{numbers(qpos)}" qvel="{numbers(qvel)}"{inputs}/></keyframe>'
+        close = forces
         if loop:
             first, second = r.choice(self.bodies, 2, replace=False)
             close = f'<equality><connect name="close" body1="{first}" body2="{second}" anchor="{numbers(r.normal(size=3) * 0.3)}"/></equality>'
@@ -132,7 +175,8 @@ class RandomRobot:
         return (
             f'<mujoco model="random"><option gravity="{gravity}"/><compiler angle="degree"/>'
             '<default><geom density="1500"/><default class="heavy"><joint damping="0.3"/></default></default>'
-            f"<worldbody>{bodies}</worldbody>{close}{start}</mujoco>"
+            f'<worldbody><site name="hook" pos="{numbers(self.plane[0] * 0.4 + self.plane[1] * 0.7)}"/>{bodies}</worldbody>'
+            f"{close}{start}</mujoco>"
         )
 
 

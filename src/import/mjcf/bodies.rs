@@ -210,6 +210,7 @@ impl<'a> MjcfReader<'a> {
         }
         let index = self.model.joints.len();
         self.model.bodies[within.body].joints.push(index);
+        self.relaxed_joints.push(own.number("springref", 0.0)? * unit_of(kind, self.settings.angles.unit));
         self.model.joints.push(joint);
         Ok(())
     }
@@ -217,7 +218,7 @@ impl<'a> MjcfReader<'a> {
     /// A hinge or a slide: axis, zero, spring, range.
     fn one_coordinate(&self, own: &Resolved, within: &Within, joint: &mut SpatialJoint) -> Fallible<()> {
         let called = own.element.called();
-        let unit = if joint.kind == JointKind::Hinge { self.settings.angles.unit } else { 1.0 };
+        let unit = unit_of(joint.kind, self.settings.angles.unit);
         let at = own.array::<3>("pos")?.unwrap_or_default();
         joint.anchor = within.pose * Point3::from(at);
         let axis = Vector3::from(own.some("axis", [0.0, 0.0, 1.0])?);
@@ -280,4 +281,9 @@ impl<'a> MjcfReader<'a> {
         }
         Ok(())
     }
+}
+
+/// What the unit of a joint's coordinate is in SI.
+fn unit_of(kind: JointKind, angle: f64) -> f64 {
+    if kind == JointKind::Hinge { angle } else { 1.0 }
 }

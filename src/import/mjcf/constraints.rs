@@ -59,6 +59,23 @@ impl<'a> MjcfReader<'a> {
         if body == 0 { Isometry3::identity() } else { self.world(own.parent) * own.pose }
     }
 
+    /// The pose of a body where the springs of all joints are relaxed.
+    fn relaxed_world(&self, body: usize) -> Isometry3<f64> {
+        let own = &self.model.bodies[body];
+        if body == 0 {
+            return Isometry3::identity();
+        }
+        let one = own
+            .joints
+            .iter()
+            .filter(|&&joint| matches!(self.model.joints[joint].kind, JointKind::Hinge | JointKind::Slide));
+        let moved = one.fold(Isometry3::identity(), |pose, &joint| {
+            let own = &self.model.joints[joint];
+            pose * own.motion(self.relaxed_joints[joint] - own.zero)
+        });
+        self.relaxed_world(own.parent) * own.pose * moved
+    }
+
     fn sites_of(&self, element: &'a Element) -> Fallible<Option<[(usize, Isometry3<f64>); 2]>> {
         match (element.get("site1"), element.get("site2")) {
             (Some(first), Some(second)) => {
@@ -165,9 +182,9 @@ impl<'a> MjcfReader<'a> {
     fn relaxed(&self, own: &super::resolve::Resolved, length: f64) -> Fallible<[f64; 2]> {
         let Some(attribute) = own.attribute("springlength") else { return Ok([length; 2]) };
         match attribute.numbers()?[..] {
-            [at] if at < 0.0 => Ok([length; 2]),
+            // What MuJoCo takes for no length.
+            [-1.0] | [-1.0, -1.0] => Ok([length; 2]),
             [at] => Ok([at; 2]),
-            [low, high] if low < 0.0 && high < 0.0 => Ok([length; 2]),
             [low, high] if low <= high => Ok([low, high]),
             _ => Err(Refusal::new(format!(
                 "`springlength` is `{}`, but must be one or two increasing lengths",
@@ -187,7 +204,8 @@ impl<'a> MjcfReader<'a> {
                 child.attribute("coef").ok_or_else(|| child.refuse("the joint of a tendon has no `coef`"))?.number()?,
             ));
         }
-        let length = terms.iter().map(|(joint, factor)| factor * self.model.joints[*joint].zero).sum();
+        // MuJoCo's default length is that in the configuration where the springs of the joints are relaxed.
+        let length = terms.iter().map(|(joint, factor)| factor * self.relaxed_joints[*joint]).sum();
         let tendon = Tendon {
             name: element.get("name").unwrap_or_default().to_owned(),
             terms,
@@ -223,7 +241,7 @@ impl<'a> MjcfReader<'a> {
             return Ok(());
         }
         let ends = [self.site_named(first, first.must("site")?)?, self.site_named(second, second.must("site")?)?];
-        let places = ends.map(|(body, pose)| self.world(body) * Point3::from(pose.translation.vector));
+        let places = ends.map(|(body, pose)| self.relaxed_world(body) * Point3::from(pose.translation.vector));
         let length = (places[1] - places[0]).norm();
         let range = own.range("range", "limited", self.settings.autolimits)?.filter(|_| self.enabled.limit);
         if range.is_some_and(|range| range[0] > 0.0) {

@@ -61,6 +61,8 @@ struct MjcfReader<'a> {
     geoms: Vec<ContactGeom>,
     body_names: BTreeMap<String, usize>,
     joint_names: BTreeMap<String, usize>,
+    /// `springref` of each joint.
+    relaxed_joints: Vec<f64>,
     spatial_tendons: BTreeMap<String, [super::robot::BodyPoint; 2]>,
     fixed_tendons: BTreeMap<String, Tendon>,
     /// Lines and columns of elements that are refused or left out as a whole.
@@ -103,6 +105,7 @@ pub fn read(
         geoms: Vec::new(),
         body_names: BTreeMap::new(),
         joint_names: BTreeMap::new(),
+        relaxed_joints: Vec::new(),
         spatial_tendons: BTreeMap::new(),
         fixed_tendons: BTreeMap::new(),
         dropped: BTreeSet::new(),

@@ -169,7 +169,9 @@ impl RobotWriter<'_> {
         let range = actuator
             .control
             .map_or(String::new(), |[min, max]| format!(", min = {}, max = {}", number(min), number(max)));
-        self.inputs += &format!("{name} = {{ start = {}{range} }}\n", number(actuator.start));
+        // MuJoCo clamps what it is given, and a scene's input starts within its range.
+        let start = actuator.control.map_or(actuator.start, |[min, max]| actuator.start.clamp(min, max));
+        self.inputs += &format!("{name} = {{ start = {}{range} }}\n", number(start));
         let clamped = clamp(&name, actuator.control);
         let driven = self.activation(&actuator.activation, &name, &clamped);
         let motion = match &actuator.transmission {

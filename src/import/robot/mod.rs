@@ -11,7 +11,7 @@ mod write;
 
 pub use planar::scene;
 
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
 use super::refusal::FilePlace;
 
@@ -189,6 +189,16 @@ impl SpatialJoint {
             range: None,
             effort: None,
         }
+    }
+
+    /// How it moves the frame of its body.
+    pub fn motion(&self, value: f64) -> Isometry3<f64> {
+        if self.kind == JointKind::Slide {
+            return Isometry3::from_parts(Translation3::from(self.axis * value), UnitQuaternion::identity());
+        }
+        let turn = UnitQuaternion::from_axis_angle(&UnitVector3::new_normalize(self.axis), value);
+        let back = self.anchor.coords - turn * self.anchor.coords;
+        Isometry3::from_parts(Translation3::from(back), turn)
     }
 
     /// Does nothing act along it but what it leaves free?

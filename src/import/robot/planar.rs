@@ -1,6 +1,6 @@
 //! The planar reduction: bodies merged, axes signed, components along the normal dropped.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::closing::{self, ClosedStart};
 use super::plane::{self, MotionPlane};
@@ -283,25 +283,13 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
     Ok(())
 }
 
-/// How a joint moves the frame of its body.
-fn motion(joint: &SpatialJoint, value: f64) -> Isometry3<f64> {
-    match joint.kind {
-        JointKind::Slide => Isometry3::from_parts(Translation3::from(joint.axis * value), UnitQuaternion::identity()),
-        _ => {
-            let turn = UnitQuaternion::from_axis_angle(&UnitVector3::new_normalize(joint.axis), value);
-            let back = joint.anchor.coords - turn * joint.anchor.coords;
-            Isometry3::from_parts(Translation3::from(back), turn)
-        }
-    }
-}
-
 /// Holds a joint at a value: its motion becomes a part of the body's pose, as the joints before it see it.
 fn lock(model: &mut SpatialModel, joint: usize, value: f64) -> Fallible<()> {
     let own = &model.joints[joint];
     let body = own.body;
     let Some(at) = model.bodies[body].joints.iter().position(|&other| other == joint) else { return Ok(()) };
     let moved = match (own.kind, &own.free) {
-        (JointKind::Hinge | JointKind::Slide, _) => motion(own, value),
+        (JointKind::Hinge | JointKind::Slide, _) => own.motion(value),
         (JointKind::Free | JointKind::Planar, Some((pose, ..))) => {
             model.bodies[body].pose = *pose;
             Isometry3::identity()
