@@ -31,6 +31,7 @@ mod fmu_archive;
 mod fmu_in_fmpy;
 mod functions;
 mod graphs;
+mod grid;
 mod held_bodies;
 mod import;
 mod importer_values;

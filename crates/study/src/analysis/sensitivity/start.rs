@@ -29,11 +29,11 @@ pub enum StartError {
     Solution(&'static str),
 }
 
-/// q_p and v_p at the start; `rates` are those of the coordinates there.
+/// q_p and v_p at the start; `speeds` are the rates of the mechanism's coordinates there: states begin with values of their own.
 pub fn start(
     numbers: &Numbers,
     parameters: usize,
-    rates: &DVector<f64>,
+    speeds: &DVector<f64>,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), StartError> {
     let of = |row: RowBlock, column: ColumnBlock| numbers.block(row, column);
     let by = |row: RowBlock| numbers.block(row, ColumnBlock::Signals).columns(0, parameters).into_owned();
@@ -43,7 +43,7 @@ pub fn start(
     let known = stacked(&of(RowBlock::Rates, ColumnBlock::Rates), &of(RowBlock::StartRates, ColumnBlock::Rates));
     let (changes, full) = least(&known, &-stacked(&turning(RowBlock::Rates), &turning(RowBlock::StartRates)))?;
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
-    if !full && rates.norm() > 0.0 {
+    if !full && speeds.norm() > 0.0 {
         return Err(StartError::RatesOpen);
     }
     Ok((positions, changes))

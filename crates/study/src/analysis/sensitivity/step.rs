@@ -165,10 +165,11 @@ impl<'f> DifferentiatedMotion<'f> {
             point.set_parameter((contact.closed as usize, 0.0));
         }
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
-        let rates = self.values(&point, Order::Velocity);
+        let mechanical = self.formulated.equations.coordinates.len();
+        let speeds = self.values(&point, Order::Velocity).rows(0, mechanical).into_owned();
         let refused = |what: String| AnalysisFailure::NoDerivative { time: point.time(), what };
         let (positions, changes) =
-            start(&numbers, self.parameters, &rates).map_err(|error| refused(error.to_string()))?;
+            start(&numbers, self.parameters, &speeds).map_err(|error| refused(error.to_string()))?;
         check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
             refused(
                 "redundant joints fit together for these very values only: a changed one cannot be assembled".into(),
