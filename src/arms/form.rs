@@ -46,9 +46,10 @@ pub fn arm_form(
 }
 
 /// Do loop equations repeat others, and do all of them hold in this pose?
-pub(crate) fn repeat_exactly(equations: &Equations, length: f64, values: &impl Values) -> bool {
-    let repeating: Vec<&Constraint> = equations.constraints.iter().filter(|row| row.repeats()).collect();
-    let gaps: Vec<Expr> = repeating.iter().map(|row| row.value).collect();
+pub(crate) fn repeat_exactly(equations: &mut Equations, length: f64, values: &impl Values) -> bool {
+    let gaps = equations.gaps();
+    let (repeating, gaps): (Vec<&Constraint>, Vec<Expr>) =
+        equations.constraints.iter().zip(gaps).filter(|(row, _)| row.repeats()).unzip();
     let gaps = equations.system.arena.evaluate(&gaps, values);
     let hold = repeating.iter().zip(gaps).all(|(row, gap)| gap.abs() < EXACTLY * row.scale(length));
     hold && !repeating.is_empty()

@@ -153,6 +153,11 @@ impl Equations {
         self.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
     }
 
+    /// By how much one constraint is open.
+    pub fn gap(&mut self, row: usize) -> Expr {
+        self.constraints[row].gap(&mut self.system.arena)
+    }
+
     /// By how much each constraint is open.
     pub fn gaps(&mut self) -> Vec<Expr> {
         let arena = &mut self.system.arena;

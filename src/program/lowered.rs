@@ -7,7 +7,7 @@ use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, Initial, Input, Instants, LawTape, Parameter,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, GapMeasure, Initial, Input, Instants, LawTape, Parameter,
     Program, Role, SparseTape, Tapes,
 };
 use cotree_fmu::tape::Tape;
@@ -527,7 +527,7 @@ fn assemble(
 }
 
 /// What the motion has to do with each loop equation. Those that repeat others but nearly are left out: each choice of them is another motion.
-fn roles(equations: &Equations, length: f64, pose: &State) -> Vec<Role> {
+fn roles(equations: &mut Equations, length: f64, pose: &State) -> Vec<Role> {
     let chosen = equations.is_driven()
         && equations.states.is_empty()
         && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
@@ -638,12 +638,20 @@ fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     masked.collect()
 }
 
+fn measure(row: &Row) -> GapMeasure {
+    match (row.held, row.period) {
+        (Held::Angle, Some(_)) => GapMeasure::Direction,
+        (Held::Angle, None) => GapMeasure::Angle,
+        (Held::Along(_) | Held::Length, _) => GapMeasure::Length,
+    }
+}
+
 fn constraints(equations: &Equations, length: f64, roles: &[Role]) -> Vec<Constraint> {
     let rows = equations.constraints.iter().zip(roles);
     rows.map(|(constraint, &role)| Constraint {
         owner: equations.system.element(constraint.element).name.clone(),
         scale: constraint.scale(length),
-        angular: constraint.held == Held::Angle,
+        measure: measure(constraint),
         role,
         implied: matches!(equations.system.element(constraint.element).origin, Origin::Implied(_)),
     })

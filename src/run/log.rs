@@ -58,7 +58,7 @@ impl Logged {
         for (index, contact) in program.instants.contacts().iter().enumerate() {
             if own.hit.contains(&index) {
                 let impulse = own.after.parameters()[contact.closed as usize + 1];
-                let angular = program.constraints[contact.constraint as usize].angular;
+                let angular = program.constraints[contact.constraint as usize].is_angle();
                 all.push(entry(&contact.name, What::Impact { impulse, angular }));
             }
             let rubs = contact.slip.is_some();

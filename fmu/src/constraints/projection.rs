@@ -287,7 +287,7 @@ pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> G
         |row| Gap {
             owner: constraints[row].owner.clone(),
             size: residuals[row].abs(),
-            angular: constraints[row].angular,
+            angular: constraints[row].is_angle(),
         },
     )
 }

@@ -323,6 +323,17 @@ pub enum Role {
     Repeating,
 }
 
+/// What the gap of a loop equation measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum GapMeasure {
+    /// A length [m].
+    Length,
+    /// An angle [rad] whose whole turns count, as of gears.
+    Angle,
+    /// The angle [rad] of a direction, as of a cam's turning follower: whole turns leave it closed.
+    Direction,
+}
+
 /// One scalar loop equation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Constraint {
@@ -330,8 +341,8 @@ pub struct Constraint {
     pub owner: String,
     /// 1 for an angle [rad], [`Program::length`] for a gap [m].
     pub scale: f64,
-    /// Is it an angle [rad]? Otherwise it is a gap [m].
-    pub angular: bool,
+    /// What kind of number its gap is.
+    pub measure: GapMeasure,
     /// What the motion has to do with it.
     pub role: Role,
     /// Do the others imply it, in second order, with the parameters of the export? Then it stands for rows that are not imposed.
@@ -554,6 +565,11 @@ impl Layout {
 }
 
 impl Constraint {
+    /// True for an angle [rad], false for a length [m].
+    pub fn is_angle(&self) -> bool {
+        matches!(self.measure, GapMeasure::Angle | GapMeasure::Direction)
+    }
+
     /// True for one of the independent ones: what is held on one side only counts as one in every mode.
     pub fn is_imposed(&self) -> bool {
         matches!(self.role, Role::Imposed | Role::OneSided)

@@ -31,7 +31,7 @@ fn coordinate(name: &str) -> Coordinate {
 }
 
 fn constraint(owner: &str) -> Constraint {
-    Constraint { owner: owner.into(), scale: 1.0, angular: false, role: Role::Imposed, implied: false }
+    Constraint { owner: owner.into(), scale: 1.0, measure: GapMeasure::Length, role: Role::Imposed, implied: false }
 }
 
 pub fn condition(name: &str, known: bool) -> Condition {

@@ -451,7 +451,7 @@ fn roots(formulated: &mut Formulated, active: &[usize], (levels, loads): &Acting
 
 fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr>)> {
     vec![
-        (RowBlock::Loops, active.iter().map(|&row| equations.constraints[row].value).collect()),
+        (RowBlock::Loops, active.iter().map(|&row| equations.gap(row)).collect()),
         (RowBlock::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
     ]
 }

@@ -238,7 +238,7 @@ impl Instance {
         for (contact, &gap) in gaps {
             let row = row_of(model.program(), contact);
             if gap < -least * row.scale {
-                let (name, angular, time) = (contact.name.clone(), row.angular, self.now.state.time());
+                let (name, angular, time) = (contact.name.clone(), row.is_angle(), self.now.state.time());
                 return Err(Failure::Beyond { name, time, by: -gap, angular }.into());
             }
         }

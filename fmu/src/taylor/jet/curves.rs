@@ -9,6 +9,7 @@ use super::{Coefficient, Jet};
 use crate::linalg::lane::splat;
 use crate::linalg::number::Elementary;
 use crate::model::Model;
+use crate::program::GapMeasure;
 use crate::program::arm_form::{ArmForm, Cause, ORDERS, Push, Slot};
 use crate::taylor::products::convolution;
 use crate::taylor::tape::Numbers;
@@ -36,21 +37,19 @@ pub(super) fn curves<N: Elementary>(form: &ArmForm, place: impl Fn(u32) -> usize
     form.pushes.iter().filter_map(curve).collect()
 }
 
-/// Loop equations between a function and an angle: they say which way something looks.
-pub(super) fn turning_rows<N>(model: &Model, form: &ArmForm, curves: &[CurveSlope<N>]) -> Vec<usize> {
-    let is_angle = |row: &usize| model.program().constraints[form.rows[*row].constraint as usize].angular;
-    let mut rows: Vec<usize> = curves.iter().map(|curve| curve.row).filter(is_angle).collect();
-    rows.dedup();
-    rows
+/// Loop equations that whole turns leave closed, also where the function is one of time because a driver moves its angle.
+pub(super) fn direction_rows(model: &Model, form: &ArmForm) -> Vec<usize> {
+    let measure = |row: usize| model.program().constraints[form.rows[row].constraint as usize].measure;
+    (0..form.rows.len()).filter(|&row| measure(row) == GapMeasure::Direction).collect()
 }
 
 #[expect(private_bounds, reason = "there are two kinds of numbers")]
 impl<N: Coefficient, const L: usize> Jet<N, L> {
-    /// Takes whole turns off the gaps of loop equations that hold for them, too.
+    /// Takes whole turns off the gaps of loop equations that these leave closed.
     #[inline(always)]
     pub(super) fn take_off_turns(&mut self) {
         let gaps = self.gaps.as_flattened_mut();
-        for &row in &self.turning_rows {
+        for &row in &self.direction_rows {
             gaps[row] -= N::all(TAU * (gaps[row].value() / TAU).round());
         }
     }

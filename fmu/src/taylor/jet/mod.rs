@@ -186,8 +186,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     terms: Terms<N>,
     /// Loop equations with functions of unknowns.
     curves: Vec<CurveSlope<N>>,
-    /// Loop equations with functions of angles that hold for whole turns more, too.
-    turning_rows: Vec<usize>,
+    /// Loop equations that whole turns leave closed.
+    direction_rows: Vec<usize>,
     pushes: Loads,
     loads: Loads,
     coupling: Coupling<N, L>,
@@ -298,7 +298,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),
             terms,
-            turning_rows: curves::turning_rows(model, &form, &curves),
+            direction_rows: curves::direction_rows(model, &form),
             curves,
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
