@@ -761,3 +761,74 @@ stop = 0.1
 "#
     )
 }
+
+/// Two followers on one disc, all lengths in multiples of a unit, and moments of inertia in those of its square.
+fn two_followers(unit: f64) -> String {
+    let inertia = 1.5 * (25.0 * unit) * (25.0 * unit);
+    let [distance, arm, base, roller, lift] = [85.0, 72.0, 28.0, 7.0, 4.0].map(|length| length * unit);
+    format!(
+        r#"
+name = "two_followers"
+gravity = [0, 0]
+[ground.points]
+pivot = [{distance:e}, 0]
+[bodies.disc]
+mass = 1.5
+inertia = {inertia:e}
+[bodies.rocker]
+mass = 1.5
+inertia = {inertia:e}
+points = {{ tip = [{arm:e}, 0] }}
+[bodies.lifter]
+mass = 1.5
+[joints.shaft]
+type = "revolute"
+between = ["ground", "disc"]
+[joints.pivot]
+type = "revolute"
+between = ["ground.pivot", "rocker"]
+[joints.guide]
+type = "prismatic"
+between = ["ground", "lifter"]
+axis = [0, 1]
+[joints.swing]
+type = "cam"
+between = ["disc", "rocker.tip"]
+shaft = "shaft"
+guide = "pivot"
+base = {base:e}
+roller = {roller:e}
+law = "0.35*(1 - cos(angle))/2"
+[joints.lift]
+type = "cam"
+between = ["disc", "lifter"]
+shaft = "shaft"
+guide = "guide"
+base = {base:e}
+law = "{lift:e}*(1 - cos(angle))/2"
+[initial]
+"rocker.angle" = {{ guess = "150 deg" }}
+"disc.angle" = 0.7
+"disc.omega" = 2.5
+[outputs]
+variables = ["disc.angle", "rocker.angle"]
+[experiment]
+stop = 1.0
+step = 0.25
+tolerance = 1e-8
+"#
+    )
+}
+
+/// Without gravity the motion does not depend on the size; very small lengths beside angles are no singular pose.
+#[test]
+fn cams_of_any_size_move_alike() {
+    let usual = columns(&two_followers(1e-3));
+    for unit in [1e-6, 1e-9, 1e-12] {
+        let own = columns(&two_followers(unit));
+        for name in ["disc.angle", "rocker.angle"] {
+            let apart = usual(name).iter().zip(own(name)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-6, "{unit:e} {name}: {apart:e}");
+        }
+    }
+}

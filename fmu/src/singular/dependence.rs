@@ -27,6 +27,11 @@ pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
     ends_within(context, run, CLOSE)
 }
 
+/// Does the last step end close to a singular pose, whatever the units of lengths and masses are?
+pub(crate) fn is_close(context: &Context, run: &Run) -> bool {
+    run.in_zone(run.last.end_time) || ends_within(context, run, CLOSE)
+}
+
 /// Does the last step end so close to a singular pose that a method which does not pass poses goes no further?
 pub(crate) fn is_refused(context: &Context, run: &Run) -> bool {
     !context.model.active().is_empty() && ends_within(context, run, REFUSED)

@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::motion::Run;
-use crate::singular::dependence::begins_near;
+use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
 use crate::taylor::{Changes, Jet};
 pub(crate) use memory::Memory;
@@ -148,7 +148,11 @@ impl Taylor {
     fn go_on(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
         self.begin(context, run);
         match self.known {
-            Start::Singular => self.leave(context, run),
+            // Pivots may be small beside each other because of units, as of lengths of 1e-12 m beside angles, and the pose is not singular.
+            Start::Singular => self.leave(context, run).or_else(|failure| match is_close(context, run) {
+                true => Err(failure),
+                false => Ok(Progress::Declined),
+            }),
             // Next to a pose that steps have come to: what is evaluated there does not know the branch.
             Start::Near if run.in_zone(run.last.end_time) => self.leave(context, run),
             Start::Near => self.leave(context, run).or_else(|_| {
