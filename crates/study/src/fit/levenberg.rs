@@ -104,6 +104,8 @@ pub fn minimise<T>(
             stopped = !goes_on(FitTrial { values: next.as_slice(), length, is_accepted: there.is_some() });
             let Some(there) = there else {
                 if predicted <= FLAT * sum {
+                    // However the trial ended, no step could have been better.
+                    blocked = None;
                     break 'search FitEnded::Settled;
                 }
                 damping = (4.0 * damping).max(WORSE);
@@ -119,6 +121,8 @@ pub fn minimise<T>(
         };
         (values, (here, beside)) = moved;
     };
+    // A search that was ended by something else would have gone on with a shorter step.
+    let blocked = blocked.filter(|_| ended == FitEnded::Settled);
     Ok(Minimum { values: values.as_slice().to_vec(), beside, ended, blocked, evaluations })
 }
 

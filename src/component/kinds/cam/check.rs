@@ -128,13 +128,9 @@ fn undercut(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fau
         shown(mechanism, worst.angle, Unit::angle()),
         length(radius),
     );
-    let mut ways: Vec<String> = Vec::new();
-    let base = profile.least_base();
-    ways.extend(base.map(|base| format!("let `base` be at least {}, not {}", length(base), length(profile.base))));
+    let mut ways = vec![format!("let `base` be larger than {} (`cotree motion` says how large)", length(profile.base))];
     ways.extend(profile.roller.map(|_| "take a smaller roller".to_string()));
     ways.push("let the follower rise over a larger angle".to_string());
-    let larger = if base.is_none() { "no larger `base` helps: " } else { "" };
-    let help =
-        format!("{larger}{}; such a cam cannot be made, though its motion is that of the law", ways.join(", or "));
+    let help = format!("{}; such a cam cannot be made, though its motion is that of the law", ways.join(", or "));
     Some(Fault::warning("scene::cam_undercut", message, part.span).label("undercut").help(help))
 }
