@@ -161,3 +161,51 @@ fn long_experiments_are_looked_at_for_a_while() {
     assert!(until > 2.0 && until < 1e3, "{until}");
     assert_eq!(cut.needed.len(), 1);
 }
+
+/// A rope has the force of a bar of its length, and a freewheel the torque that it keeps up.
+#[test]
+fn ropes_and_freewheels_have_a_force_and_a_torque_as_other_joints() {
+    let text = r#"
+name = "hung_beside"
+gravity = [0, -10]
+[bodies.a]
+mass = 3.0
+[bodies.b]
+mass = 3.0
+[bodies.wheel]
+mass = 1.0
+inertia = 0.2
+[ground.points]
+beside = [1, 0]
+apart = [3, 0]
+[joints]
+guide = { type = "prismatic", between = ["ground", "a"], axis = [0, 1] }
+other = { type = "prismatic", between = ["ground.beside", "b"], axis = [0, 1] }
+line = { type = "rope", between = ["ground", "a"], length = 1 }
+bar = { type = "distance", between = ["ground.beside", "b"], length = 1 }
+pin = { type = "revolute", between = ["ground.apart", "wheel"] }
+ratchet = { type = "one_way", between = ["ground", "wheel"] }
+[loads.push]
+type = "torque"
+on = "wheel"
+value = -4
+[initial]
+"guide.s" = -1
+"other.s" = { guess = -1 }
+[outputs]
+variables = ["line.force", "line.stop", "bar.force", "ratchet.torque", "ratchet.stop"]
+[experiment]
+stop = 0.2
+step = 0.1
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("hung.toml"), text).unwrap();
+    let output = cotree(folder.path(), &["simulate", "hung.toml"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let told = stdout(&output);
+    for line in told.lines().skip(1) {
+        let row: Vec<f64> = line.split(',').skip(1).map(|number| number.parse().unwrap()).collect();
+        let expected = [-30.0, -30.0, -30.0, 4.0, 4.0];
+        assert!(row.iter().zip(expected).all(|(own, right)| (own - right).abs() < 1e-9), "{row:?}");
+    }
+}

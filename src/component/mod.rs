@@ -26,6 +26,7 @@ use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
 use crate::equations::NonlinearLoad;
+use crate::expr::Expr;
 use crate::model::{
     Dimension, Formula, Friction, KeyValue, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit,
     Variable,
@@ -115,6 +116,8 @@ pub struct Component {
     pub states: fn(&Part) -> Vec<OwnState>,
     /// What it holds on one side only.
     pub one_sided: fn(&Part, &Mechanism) -> Vec<OneSided>,
+    /// What its gap is for each unit by which that relation is off: a length for an angle.
+    pub gap_lever: fn(&Part, &mut System) -> Expr,
     /// The relation that may be off as far as those say.
     pub relation: fn(&Part, &mut System) -> Option<Coupling>,
     /// How its dry friction acts, if it can have any.
@@ -173,6 +176,7 @@ impl Component {
             stored: "",
             states: |_| Vec::new(),
             one_sided: |_, _| Vec::new(),
+            gap_lever: |_, _| Expr::ONE,
             relation: |_, _| None,
             rubs: None,
             linear: |_| Ok(None),

@@ -301,11 +301,13 @@ impl Equations {
         }
         for (index, own) in mechanism.unilaterals_of(owner) {
             let row = self.row_of_unilateral(index);
-            let arena = &mut self.system.arena;
             let sign = own.held.sign;
+            let arena = &mut self.system.arena;
             let value = match what {
                 Contact::Gap => {
-                    row.and_then(|row| self.constraints[row].one_sided.as_ref()).map_or(Expr::ZERO, |gap| gap.value)
+                    let gap = row.and_then(|row| self.constraints[row].one_sided.as_ref()).map(|gap| gap.value);
+                    let lever = gap_lever(&mut self.system, owner);
+                    self.system.arena.multiply(gap.unwrap_or(Expr::ZERO), lever)
                 }
                 Contact::Reaction => row.map_or(Expr::ZERO, |row| {
                     let reaction = arena.symbol(Symbol::Reaction(row));
@@ -683,4 +685,12 @@ impl Kinematics {
         let (_, along) = self.direction(system, direction);
         self.component(system, &across.velocity, &along)
     }
+}
+
+/// The length by which a gap in an angle is a way; 1 of what is a way itself.
+fn gap_lever(system: &mut System, owner: Owner) -> Expr {
+    let mechanism = system.mechanism.clone();
+    let Owner::Joint(joint) = owner else { return Expr::ONE };
+    let part = &mechanism.joints[joint.0];
+    (part.component().gap_lever)(part, system)
 }

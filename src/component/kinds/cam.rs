@@ -89,12 +89,13 @@ pub(crate) const CAM: Component = Component {
             "give the rise by the cam's angle: `law = \"0.01*(1 - cos(angle))\"`",
         ),
     ],
-    variables: &[Q::Angle, Q::Fn, Q::Torque, Q::PressureAngle, Q::Curvature, Q::Mode],
+    variables: &[Q::Angle, Q::Gap, Q::Fn, Q::Torque, Q::PressureAngle, Q::Curvature, Q::Mode],
     own: &[Q::Angle],
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::Angle, Q::PressureAngle],
     undriven: ["a cam", "name the joint in which the cam turns"],
     one_sided,
+    gap_lever,
     relation,
     check: check::check,
     profile: |part, mechanism, parameters| Profile::of(part, mechanism, parameters).ok(),
@@ -135,6 +136,15 @@ fn one_sided(part: &Part, mechanism: &Mechanism) -> Vec<OneSided> {
         restitution: limits.restitution.clone(),
         of_rate: false,
     }]
+}
+
+/// The gap is measured along the way of the follower's point: on a circle about the pivot where it turns.
+fn gap_lever(part: &Part, system: &mut System) -> Expr {
+    let mechanism = &*system.mechanism.clone();
+    match Mounting::of(part, mechanism).map(|mounting| mounting.guide) {
+        Ok(FollowerGuide::Pivot([_, pivot])) => geometry::distance(&mut system.arena, mechanism, pivot, part.between[1]),
+        Ok(FollowerGuide::Slide(_)) | Err(_) => Expr::ONE,
+    }
 }
 
 /// The guide's coordinate less sense x law(theta) is where it starts.

@@ -22,7 +22,7 @@ pub(crate) const ONE_WAY: Component = Component {
             "the way in which the second body may turn against the first",
         ),
     ],
-    variables: &[Q::StopTorque, Q::AngularImpulse, Q::Mode],
+    variables: &[Q::Torque, Q::StopTorque, Q::AngularImpulse, Q::Mode],
     room: Room::Turning,
     undriven: ["a freewheel", "name the joint in which a body turns"],
     one_sided,

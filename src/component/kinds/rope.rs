@@ -26,7 +26,7 @@ pub(crate) const ROPE: Component = Component {
             "the share of the speed with which its ends come back",
         ),
     ],
-    variables: &[Q::Gap, Q::StopForce, Q::Impulse, Q::Mode],
+    variables: &[Q::Gap, Q::Force, Q::StopForce, Q::Impulse, Q::Mode],
     undriven: ["a rope", "a driver with `position` moves a point"],
     one_sided,
     relation,

@@ -5,7 +5,7 @@
 
 use super::mounting::{FollowerGuide, Mounting, place, value, values};
 use crate::expr::{Arena, ArenaTerm, Binary, Expr, Symbol, Unary, build, build_all};
-use crate::model::{KeyValue, Mechanism, Part};
+use crate::model::{KeyValue, Mechanism, Part, Place};
 
 /// Everything that is known of a cam, in terms of [`Symbol::Argument`].
 #[derive(Clone, Copy, Debug)]
@@ -170,6 +170,13 @@ fn lead(arena: &mut Arena, mechanism: &Mechanism, part: &Part, mounting: &Mounti
             Lead::Pivot { pivot: minus(on, shaft), arm: minus(foot, of) }
         }
     }
+}
+
+/// How far apart two points of a body are.
+pub(super) fn distance(arena: &mut Arena, mechanism: &Mechanism, from: Place, to: Place) -> Expr {
+    let [from, to] = [from, to].map(|at| place(arena, mechanism, at));
+    let [x, y] = [0, 1].map(|axis| arena.subtract(to[axis], from[axis]));
+    build(arena, [x, y], |[x, y]| (x.square() + y.square()).of(Unary::Sqrt))
 }
 
 fn touch(arena: &mut Arena, part: &Part, mounting: &Mounting) -> FollowerTouch {
