@@ -157,7 +157,10 @@ fn the_gap_of_a_lifted_follower_is_measured_along_its_way() {
         .replace("side = \"right\"", "side = \"right\"\nunilateral = {}")
         .replace(variables[0], variables[1])
         .replace("stiffness = 1.5", "stiffness = 0.05")
-        .replace("\"rocker.angle\" = { guess = \"-150 deg\" }", "\"rocker.angle\" = \"-146.2 deg\"\n\"rocker.omega\" = 0");
+        .replace(
+            "\"rocker.angle\" = { guess = \"-150 deg\" }",
+            "\"rocker.angle\" = \"-146.2 deg\"\n\"rocker.omega\" = 0",
+        );
     let reach = BASE + ROLLER;
     let inner = ((DISTANCE * DISTANCE + ARM * ARM - reach * reach) / (2.0 * DISTANCE * ARM)).acos();
     let rows = numbers(&text, &["simulate"]);

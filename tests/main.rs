@@ -8,9 +8,11 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 mod analysis;
 mod assemblies;
+mod bare_degrees;
 mod c_code;
 mod calculated_parameters;
 mod cam_figures;
+mod cam_turns;
 mod cams;
 mod command_files;
 mod command_line;

@@ -39,7 +39,7 @@ use pyo3::types::PyBytes;
 use serde_json::json;
 
 use crate::listening::{self, interruptible};
-use crate::outcome::{RunError, failed, file_error, scene_error, study_error, warn, wrong};
+use crate::outcome::{RunError, failed, file_error, scene_error, study_error, warn, warn_of, wrong};
 use crate::request::{self, Columns, Times, Value};
 use crate::scene::{Core, for_browsers, listened};
 
@@ -356,9 +356,10 @@ pub fn synthesize(
             (_, Some(path)) => Task::read(path)?,
             (text, None) => Task::from_text(text.unwrap_or_default())?,
         };
-        synthesis::synthesize(&task, all)
+        Ok((synthesis::synthesize(&task, all)?, task.warnings))
     })?;
-    let answer = found.map_err(|faults| scene_error(&faults))?;
+    let (answer, warnings): (_, Option<Faults>) = found.map_err(|faults: Faults| scene_error(&faults))?;
+    warnings.iter().try_for_each(|faults| warn_of(py, faults))?;
     let report = answer.report();
     let picture = (!answer.solutions.is_empty()).then(|| study::synthesis::picture(&answer));
     let scenes = answer.good().filter_map(|own| own.scene.clone()).collect();

@@ -105,6 +105,11 @@ pub struct Faults {
 }
 
 impl Faults {
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     /// Faults found in a text.
     pub fn new(source: Source, list: Vec<Fault>) -> Faults {
         Faults { list, omitted: 0, source }

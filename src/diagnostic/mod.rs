@@ -1,5 +1,6 @@
 //! Faults of a scene: where they are, what is wrong, what to do; and how they are shown.
 
+pub mod degrees;
 mod every;
 pub mod fault;
 pub(crate) mod render;

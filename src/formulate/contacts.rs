@@ -6,7 +6,7 @@ use crate::diagnostic::Fault;
 use crate::equations::Equations;
 use crate::expr::{Expr, Symbol};
 use crate::formulate::explain::assembly::show;
-use crate::model::Unilateral;
+use crate::model::{Mechanism, Owner, Unilateral};
 use crate::network::Held;
 
 /// What is open by less than nothing, by no more than this share of its scale, touches: starts are solved for to rounding errors.
@@ -83,12 +83,27 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             let signed = |value: f64| format!("{}{}", if value < 0.0 { "-" } else { "" }, show(value, is_angle));
             let [value, limit, by] = [bound + own.held.sign * gap, bound, -gap].map(signed);
             let message = format!("the start is beyond `{}`: it begins at {value}, the limit is {limit}", own.name);
-            let help = format!("begin within the limit, or move the limit by {by}");
+            let help = other_side(&mechanism, own)
+                .unwrap_or_else(|| format!("begin within the limit, or move the limit by {by}"));
             let fault = Fault::new("assembly::beyond_limit", message, own.span);
             faults.push(fault.label("the start is beyond it").help(help));
         }
     }
     faults
+}
+
+/// How a contact with a line is turned over: by its side, or by its ends, of which the first has the line.
+fn other_side(mechanism: &Mechanism, own: &Unilateral) -> Option<String> {
+    let Owner::Joint(joint) = own.owner else { return None };
+    let part = mechanism.joints.get(joint.0)?;
+    if part.component().name != "contact" || part.value("axis").is_none() {
+        return None;
+    }
+    let side = if part.choice("side") == Some("right") { "left" } else { "right" };
+    let [first, second] = part.between.map(|place| mechanism.place_name(place));
+    Some(format!(
+        "the line belongs to `{first}`: write `side = \"{side}\"` if `{second}` stays on its other side, or `between = [\"{second}\", \"{first}\"]` if the line belongs to `{second}`; otherwise begin within the limit"
+    ))
 }
 
 /// What rubs where drivers lead it has no force that is determined at rest: what moves freely beside it may not follow from that.

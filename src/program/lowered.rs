@@ -7,8 +7,8 @@ use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, GapMeasure, Initial, Input, Instants, LawTape, Parameter,
-    Program, Role, SparseTape, Tapes,
+    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, GapMeasure, Initial, Input, Instants, LawTape,
+    Parameter, Program, Role, SparseTape, Tapes,
 };
 use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;

@@ -312,6 +312,15 @@ impl Resolver<'_> {
         Some(Variable { owner, quantity })
     }
 
+    /// A variable of the load that is read, which its law can use by its full name only.
+    fn own_by_its_name(&self, name: &str, site: Site<'_>) -> Option<String> {
+        let Context::Law(load) = site.context else { return None };
+        let own = &self.scene.loads.get(load.0)?.name.text;
+        let quantity = *self.find_owner(own)?.has.iter().find(|quantity| quantity.word() == name)?;
+        let variable = Variable { owner: Owner::Load(load), quantity };
+        refusal(variable, site, name).is_none().then(|| format!("{own}.{name}"))
+    }
+
     fn lower_variable(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let text = Text::new(name, site.text.part(tree.start, tree.end));
         let variable = self.variable(&text, site.what, "scene::unknown_variable")?;
@@ -427,6 +436,13 @@ impl Resolver<'_> {
             );
             self.faults
                 .push(Fault::new("scene::not_a_number", message, span).label(format!("a {}", named.word())).help(help));
+            return None;
+        }
+        if let Some(own) = self.own_by_its_name(name, site) {
+            let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
+            let fault =
+                Fault::new("scene::unknown_name", message, span).label("no such parameter, input, state or signal");
+            self.faults.push(fault.help(format!("write `{own}`: it is a variable of the load itself")));
             return None;
         }
         let mut known = self.names.all(Named::is_number);

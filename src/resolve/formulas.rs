@@ -7,6 +7,7 @@ use cotree_fmu::program::domain::Limit;
 use super::calculated::Meaning;
 use super::context::Context;
 use super::{Resolver, UNKNOWN};
+use crate::diagnostic::degrees;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::expr::{Binary, Function};
@@ -16,7 +17,7 @@ use crate::model::measure::{
 use crate::model::{Bound, Exponents, Formula, Range, Unit};
 use crate::scene::constant;
 use crate::scene::dimension::KnownUnit;
-use crate::scene::expression::shortened;
+use crate::scene::expression::{self, SyntaxKind, SyntaxTree, shortened};
 use crate::scene::model::Vector;
 use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
 use crate::scene::unit::from_exponents;
@@ -165,6 +166,7 @@ impl Resolver<'_> {
                     return (UNKNOWN, None, KnownUnit::Nothing);
                 };
                 self.check_unit(known, what, wanted, quantity.span, context);
+                self.suspect_table(&text, what, wanted);
                 if !text.text.contains('[') {
                     self.suspect_turns(&formula, what, wanted, quantity.span);
                 }
@@ -182,13 +184,21 @@ impl Resolver<'_> {
 
     /// Warns of a bare angle that is a usual number of degrees: as radians it would be many turns.
     fn suspect_degrees(&mut self, number: f64, what: &str, wanted: &Wanted, span: Span) {
-        let usual = number.abs() >= 10.0 && (number % 5.0 == 0.0 || number % 22.5 == 0.0);
-        if usual && wanted.exponents == ANGLE.exponents {
-            let message = format!("{what} is {number} radians, {:.1} turns", number / TAU);
-            let fault = Fault::warning("scene::degrees", message, span).label("degrees?");
-            self.faults.push(
-                fault.help(format!("write `\"{number} deg\"` for degrees, `\"{number} rad\"` if radians are meant")),
-            );
+        if degrees::is_usual(number) && wanted.exponents == ANGLE.exponents {
+            self.faults.push(degrees::warning(what, number, span));
+        }
+    }
+
+    /// Warns of an angle that is read from a table whose second column has no unit and looks like degrees.
+    fn suspect_table(&mut self, text: &Text, what: &str, wanted: &Wanted) {
+        if wanted.exponents != ANGLE.exponents {
+            return;
+        }
+        let Ok(SyntaxTree { kind: SyntaxKind::Table(_, file, _), .. }) = expression::parse(text) else { return };
+        let Some(table) = self.table(&file, text.span).filter(|table| table.units[1].is_none()) else { return };
+        if let Some(angle) = degrees::among(&table.y) {
+            let what = format!("{what}, from the second column of `{file}`,");
+            self.faults.push(degrees::of_column(&what, "angle", angle, text.span));
         }
     }
 

@@ -11,7 +11,7 @@ use crate::expr::{Binary, Function, Unary};
 use crate::model::measure::{ANYTHING, LENGTH, NUMBER, Wanted};
 use crate::model::{Formula, Friction, InputId, KeyValue, Limits, Motion, Pressed, Range};
 use crate::scene::constant;
-use crate::scene::decode::Fields;
+use crate::scene::decode::{Fields, written};
 use crate::scene::document::{Content, DocumentNode};
 use crate::scene::model::{InputAs, Vector};
 use crate::scene::quantity::Quantity;
@@ -41,6 +41,12 @@ impl Resolver<'_> {
 
     /// The values of a record.
     pub(super) fn record(&mut self, record: Record, node: &DocumentNode, what: &str, user: &str) -> Option<KeyValue> {
+        if let Some(table) = record_as_table(record, node) {
+            let message = format!("{what} is {}, but must be a table", node.kind.name());
+            let fault = Fault::new("scene::wrong_type", message, node.span).label("not a table");
+            self.faults.push(fault.help(format!("write `{table}`")));
+            return None;
+        }
         let fields = match record {
             Record::Friction(_, pressed) => self.friction_fields(node, what, record.names(), pressed)?,
             Record::Limits(_) | Record::Play(_) | Record::Rebound => {
@@ -292,5 +298,23 @@ impl Resolver<'_> {
             );
         }
         None
+    }
+}
+
+/// Limits, play or a rebound that are written as a number, a list or a word, as the table that they must be.
+fn record_as_table(record: Record, node: &DocumentNode) -> Option<String> {
+    let parts: Vec<String> = match &node.kind {
+        Content::Array(items) => items.iter().filter_map(written).collect(),
+        Content::Table(_) => return None,
+        _ => written(node).into_iter().collect(),
+    };
+    match (record, &parts[..]) {
+        (Record::Friction(..), _) => None,
+        (Record::Limits(_), [low, high]) => Some(format!("limits = {{ min = {low}, max = {high} }}")),
+        (Record::Limits(_), [high]) => Some(format!("limits = {{ max = {high} }}")),
+        (Record::Limits(_), _) => Some("limits = { min = LOWEST, max = HIGHEST }".to_owned()),
+        (Record::Play(_), [play]) => Some(format!("backlash = {{ play = {play} }}")),
+        (Record::Play(_), _) => Some("backlash = { play = \"0.5 deg\" }".to_owned()),
+        (Record::Rebound, _) => Some("unilateral = { restitution = 0 }".to_owned()),
     }
 }

@@ -92,7 +92,10 @@ impl<'s> SceneNames<'s> {
     }
 
     fn add(&mut self, name: &'s Text, named: Named, faults: &mut Sink) {
-        check_identifier(name, named.word(), faults);
+        // A part is only ever named with a point or a variable, so it can be called like a function.
+        if named.is_number() || !is_function(name) {
+            check_identifier(name, named.word(), faults);
+        }
         if let Some((first, first_name)) = self.named.get(name.text.as_str()) {
             let mut fault = Fault::new(
                 "scene::duplicate_name",
@@ -162,7 +165,7 @@ fn unique<'s>(
 /// A name must be a word and must not mean something already.
 pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
     check_word(name, what, faults);
-    let function = Function::named(&name.text).is_some_and(Function::is_reserved) || name.text == "if";
+    let function = is_function(name) || name.text == "if";
     let meaning = match name.text.as_str() {
         "ground" => "the ground",
         "t" | "time" => "the time",
@@ -173,6 +176,10 @@ pub(super) fn check_identifier(name: &Text, what: &str, faults: &mut Sink) {
     };
     let message = format!("{} cannot be called `{}`: that is {meaning}", one(what), name.text);
     faults.push(Fault::new("scene::reserved_name", message, name.span).label("reserved").help("choose another name"));
+}
+
+fn is_function(name: &Text) -> bool {
+    Function::named(&name.text).is_some_and(Function::is_reserved)
 }
 
 pub(super) fn one(what: &str) -> String {

@@ -6,12 +6,13 @@ use crate::component::{Component, Room, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
-use crate::model::measure::ANGLE;
+use crate::model::measure::{ANGLE, ANGULAR_VELOCITY};
 use crate::model::{BodyId, DriverId, JointId, KeyValue, LoadId, Owner, Part, Place, Range};
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::part as written;
+use crate::scene::{QuantityReading, read};
 
 impl written::Part {
     /// Its component: a driver's by the motion that it prescribes, else by its type.
@@ -47,16 +48,10 @@ struct PartReading<'n> {
     complete: bool,
 }
 
-/// What people write for a driver's speed, and how it is written.
-const RATES: [(&[&str], &str); 2] = [
-    (
-        &["omega", "rpm", "angular_velocity", "rotational_speed", "frequency"],
-        "a speed is written as the angle that it makes over the time: `angle = \"2*pi*t\"` for one turn in a second",
-    ),
-    (
-        &["speed", "velocity", "rate", "v"],
-        "a speed is written as the motion that it makes over the time: `angle = \"2*pi*t\"` for one turn in a second, or `displacement = \"0.1*t\"` for 0.1 m in a second",
-    ),
+/// What people write for a driver's speed, and the motions that it can be of.
+const RATES: [(&[&str], &[&str]); 2] = [
+    (&["omega", "rpm", "angular_velocity", "rotational_speed", "frequency"], &["angle"]),
+    (&["speed", "velocity", "rate", "v"], &["angle", "displacement"]),
 ];
 
 impl<'s> Resolver<'s> {
@@ -140,9 +135,28 @@ impl<'s> Resolver<'s> {
         let message = format!("{} must have exactly one of {wanted}, but has {found}", fields.owner);
         let drivers = Section::Drivers.components();
         let help: Vec<String> = drivers.map(|component| format!("`{}` {}", component.name, component.about)).collect();
-        let rate = RATES.iter().find(|(rates, _)| rates.iter().any(|key| fields.get(key).is_some()));
-        let help = rate.filter(|_| given.is_empty()).map_or_else(|| help.join(", "), |(_, help)| (*help).to_owned());
-        self.faults.push(Fault::new("scene::driver_motion", message, span).label("exactly one is wanted").help(help));
+        let rate = RATES.iter().find_map(|(rates, motions)| {
+            let key = rates.iter().find(|key| fields.get(key).is_some())?;
+            Some((*key, *motions))
+        });
+        if let Some((key, motions)) = rate.filter(|_| given.is_empty()) {
+            self.refuse_rate(fields, key, motions);
+            return;
+        }
+        let fault = Fault::new("scene::driver_motion", message, span).label("exactly one is wanted");
+        self.faults.push(fault.help(help.join(", ")));
+    }
+
+    /// A driver prescribes a motion over the time: of its speed that is the integral.
+    fn refuse_rate(&mut self, fields: &Fields<'_>, key: &str, motions: &[&str]) {
+        let message = format!("{} has no key `{key}`: a speed is written as the motion over time", fields.owner);
+        let law = fields.get(key).and_then(|node| motion_of_rate(key, node));
+        let (law, only) = law.unwrap_or_else(|| ("2*pi*t".to_owned(), None));
+        let motions = if only.is_some() { only.as_slice() } else { motions };
+        let help: Vec<String> = motions.iter().map(|motion| format!("`{motion} = \"{law}\"`")).collect();
+        let span = fields.key_span(key).unwrap_or(fields.span);
+        let fault = Fault::new("scene::driver_motion", message, span).label("unknown key");
+        self.faults.push(fault.help(format!("write {}", help.join(" or "))));
     }
 
     /// Refuses what a scene of one dimension has no room for; none if nothing of it is worth reading.
@@ -187,8 +201,10 @@ impl<'s> Resolver<'s> {
             let message = format!("{called} has `{}`, so it needs {wanted} and nothing else", reading.component.name);
             Fault::new("scene::driver_target", message, span).help(driver_targets())
         } else {
-            let problem = if given.is_empty() { "neither" } else { "both" };
-            let message = format!("{called} has {problem} of {wanted}");
+            let message = match given.is_empty() {
+                true => format!("{called} has neither {}", wanted.replace(" or ", " nor ")),
+                false => format!("{called} has both of {wanted}"),
+            };
             Fault::new("scene::torque_target", message, span).help(helps(own.into_iter()).join(", "))
         };
         self.faults.push(fault.label(format!("{wanted} is wanted")));
@@ -478,4 +494,30 @@ fn driver_targets() -> String {
     };
     let all: Vec<String> = Section::Drivers.components().map(of).collect();
     all.join(", ")
+}
+
+/// The law that a speed makes over the time, and the one motion that it can be of if its unit says so.
+fn motion_of_rate(key: &str, node: &DocumentNode) -> Option<(String, Option<&'static str>)> {
+    let before = if key == "frequency" { "2*pi*" } else { "" };
+    let unit = if key == "rpm" { "[rpm]" } else { "" };
+    let bare = |number: f64| (format!("{before}{number}{unit}*t"), None);
+    let text = match &node.kind {
+        Content::Number(number) => return Some(bare(*number)),
+        Content::Text(_) => node.text()?,
+        _ => return None,
+    };
+    Some(match read(&text).ok()? {
+        QuantityReading::Number(number) => bare(number),
+        QuantityReading::Measure(number, _) if key == "frequency" => (format!("{before}{number}*t"), None),
+        QuantityReading::Measure(_, measure) => {
+            let (number, unit) = text.text.trim().split_once(' ')?;
+            let turns = ANGULAR_VELOCITY.exponents == Some(measure.exponents);
+            let motion = if turns { "angle" } else { "displacement" };
+            (format!("{number}[{}]*t", unit.trim()), Some(motion))
+        }
+        QuantityReading::Expression => {
+            let unit = if unit.is_empty() { "" } else { "*1[rpm]" };
+            (format!("{before}({}){unit}*t", text.text.trim()), None)
+        }
+    })
 }

@@ -48,10 +48,10 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
 }
 
 /// An owner of variables, what to call it, and what it has.
-struct FoundOwner {
+pub(super) struct FoundOwner {
     owner: Owner,
     called: String,
-    has: Vec<Quantity>,
+    pub(super) has: Vec<Quantity>,
 }
 
 impl Resolver<'_> {
@@ -94,7 +94,7 @@ impl Resolver<'_> {
         None
     }
 
-    fn find_owner(&self, owner: &str) -> Option<FoundOwner> {
+    pub(super) fn find_owner(&self, owner: &str) -> Option<FoundOwner> {
         let place = |place, called: String, has: &[Quantity]| {
             Some(FoundOwner { owner: Owner::Place(place), called, has: has.to_vec() })
         };

@@ -98,11 +98,29 @@ pub(crate) fn parse(text: &Text) -> Result<SyntaxTree, Fault> {
     }
 }
 
+/// `a = b`, `a == b` or `a != b`, where one of the two directions must be chosen.
+fn equality(text: &Text) -> Option<Fault> {
+    let is_own = |at: usize| !text.text[..at].ends_with(['<', '>']);
+    let at = text.text.char_indices().find(|&(at, c)| c == '=' && is_own(at)).map(|(at, _)| at)?;
+    let (before, after) = (&text.text[..at], &text.text[at + 1..]);
+    let (left, right) = (before.trim_end().trim_end_matches('!').trim(), after.trim_start_matches('=').trim());
+    let from = if before.ends_with('!') { at - 1 } else { at };
+    let to = at + 1 + (after.len() - after.trim_start_matches('=').len());
+    let message = format!("`{}` is not a comparison that can begin to hold", &text.text[from..to]);
+    let help = format!(
+        "an event happens when its comparison begins to hold: write `{left} > {right}` for the way up, `{left} < {right}` for the way down"
+    );
+    Some(Fault::new("scene::bad_expression", message, text.part(from, to)).label("not understood").help(help))
+}
+
 /// A comparison of two expressions.
 pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [SyntaxTree; 2]), Fault> {
     const ONE: &str = "write one comparison, such as `beam.angle > 0.7`";
     const BOTH: &str = "one comparison can stand for both: `min(a, b) > 0` where a and b must be positive, `max(a, b) > 0` where one is enough";
     let or_one = |fault: Fault| if fault.help.is_empty() { fault.help(ONE) } else { fault };
+    if let Some(fault) = equality(text) {
+        return Err(fault);
+    }
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, nesting: 0 };
     let left = parser.sum()?;

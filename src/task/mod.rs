@@ -6,6 +6,7 @@ mod schema;
 
 use std::path::Path;
 
+use crate::diagnostic::degrees;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::files;
@@ -33,6 +34,8 @@ pub struct Task {
     pub source: Source,
     /// Where what is to be done is written.
     pub span: Span,
+    /// What is odd but not an error.
+    pub warnings: Option<Faults>,
 }
 
 /// What is to be done.
@@ -260,10 +263,12 @@ impl Task {
         } else {
             document::from_toml(&text, &TOP, &mut faults)
         };
-        let task = document.and_then(|document| TaskReader { faults: &mut faults, folder }.task(&document, &source));
+        let task = document
+            .and_then(|document| TaskReader { faults: &mut faults, folder, suspected: None }.task(&document, &source));
+        let (has_errors, faults) = (faults.has_errors(), faults.into_faults(source));
         match task {
-            Some(task) if !faults.has_errors() => Ok(task),
-            _ => Err(faults.into_faults(source)),
+            Some(task) if !has_errors => Ok(Task { warnings: (!faults.is_empty()).then_some(faults), ..task }),
+            _ => Err(faults),
         }
     }
 
@@ -278,6 +283,8 @@ struct TaskReader<'f> {
     faults: &'f mut Sink,
     /// Where tables are.
     folder: &'f Path,
+    /// The last angles of which it was said that they look like degrees: those of a list are one warning.
+    suspected: Option<String>,
 }
 
 /// Points of a table, and the angles of the crank beside them if it has any.
@@ -312,7 +319,7 @@ impl TaskReader<'_> {
             self.without(&top, &["choose"], "this task: it fixes what two to four exact poses leave free")?;
         }
         let name = name.map_or_else(|| kind.to_owned(), |name| name.text);
-        Some(Task { name, kind: read?, limits, choose, source: source.clone(), span })
+        Some(Task { name, kind: read?, limits, choose, source: source.clone(), span, warnings: None })
     }
 
     fn wrong<T>(&mut self, node: &DocumentNode, message: String, help: &str) -> Option<T> {
@@ -334,7 +341,10 @@ impl TaskReader<'_> {
     fn number(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<f64> {
         let quantity = self.faults.quantity(node, what)?;
         let text = match quantity.value {
-            Value::Number(number) => return Some(number),
+            Value::Number(number) => {
+                self.suspect_degrees(node, what, number, unit);
+                return Some(number);
+            }
             Value::Text(text) => Text::new(text, node.span),
         };
         let wanted = format!("a number in {}, alone or with its unit", unit.si);
@@ -343,7 +353,10 @@ impl TaskReader<'_> {
                 self.faults.push(fault);
                 None
             }
-            Ok(QuantityReading::Number(number)) => Some(number),
+            Ok(QuantityReading::Number(number)) => {
+                self.suspect_degrees(node, what, number, unit);
+                Some(number)
+            }
             Ok(QuantityReading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
             Ok(QuantityReading::Measure(..)) => {
                 self.wrong(node, format!("{what} is not in {}", unit.si), &format!("write {wanted}"))
@@ -351,6 +364,15 @@ impl TaskReader<'_> {
             Ok(QuantityReading::Expression) => {
                 self.wrong(node, format!("{what} is no number"), &format!("write {wanted}"))
             }
+        }
+    }
+
+    /// Warns of a bare angle that is a usual number of degrees.
+    fn suspect_degrees(&mut self, node: &DocumentNode, what: &str, number: f64, unit: &Unit) {
+        let is_said = self.suspected.as_deref() == Some(what);
+        if degrees::is_usual(number) && unit.exponents == Unit::angle().exponents && !is_said {
+            self.faults.push(degrees::warning(what, number, node.span));
+            self.suspected = Some(what.to_owned());
         }
     }
 
@@ -493,7 +515,16 @@ impl TaskReader<'_> {
         let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(|_| "it is not a text".to_owned()));
         let found = text.and_then(|text| tabled(&text, &columns).map_err(|error| error.to_string()));
         match found {
-            Ok(found) => Some(found),
+            Ok((found, bare)) => {
+                for (index, column) in columns.iter().enumerate().filter(|(index, _)| bare[*index]) {
+                    let angles = found[index].as_deref().filter(|_| column.unit.exponents == Unit::angle().exponents);
+                    if let Some(angle) = angles.and_then(degrees::among) {
+                        let what = format!("`{}` of `{}`", column.name, path.display());
+                        self.faults.push(degrees::of_column(&what, column.name, angle, node.span));
+                    }
+                }
+                Some(found)
+            }
             Err(message) => {
                 let known: Vec<&str> = columns.iter().map(|column| column.name).collect();
                 let help = format!("write a CSV file with the columns {}", known.join(", "));
@@ -795,8 +826,9 @@ struct ExpectedColumn {
     is_needed: bool,
 }
 
-/// The numbers of each column in SI, as far as it is there.
-fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<[Option<Vec<f64>>; N], SheetError> {
+/// The numbers of each column in SI, as far as it is there, and whether its heading says no unit.
+fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<Columns<N>, SheetError> {
+    let mut bare = [false; N];
     let sheet = Sheet::read(text)?;
     let mut found: [Option<Vec<f64>>; N] = std::array::from_fn(|_| None);
     for (place, heading) in sheet.headings().iter().enumerate() {
@@ -812,6 +844,7 @@ fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<[
         if found[index].is_some() {
             return Err(heading.fault(format!("two columns are `{name}`")));
         }
+        bare[index] = said.is_none();
         let factor = said.and_then(|said| said.display).map_or(1.0, |display| display.factor);
         let value = |row: usize| {
             sheet.has_cells(row, sheet.headings().len())?;
@@ -821,9 +854,11 @@ fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<[
     }
     match columns.iter().zip(&found).find(|(column, found)| column.is_needed && found.is_none()) {
         Some((column, _)) => Err(SheetError::new(1, 1, format!("no column is `{}`", column.name))),
-        None => Ok(found),
+        None => Ok((found, bare)),
     }
 }
+
+type Columns<const N: usize> = ([Option<Vec<f64>>; N], [bool; N]);
 
 /// Poses, and what their table has of tolerances and weights.
 type TabledPoses = (Vec<[f64; 3]>, [Option<Vec<f64>>; 2]);

@@ -78,9 +78,9 @@ impl FitCommand {
         output::apart(&read, &[self.plot.as_deref(), self.output.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         let scene = output::load(&self.scene)?;
-        let request = self.request(&scene)?;
+        let request = self.request(&scene, format)?;
         let units = self.units.of(&scene)?.units;
-        let mut studies = self.studies(&scene, &request)?;
+        let mut studies = self.studies(&scene, &request, format)?;
         let (stop, mut progress) = (stop::listen()?, FitProgress::new(&request));
         let found = fit::fit_watched(&mut studies, &request, &mut |trial| {
             progress.show(trial);
@@ -100,7 +100,7 @@ impl FitCommand {
         }
     }
 
-    fn request(&self, scene: &Scene) -> Result<FitRequest, Failure> {
+    fn request(&self, scene: &Scene, format: MessageFormat) -> Result<FitRequest, Failure> {
         let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
         let wrong = |option: &str, text: &str, message: String| Failure::Usage(format!("--{option} {text}: {message}"));
         let vary =
@@ -110,7 +110,7 @@ impl FitCommand {
             pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
         };
         let own = |name: &str| units.get(name).cloned();
-        let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&own));
+        let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&own), format);
         Ok(FitRequest {
             tables: self.measured.iter().map(table).collect::<Result<_, _>>()?,
             vary: vary.collect::<Result<_, _>>()?,
@@ -119,7 +119,7 @@ impl FitCommand {
     }
 
     /// The study of each experiment.
-    fn studies(&self, scene: &Scene, request: &FitRequest) -> Result<Vec<Study>, Failure> {
+    fn studies(&self, scene: &Scene, request: &FitRequest, format: MessageFormat) -> Result<Vec<Study>, Failure> {
         let count = self.measured.len();
         if !self.input.is_empty() && self.input.len() != count {
             let [inputs, tables] = [self.input.len(), count].map(|count| counted(count, "time"));
@@ -133,7 +133,7 @@ impl FitCommand {
             let own: Vec<String> = own.map(|(_, setting)| (*setting).to_owned()).collect();
             let study = study::asking(scene, &Asked::these(table.names()), &own);
             let mut study = study.map_err(|failure| asked(failure, &path.display().to_string()))?;
-            self.input.get(index).map_or(Ok(()), |path| drive(&mut study, path, &own))?;
+            self.input.get(index).map_or(Ok(()), |path| drive(&mut study, path, &own, format))?;
             study.set_experiment(times.experiment(study.experiment())?);
             Ok(study)
         };
@@ -177,8 +177,8 @@ fn numbered(text: &str, count: usize) -> Result<(Option<usize>, &str), Failure> 
 }
 
 /// Gives a study its inputs over time.
-fn drive(study: &mut Study, path: &Path, settings: &[String]) -> Result<(), Failure> {
-    let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] })?;
+fn drive(study: &mut Study, path: &Path, settings: &[String], format: MessageFormat) -> Result<(), Failure> {
+    let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] }, format)?;
     let is_set = |name: &&String| {
         settings.iter().any(|own| own.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
     };

@@ -108,7 +108,7 @@ impl OptimizeCommand {
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
         output::is_table(self.table.as_deref(), "; with --json everything is printed as JSON")?;
         let scene = output::load(&self.scene)?;
-        let request = self.request(&scene)?;
+        let request = self.request(&scene, format)?;
         let units = self.units.of(&scene)?.units;
         let wanted = Asked::these(request.variables());
         let mut study = study::asking(&scene, &wanted, &self.settings).map_err(asked)?;
@@ -140,7 +140,7 @@ impl OptimizeCommand {
         }
     }
 
-    fn request(&self, scene: &Scene) -> Result<OptimizeRequest, Failure> {
+    fn request(&self, scene: &Scene, format: MessageFormat) -> Result<OptimizeRequest, Failure> {
         let wrong = |option: &str, text: &str, message: &dyn Display| format!("--{option} {text}: {message}");
         let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|error| wrong("vary", text, &error)));
         let limits =
@@ -156,7 +156,7 @@ impl OptimizeCommand {
             (Some(aim), _) => aim,
             (None, Some(path)) => {
                 let (chosen, units) = (self.columns.chosen()?, scene.variables()?);
-                Aim::Match(output::table(path, &chosen.naming(&|name| units.get(name).cloned()))?)
+                Aim::Match(output::table(path, &chosen.naming(&|name| units.get(name).cloned()), format)?)
             }
             (None, None) => return Err(Failure::Usage("give --minimize, --maximize or --match".to_owned())),
         };

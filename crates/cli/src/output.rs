@@ -9,7 +9,7 @@ use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
 use cotree::report::csv::{CsvTable, CsvWriter, Naming};
 use cotree::run::{Finish, Gaps};
-use cotree::scene::{Asked, Fault, Faults, Scene, Span};
+use cotree::scene::{Asked, Fault, Faults, Scene, Source, Span};
 use cotree::sheet::SheetError;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
@@ -231,13 +231,17 @@ pub fn spinner() -> ProgressBar {
 }
 
 /// Reads a table of values over time.
-pub fn table(path: &Path, naming: &Naming<'_>) -> Result<CsvTable, Failure> {
-    table_by(path, |text| CsvTable::read(text, naming))
+pub fn table(path: &Path, naming: &Naming<'_>, format: MessageFormat) -> Result<CsvTable, Failure> {
+    let table = table_by(path, |text| CsvTable::read(text, naming))?;
+    warn_of_degrees(&table, path, naming, format);
+    Ok(table)
 }
 
 /// Reads a table whose cells may be empty.
-pub fn table_with_gaps(path: &Path, naming: &Naming<'_>) -> Result<CsvTable, Failure> {
-    table_by(path, |text| CsvTable::read_with_gaps(text, naming))
+pub fn table_with_gaps(path: &Path, naming: &Naming<'_>, format: MessageFormat) -> Result<CsvTable, Failure> {
+    let table = table_by(path, |text| CsvTable::read_with_gaps(text, naming))?;
+    warn_of_degrees(&table, path, naming, format);
+    Ok(table)
 }
 
 fn table_by(path: &Path, read: impl Fn(&str) -> Result<CsvTable, SheetError>) -> Result<CsvTable, Failure> {
@@ -246,6 +250,13 @@ fn table_by(path: &Path, read: impl Fn(&str) -> Result<CsvTable, SheetError>) ->
         Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
     })?;
     read(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+}
+
+/// Shows on standard error which columns of a table look like degrees without saying so.
+fn warn_of_degrees(table: &CsvTable, path: &Path, naming: &Naming<'_>, format: MessageFormat) {
+    let found = table.suspect_degrees(naming.own);
+    let source = Source::new(path.display().to_string(), "");
+    warn((!found.is_empty()).then(|| Faults::new(source, found)).as_ref(), format);
 }
 
 /// Why no scene can be read.

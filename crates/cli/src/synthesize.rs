@@ -44,6 +44,7 @@ impl SynthesizeCommand {
             return Err(Failure::file("read", &self.task, "there is no such file"));
         }
         let task = Task::read(&self.task)?;
+        output::warn(task.warnings.as_ref(), format);
         let answer = synthesis::synthesize(&task, self.all)?;
         if let Some(folder) = &self.output {
             write(&answer, folder, format)?;

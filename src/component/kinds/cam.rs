@@ -142,7 +142,9 @@ fn one_sided(part: &Part, mechanism: &Mechanism) -> Vec<OneSided> {
 fn gap_lever(part: &Part, system: &mut System) -> Expr {
     let mechanism = &*system.mechanism.clone();
     match Mounting::of(part, mechanism).map(|mounting| mounting.guide) {
-        Ok(FollowerGuide::Pivot([_, pivot])) => geometry::distance(&mut system.arena, mechanism, pivot, part.between[1]),
+        Ok(FollowerGuide::Pivot([_, pivot])) => {
+            geometry::distance(&mut system.arena, mechanism, pivot, part.between[1])
+        }
         Ok(FollowerGuide::Slide(_)) | Err(_) => Expr::ONE,
     }
 }

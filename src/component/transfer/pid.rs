@@ -65,6 +65,10 @@ pub(crate) const PID: Transfer = Transfer {
     made,
 };
 
+/// What its integral needs at a limit, as messages call it: without a proportional part nothing says how fast it gives way.
+const DEFAULT_TRACKING: &str =
+    "`tracking` (`proportional/integral` unless it is given, such as `tracking = \"0.1 s\"`)";
+
 fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let there = |key: &str| given.value(key).is_some();
     if !["proportional", "integral", "derivative"].into_iter().any(there) {
@@ -86,7 +90,7 @@ fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
         None => continuous(given, winds_up)?,
     };
     if winds_up && !there("tracking") {
-        made.positive.push(("`proportional/integral`", "proportional", tracking(given)));
+        made.positive.push((DEFAULT_TRACKING, "proportional", tracking(given)));
     }
     if let (Some(least), Some(most)) = (given.value("min"), given.value("max")) {
         made.size = Some(least.clone().of(Unary::Abs).larger(most.clone().of(Unary::Abs)));

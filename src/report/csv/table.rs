@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::diagnostic::suggest;
+use crate::diagnostic::{Fault, Span, degrees, suggest};
 use crate::model::Unit;
 use crate::sheet::{Heading, Sheet, SheetError};
 
@@ -215,6 +215,18 @@ impl CsvTable {
     /// The units that the header names, without that of the time.
     pub fn units(&self) -> &[Option<Unit>] {
         &self.units
+    }
+
+    /// A warning for each column without a unit that stands for an angle and looks like degrees; `own` is the unit of a variable.
+    pub fn suspect_degrees(&self, own: &dyn Fn(&str) -> Option<Unit>) -> Vec<Fault> {
+        let is_angle = |name: &str| own(name).is_some_and(|unit| unit.exponents == Unit::angle().exponents);
+        let columns = self.names.iter().zip(&self.units).zip(&self.columns);
+        let bare = columns.filter(|((name, unit), _)| unit.is_none() && is_angle(name));
+        let warning = |((name, _), values): ((&String, _), &Vec<f64>)| {
+            let angle = degrees::among(values)?;
+            Some(degrees::of_column(&format!("the column `{name}`"), name, angle, Span::default()))
+        };
+        bare.filter_map(warning).collect()
     }
 
     /// The values of a column, one for each time, in SI if the header names a unit.

@@ -8,10 +8,12 @@ use std::path::Path;
 use std::rc::Rc;
 
 use super::{Resolver, UNKNOWN, reuse};
+use crate::diagnostic::degrees;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::expr::{Function, Unary};
 use crate::files;
+use crate::model::measure::ANGLE;
 use crate::model::{Comparison, Formula};
 use crate::scene::decode::text;
 use crate::scene::dimension::KnownUnit;
@@ -49,6 +51,11 @@ impl Resolver<'_> {
                 format!("in {what}, the first column of `{file}` is in `{wanted}`, but its argument in `{found}`");
             self.faults.push(Fault::new("scene::wrong_unit", message, place).label("another unit"));
         }
+        let is_bare = table.units[0].is_none() && known.unit() == ANGLE.exponents;
+        if let Some(angle) = degrees::among(&table.x).filter(|_| is_bare) {
+            let what = format!("in {what}, the first column of `{file}`");
+            self.faults.push(degrees::of_column(&what, "angle", angle, place));
+        }
         let pieces = match pieces::pieces(&table, lookup) {
             Ok(pieces) => pieces,
             Err((row, message)) => {
@@ -62,7 +69,7 @@ impl Resolver<'_> {
         Some((choice(&argument, &pieces), KnownUnit::moving(table.units[1])))
     }
 
-    fn table(&mut self, file: &str, place: Span) -> Option<Rc<Table>> {
+    pub(super) fn table(&mut self, file: &str, place: Span) -> Option<Rc<Table>> {
         if let Some(known) = self.tables.get(file) {
             return known.clone();
         }

@@ -109,7 +109,7 @@ impl<'n> Fields<'n> {
 }
 
 /// What keys are called by people who know other programs.
-const CALLED: [(&str, &[&str]); 8] = [
+const CALLED: [(&str, &[&str]); 11] = [
     ("parameters", &["param", "params", "constants", "variables"]),
     ("ground", &["frame", "fixed", "base"]),
     ("bodies", &["body", "link", "links", "member", "members", "segments"]),
@@ -118,6 +118,9 @@ const CALLED: [(&str, &[&str]); 8] = [
     ("loads", &["force", "forces", "torques", "spring", "springs", "damper", "dampers"]),
     ("initial", &["init", "initial_conditions", "initial_values", "start"]),
     ("experiment", &["simulation", "sim", "time"]),
+    ("proportional", &["kp", "k_p", "p", "p_gain"]),
+    ("integral", &["ki", "k_i", "i", "i_gain"]),
+    ("derivative", &["kd", "k_d", "d", "d_gain"]),
 ];
 
 /// The one of the keys that is meant by a word that is none of them.
@@ -143,7 +146,7 @@ pub(super) fn wrong_type(node: &DocumentNode, what: &str, wanted: &str) -> Fault
 }
 
 /// A value as it is written in a list, if it is a number or a text.
-fn written(node: &DocumentNode) -> Option<String> {
+pub(crate) fn written(node: &DocumentNode) -> Option<String> {
     match &node.kind {
         Content::Number(number) => Some(number.to_string()),
         Content::Text(text) => Some(format!("\"{text}\"")),

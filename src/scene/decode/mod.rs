@@ -6,7 +6,7 @@ mod settings;
 
 use std::path::Path;
 
-pub(crate) use self::fields::Fields;
+pub(crate) use self::fields::{Fields, written};
 use super::document::{self, Content, DocumentNode};
 use super::key::names;
 use super::model::Scene;
