@@ -8,7 +8,7 @@ use super::Includes;
 use super::refusal::{Fallible, Refusal};
 use super::report::ImportReport;
 use super::robot::{
-    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointKind, SpatialBody, SpatialJoint, SpatialModel,
+    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointMotion, SpatialBody, SpatialJoint, SpatialModel,
 };
 use super::xml::{self, Element};
 
@@ -331,7 +331,7 @@ impl<'a> SdfReader<'a> {
         }
         for (body, link) in bodies.iter().zip(0..).filter(|(_, link)| hung[*link].is_none() && !self.links[*link].2) {
             let (name, element, _) = &self.links[link];
-            let mut free = SpatialJoint::new(&format!("{name}_free"), &element.place, JointKind::Free, *body);
+            let mut free = SpatialJoint::new(&format!("{name}_free"), &element.place, JointMotion::Free, *body);
             free.free = Some((model.bodies[*body].pose, Vector3::zeros(), Vector3::zeros()));
             model.bodies[*body].joints.push(model.joints.len());
             model.joints.push(free);
@@ -417,14 +417,14 @@ impl<'a> SdfReader<'a> {
         body: usize,
     ) -> Fallible<()> {
         let kind = match element.must("type")? {
-            "revolute" | "continuous" => JointKind::Hinge,
-            "prismatic" => JointKind::Slide,
-            "ball" => JointKind::Ball,
+            "revolute" | "continuous" => JointMotion::Hinge,
+            "prismatic" => JointMotion::Slide,
+            "ball" => JointMotion::Ball,
             "fixed" => return Ok(()),
             "gearbox" => return Err(gearbox(element)),
-            "screw" => JointKind::Other("screw"),
-            "universal" => JointKind::Other("universal"),
-            "revolute2" => JointKind::Other("revolute2"),
+            "screw" => JointMotion::Other("screw"),
+            "universal" => JointMotion::Other("universal"),
+            "revolute2" => JointMotion::Other("revolute2"),
             other => return Err(element.refuse(format!("{} has the unknown type `{other}`", element.called()))),
         };
         let short = name.rsplit("::").next().unwrap_or(name);
@@ -448,7 +448,7 @@ impl<'a> SdfReader<'a> {
                     self.report.idle(format!("limit of {key}, which Gazebo keeps"));
                 }
             }
-        } else if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+        } else if matches!(kind, JointMotion::Hinge | JointMotion::Slide) {
             return Err(element.refuse(format!("{} has no <axis>", element.called())));
         }
         model.bodies[body].joints.push(model.joints.len());

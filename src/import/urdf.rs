@@ -8,7 +8,7 @@ use super::options::ImportOptions;
 use super::refusal::{Fallible, Refusal};
 use super::report::ImportReport;
 use super::robot::{
-    Activation, BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointKind, SpatialActuator, SpatialBody,
+    Activation, BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointMotion, SpatialActuator, SpatialBody,
     SpatialBushing, SpatialJoint, SpatialModel, Transmission,
 };
 use super::xml::Element;
@@ -138,11 +138,11 @@ impl<'a> UrdfReader<'a> {
             points: Vec::new(),
         });
         let kind = match joint.must("type")? {
-            "revolute" | "continuous" => JointKind::Hinge,
-            "prismatic" => JointKind::Slide,
+            "revolute" | "continuous" => JointMotion::Hinge,
+            "prismatic" => JointMotion::Slide,
             "fixed" => return Ok(()),
-            "planar" => JointKind::Planar,
-            "floating" => JointKind::Free,
+            "planar" => JointMotion::Planar,
+            "floating" => JointMotion::Free,
             other => return Err(joint.refuse(format!("{} has the unknown type `{other}`", joint.called()))),
         };
         let name = joint.must("name")?;
@@ -160,7 +160,7 @@ impl<'a> UrdfReader<'a> {
         own.damping = optional(joint.child("dynamics"), "damping", 0.0)?;
         own.friction = optional(joint.child("dynamics"), "friction", 0.0)?;
         self.limits(joint, &mut own)?;
-        if matches!(kind, JointKind::Free | JointKind::Planar) {
+        if matches!(kind, JointMotion::Free | JointMotion::Planar) {
             own.free = Some((self.model.bodies[body].pose, Vector3::zeros(), Vector3::zeros()));
         }
         self.model.bodies[body].joints.push(self.model.joints.len());

@@ -3,7 +3,7 @@
 use super::MjcfReader;
 use super::resolve::Resolved;
 use crate::import::refusal::{Fallible, Refusal};
-use crate::import::robot::{Activation, JointKind, SpatialActuator, Transmission};
+use crate::import::robot::{Activation, JointMotion, SpatialActuator, Transmission};
 use crate::import::xml::Element;
 
 /// Gain, gain by the rate, bias, and what follows the input.
@@ -121,7 +121,7 @@ impl<'a> MjcfReader<'a> {
         if let Some(name) = joint {
             let joint = self.joint_named(element, name)?;
             let kind = self.model.joints[joint].kind;
-            if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+            if matches!(kind, JointMotion::Hinge | JointMotion::Slide) {
                 return Ok(Some(Transmission::Joints(vec![(joint, 1.0)])));
             }
             self.refuse_or_leave(

@@ -6,7 +6,7 @@ use super::geometry::{self, GeomShape};
 use super::resolve::Resolved;
 use super::{ContactGeom, MjcfReader};
 use crate::import::refusal::{Fallible, Refusal};
-use crate::import::robot::{BodyMass, JointKind, SpatialBody, SpatialJoint};
+use crate::import::robot::{BodyMass, JointMotion, SpatialBody, SpatialJoint};
 use crate::import::xml::Element;
 
 /// Where children of an element belong: the body, the pose of the frame that they are in, the class that they have.
@@ -176,14 +176,14 @@ impl<'a> MjcfReader<'a> {
         let class = if free { None } else { within.class };
         let own = self.defaults.of(element, if free { "freejoint" } else { "joint" }, class)?;
         let kind = match own.get("type").unwrap_or(if free { "free" } else { "hinge" }) {
-            "hinge" => JointKind::Hinge,
-            "slide" => JointKind::Slide,
-            "ball" => JointKind::Ball,
-            "free" => JointKind::Free,
+            "hinge" => JointMotion::Hinge,
+            "slide" => JointMotion::Slide,
+            "ball" => JointMotion::Ball,
+            "free" => JointMotion::Free,
             other => return Err(element.refuse(format!("{} has the unknown type `{other}`", element.called()))),
         };
         let mut joint = SpatialJoint::new(name, &element.place, kind, within.body);
-        if matches!(kind, JointKind::Hinge | JointKind::Slide) {
+        if matches!(kind, JointMotion::Hinge | JointMotion::Slide) {
             self.one_coordinate(&own, within, &mut joint)?;
         }
         joint.damping = if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 };
@@ -197,10 +197,10 @@ impl<'a> MjcfReader<'a> {
                 );
             }
         }
-        if kind == JointKind::Ball || kind == JointKind::Free {
+        if kind == JointMotion::Ball || kind == JointMotion::Free {
             let pose = self.model.bodies[within.body].pose;
             joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
-            if joint.armature != 0.0 && kind == JointKind::Free || joint.damping != 0.0 && kind == JointKind::Free {
+            if joint.armature != 0.0 && kind == JointMotion::Free || joint.damping != 0.0 && kind == JointMotion::Free {
                 self.refuse_or_leave(
                     element,
                     "joint",
@@ -284,6 +284,6 @@ impl<'a> MjcfReader<'a> {
 }
 
 /// What the unit of a joint's coordinate is in SI.
-fn unit_of(kind: JointKind, angle: f64) -> f64 {
-    if kind == JointKind::Hinge { angle } else { 1.0 }
+fn unit_of(kind: JointMotion, angle: f64) -> f64 {
+    if kind == JointMotion::Hinge { angle } else { 1.0 }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::MjcfReader;
 use crate::import::refusal::{Fallible, Refusal};
-use crate::import::robot::{BodyPoint, Closure, ClosureKind, Follower, JointKind, PointSpring, Tendon};
+use crate::import::robot::{BodyPoint, Closure, ClosureKind, Follower, JointMotion, PointSpring, Tendon};
 use crate::import::xml::Element;
 
 impl<'a> MjcfReader<'a> {
@@ -68,7 +68,7 @@ impl<'a> MjcfReader<'a> {
         let one = own
             .joints
             .iter()
-            .filter(|&&joint| matches!(self.model.joints[joint].kind, JointKind::Hinge | JointKind::Slide));
+            .filter(|&&joint| matches!(self.model.joints[joint].kind, JointMotion::Hinge | JointMotion::Slide));
         let moved = one.fold(Isometry3::identity(), |pose, &joint| {
             let own = &self.model.joints[joint];
             pose * own.motion(self.relaxed_joints[joint] - own.zero)
@@ -145,7 +145,8 @@ impl<'a> MjcfReader<'a> {
             factors.iter_mut().zip(given).for_each(|(factor, number)| *factor = number);
         }
         let named = [Some(joint), leader].into_iter().flatten().map(|joint| &self.model.joints[joint]);
-        if let Some(wrong) = named.into_iter().find(|joint| !matches!(joint.kind, JointKind::Hinge | JointKind::Slide))
+        if let Some(wrong) =
+            named.into_iter().find(|joint| !matches!(joint.kind, JointMotion::Hinge | JointMotion::Slide))
         {
             return Err(element.refuse(format!(
                 "{} couples `{}`, which is neither a hinge nor a slide",

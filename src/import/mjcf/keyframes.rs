@@ -4,16 +4,16 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::MjcfReader;
 use crate::import::refusal::{Fallible, Refusal};
-use crate::import::robot::{Activation, JointKind};
+use crate::import::robot::{Activation, JointMotion};
 use crate::import::xml::Element;
 
-impl JointKind {
+impl JointMotion {
     /// How many numbers MuJoCo's qpos and qvel have for it.
     fn widths(self) -> [usize; 2] {
         match self {
-            JointKind::Free => [7, 6],
-            JointKind::Ball => [4, 3],
-            JointKind::Hinge | JointKind::Slide | JointKind::Planar | JointKind::Other(_) => [1, 1],
+            JointMotion::Free => [7, 6],
+            JointMotion::Ball => [4, 3],
+            JointMotion::Hinge | JointMotion::Slide | JointMotion::Planar | JointMotion::Other(_) => [1, 1],
         }
     }
 }
@@ -96,12 +96,12 @@ impl<'a> MjcfReader<'a> {
     fn place_joint(&mut self, joint: usize, own: &[f64]) {
         let joint = &mut self.model.joints[joint];
         match (joint.kind, own) {
-            (JointKind::Free, &[x, y, z, w, i, j, k]) => {
+            (JointMotion::Free, &[x, y, z, w, i, j, k]) => {
                 let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12).unwrap_or_default();
                 let pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
                 joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
             }
-            (JointKind::Hinge | JointKind::Slide, &[value]) => joint.start = value - joint.zero,
+            (JointMotion::Hinge | JointMotion::Slide, &[value]) => joint.start = value - joint.zero,
             _ => {}
         }
     }
@@ -110,13 +110,13 @@ impl<'a> MjcfReader<'a> {
         let joint = &mut self.model.joints[joint];
         match (joint.kind, own) {
             // The angular velocity is in the axes of the body.
-            (JointKind::Free, &[x, y, z, p, q, r]) => {
+            (JointMotion::Free, &[x, y, z, p, q, r]) => {
                 if let Some((pose, velocity, omega)) = &mut joint.free {
                     *velocity = Vector3::new(x, y, z);
                     *omega = pose.rotation * Vector3::new(p, q, r);
                 }
             }
-            (JointKind::Hinge | JointKind::Slide, &[rate]) => joint.rate = rate,
+            (JointMotion::Hinge | JointMotion::Slide, &[rate]) => joint.rate = rate,
             _ => {}
         }
     }

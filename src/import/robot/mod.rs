@@ -129,7 +129,7 @@ pub fn steiner(mass: f64, r: Vector3<f64>) -> Matrix3<f64> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum JointKind {
+pub enum JointMotion {
     Hinge,
     Slide,
     /// Six degrees of freedom.
@@ -147,7 +147,7 @@ pub struct SpatialJoint {
     /// May be empty.
     pub name: String,
     pub place: FilePlace,
-    pub kind: JointKind,
+    pub kind: JointMotion,
     pub body: usize,
     /// In the frame of the body.
     pub anchor: Point3<f64>,
@@ -170,7 +170,7 @@ pub struct SpatialJoint {
 }
 
 impl SpatialJoint {
-    pub fn new(name: &str, place: &FilePlace, kind: JointKind, body: usize) -> Self {
+    pub fn new(name: &str, place: &FilePlace, kind: JointMotion, body: usize) -> Self {
         SpatialJoint {
             name: name.to_owned(),
             place: place.clone(),
@@ -193,7 +193,7 @@ impl SpatialJoint {
 
     /// How it moves the frame of its body.
     pub fn motion(&self, value: f64) -> Isometry3<f64> {
-        if self.kind == JointKind::Slide {
+        if self.kind == JointMotion::Slide {
             return Isometry3::from_parts(Translation3::from(self.axis * value), UnitQuaternion::identity());
         }
         let turn = UnitQuaternion::from_axis_angle(&UnitVector3::new_normalize(self.axis), value);

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::closing::{self, ClosedStart};
 use super::plane::{self, MotionPlane};
-use super::{BodyMass, BodyPoint, ClosureKind, JointKind, SpatialJoint, SpatialModel, write};
+use super::{BodyMass, BodyPoint, ClosureKind, JointMotion, SpatialJoint, SpatialModel, write};
 use crate::import::options::ImportOptions;
 use crate::import::refusal::{Fallible, FilePlace, Refusal};
 use crate::import::report::ImportReport;
@@ -289,12 +289,14 @@ fn lock(model: &mut SpatialModel, joint: usize, value: f64) -> Fallible<()> {
     let body = own.body;
     let Some(at) = model.bodies[body].joints.iter().position(|&other| other == joint) else { return Ok(()) };
     let moved = match (own.kind, &own.free) {
-        (JointKind::Hinge | JointKind::Slide, _) => own.motion(value),
-        (JointKind::Free | JointKind::Planar, Some((pose, ..))) => {
+        (JointMotion::Hinge | JointMotion::Slide, _) => own.motion(value),
+        (JointMotion::Free | JointMotion::Planar, Some((pose, ..))) => {
             model.bodies[body].pose = *pose;
             Isometry3::identity()
         }
-        (JointKind::Free | JointKind::Planar | JointKind::Ball | JointKind::Other(_), _) => Isometry3::identity(),
+        (JointMotion::Free | JointMotion::Planar | JointMotion::Ball | JointMotion::Other(_), _) => {
+            Isometry3::identity()
+        }
     };
     let back = moved.inverse();
     for index in 0..at {
@@ -394,12 +396,12 @@ impl PlanarModel<'_> {
             let axis = self.world[body] * file.axis;
             let at = self.at(&(self.world[body] * file.anchor));
             let coordinate = match file.kind {
-                JointKind::Slide => {
+                JointMotion::Slide => {
                     let [x, y] = self.plane.components(&axis);
                     let length = x.hypot(y);
                     PlanarCoordinate::Slide { parent, child: link, at, along: [x / length, y / length], joint }
                 }
-                JointKind::Ball => {
+                JointMotion::Ball => {
                     report.approximated(format!(
                         "ball joint `{}` turns in the plane only, as --in-plane says",
                         file.name
@@ -430,12 +432,12 @@ impl PlanarModel<'_> {
         let joints: Vec<&SpatialJoint> =
             self.file.bodies[body].joints.iter().map(|&joint| &self.file.joints[joint]).collect();
         if let [joint] = joints[..]
-            && matches!(joint.kind, JointKind::Free | JointKind::Planar)
+            && matches!(joint.kind, JointMotion::Free | JointMotion::Planar)
         {
             return true;
         }
         let kinds = joints.iter().map(|joint| joint.kind).collect::<Vec<_>>();
-        let three = kinds == [JointKind::Slide, JointKind::Slide, JointKind::Hinge];
+        let three = kinds == [JointMotion::Slide, JointMotion::Slide, JointMotion::Hinge];
         let used = |joint: &usize| self.acts_on(*joint);
         parent == 0
             && three
@@ -492,15 +494,15 @@ impl PlanarModel<'_> {
         self.starts.extend([(moved[0], speed[0]), (moved[1], speed[1]), (angle, spin)]);
         let called = if own.name.is_empty() { "a free body".to_owned() } else { format!("free body `{}`", own.name) };
         let out = [
-            (joint.kind == JointKind::Free, self.gravity_out(), "gravity has a part along the normal"),
+            (joint.kind == JointMotion::Free, self.gravity_out(), "gravity has a part along the normal"),
             (true, turn.rotation_between_normal(&self.plane), "it starts turned out of the plane"),
             (
-                joint.kind == JointKind::Free,
+                joint.kind == JointMotion::Free,
                 self.plane.normal.dot(&velocity).abs() > 1e-9,
                 "it starts with a velocity out of the plane",
             ),
             (
-                joint.kind == JointKind::Free,
+                joint.kind == JointMotion::Free,
                 (omega - self.plane.normal * spin).norm() > 1e-9,
                 "it starts turning out of the plane",
             ),
@@ -508,7 +510,7 @@ impl PlanarModel<'_> {
         for why in out.into_iter().filter(|(counts, is, _)| *counts && *is).map(|(.., why)| why) {
             self.keep_in_plane(&joint.place, &called, why, options, report);
         }
-        if joint.kind == JointKind::Free {
+        if joint.kind == JointMotion::Free {
             self.check_principal(body, &joint.place, &called, options, report);
         }
     }

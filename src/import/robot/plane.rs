@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::{ClosureKind, JointKind, SpatialModel};
+use super::{ClosureKind, JointMotion, SpatialModel};
 use crate::import::options::{ImportOptions, WorldPlane};
 use crate::import::refusal::{Fallible, Refusal};
 
@@ -83,20 +83,20 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
     if let Some(plane) = options.plane {
         return Ok(MotionPlane::of(plane));
     }
-    let axes = |kind: JointKind| {
+    let axes = |kind: JointMotion| {
         let own = model.moving_joints().filter(move |joint| joint.kind == kind);
         own.map(|joint| world[joint.body] * joint.axis).collect::<Vec<_>>()
     };
-    let hinges = axes(JointKind::Hinge);
+    let hinges = axes(JointMotion::Hinge);
     if let Some(first) = hinges.first() {
         return Ok(MotionPlane::across(*first, model.gravity));
     }
-    if let Some(first) = axes(JointKind::Planar).first() {
+    if let Some(first) = axes(JointMotion::Planar).first() {
         return Ok(MotionPlane::across(*first, model.gravity));
     }
-    let slides = axes(JointKind::Slide);
+    let slides = axes(JointMotion::Slide);
     let other = model.moving_joints().find_map(|joint| match joint.kind {
-        JointKind::Other(kind) => Some((joint, kind)),
+        JointMotion::Other(kind) => Some((joint, kind)),
         _ => None,
     });
     if let (true, Some((joint, kind))) = (slides.is_empty(), other) {
@@ -133,23 +133,25 @@ pub fn outside(
         let [x, y, z] = [axis.x, axis.y, axis.z];
         let tilt = plane.tilt(&axis);
         let refusal = match joint.kind {
-            JointKind::Hinge | JointKind::Planar if tilt.to_radians() > PARALLEL => Some(format!(
+            JointMotion::Hinge | JointMotion::Planar if tilt.to_radians() > PARALLEL => Some(format!(
                 "{called} turns about ({x:.4}, {y:.4}, {z:.4}), {tilt:.2} deg off the normal of the plane {}",
                 plane.called()
             )),
-            JointKind::Slide if (90.0 - tilt).to_radians() > PARALLEL => Some(format!(
+            JointMotion::Slide if (90.0 - tilt).to_radians() > PARALLEL => Some(format!(
                 "{called} slides along ({x:.4}, {y:.4}, {z:.4}), {:.2} deg out of the plane {}",
                 90.0 - tilt,
                 plane.called()
             )),
-            JointKind::Ball if !options.in_plane => {
+            JointMotion::Ball if !options.in_plane => {
                 Some(format!("{called} is a ball joint, which turns out of the plane"))
             }
-            JointKind::Other(kind) => Some(format!("{called} is of type `{kind}`, which no planar motion has")),
-            JointKind::Hinge | JointKind::Slide | JointKind::Planar | JointKind::Ball | JointKind::Free => None,
+            JointMotion::Other(kind) => Some(format!("{called} is of type `{kind}`, which no planar motion has")),
+            JointMotion::Hinge | JointMotion::Slide | JointMotion::Planar | JointMotion::Ball | JointMotion::Free => {
+                None
+            }
         };
         if let Some(message) = refusal {
-            let ball = if joint.kind == JointKind::Ball { "--in-plane lets it turn in the plane only; " } else { "" };
+            let ball = if joint.kind == JointMotion::Ball { "--in-plane lets it turn in the plane only; " } else { "" };
             refused.push(Refusal::new(message).at(&joint.place).help(format!("{ball}{}", lock(&joint.name))));
         }
     }

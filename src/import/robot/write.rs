@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::closing::{self, ClosedStart};
 use super::planar::{LinkPoint, PlanarClosure, PlanarCoordinate, PlanarFollower, PlanarModel};
-use super::{Closure, ClosureKind, JointKind, SpatialJoint};
+use super::{Closure, ClosureKind, JointMotion, SpatialJoint};
 use crate::import::options::ImportOptions;
 use crate::import::refusal::Refusal;
 use crate::import::report::ImportReport;
@@ -196,7 +196,7 @@ impl RobotWriter<'_> {
         let variable = if self.planar.coordinates[index].turns() { "angle" } else { "s" };
         let own = format!("{}{name}.{variable}", if sign < 0.0 { "-" } else { "" });
         let value = if joint.zero == 0.0 { own.clone() } else { format!("{own} + {}", number(joint.zero)) };
-        if joint.kind == JointKind::Ball {
+        if joint.kind == JointMotion::Ball {
             return;
         }
         let output = self.fresh(&format!("q_{name}"), "output", "q");
