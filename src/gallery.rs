@@ -4,6 +4,7 @@
 pub const MODELS: &[(&str, &str)] = &[
     ("andrews", include_str!("../models/andrews/scene.toml")),
     ("balancing_cart", include_str!("../models/balancing_cart/scene.toml")),
+    ("barrier", include_str!("../models/barrier/scene.toml")),
     ("bench_slider_crank", include_str!("../models/bench_slider_crank/scene.toml")),
     ("cam_follower", include_str!("../models/cam_follower/scene.toml")),
     ("cam_oscillating", include_str!("../models/cam_oscillating/scene.toml")),

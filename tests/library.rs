@@ -8,6 +8,7 @@ mod support;
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 mod backlash;
+mod barrier;
 mod body_shapes;
 mod book;
 mod component_laws;

@@ -35,6 +35,7 @@ LIMITS = {
     "motor_four_bar": 1e-7,
     "excavator_arm": 1e-6,
     "balancing_cart": 1e-6,
+    "barrier": 1e-5,
     "end_stop": 1e-5,
     "stick_slip": 1e-5,
     "clutch_start": 1e-5,

@@ -88,7 +88,7 @@ pub fn started(model: &Arc<Model>, engine: Option<Engine>, stop: f64, tolerance:
 }
 
 /// The models with dry friction that sticks: no code is printed of them.
-pub const RUBBING: [&str; 4] = ["clutch_start", RUBBING_IN_DRIVEN, "stick_slip", "worm_hoist"];
+pub const RUBBING: [&str; 5] = ["barrier", "clutch_start", RUBBING_IN_DRIVEN, "stick_slip", "worm_hoist"];
 /// That of a mechanism that drivers move: no equations are printed of it.
 pub const RUBBING_IN_DRIVEN: &str = "friction_press";
 
