@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::support::run;
+use cotree::Severity;
 use cotree::compile::{Compiled, compile};
 use cotree::export::FmiVersion;
 use cotree::report::csv::CsvTable;
@@ -267,7 +268,11 @@ fn scene(features: &[&Feature]) -> String {
 type Answer = Result<(), String>;
 
 fn codes(faults: &Faults) -> String {
-    faults.list.first().map_or_else(|| "none".to_owned(), |fault| fault.code.to_owned())
+    faults
+        .list
+        .iter()
+        .find(|own| own.severity == Severity::Error)
+        .map_or_else(|| "none".to_owned(), |fault| fault.code.to_owned())
 }
 
 fn of_study<T>(result: Result<T, StudyError>) -> Answer {
