@@ -173,7 +173,11 @@ fn what_cannot_be_answered_is_said() {
     assert!(limits("length = [2, 1]").contains("lower end is above the upper one"));
     assert!(limits("transmission = \"95 deg\"").contains("below 90 degrees"));
     assert!(limits("speed = 1").contains("no key `speed`"));
-    assert!(refused("name = \"x\"\n").contains("one of poses, function, path and stroke"));
+    assert!(refused("name = \"x\"\n").contains("no table `[poses]`, `[function]`, `[path]` or `[stroke]`"));
+    let scene = refused("format = 1\nname = \"x\"\ngravity = [0, -9.81]\n[bodies.bar]\nmass = 1\n");
+    assert!(scene.contains("this is a scene, not a task: `format` is a key of scenes"), "{scene}");
+    let two = refused("name = \"x\"\n[path]\npoints = [[0, 0], [1, 1], [2, 0]]\n[stroke]\nswing = 1\n");
+    assert!(two.contains("2 tables are written: `[path]`, `[stroke]`"), "{two}");
     let path = |more: &str| refused(&format!("name = \"x\"\n[path]\n{more}\n"));
     assert!(path("points = [[0, 0], [1, 1], [1, 1], [2, 0]]").contains("points 2 and 3 are the same"));
     let pivots = path("points = [[0, 0], [1, 1], [2, 0]]\npivots = [[0, -1], [0, -1]]");
@@ -181,6 +185,14 @@ fn what_cannot_be_answered_is_said() {
     let function = refused("name = \"x\"\n[function]\ninput = [0, 0.3, 0.3]\noutput = [0, 0.2, 0.5]\n");
     assert!(function.contains("pairs 2 and 3 have the same input"), "{function}");
     let stroke = |more: &str| refused(&format!("name = \"x\"\n[stroke]\ntime_ratio = 1.2\n{more}\n"));
+    let swing = stroke("swing = \"200 deg\"");
+    assert!(swing.contains("`swing` is 200 deg, but must be between 0 and 180 deg"), "{swing}");
+    assert!(stroke("stroke = \"-5 mm\"").contains("`stroke` is -0.005, but must be above zero"));
+    assert!(stroke("swing = 0.5\n[limits]\nwithin = \"1 mm\"").contains("no effect on a stroke"));
+    assert!(stroke("swing = 0.5\n[limits]\nbars = 6").contains("six-bars are found for paths"));
+    assert!(path("points = [[0, 0], [1, 1], [2, 0]]\n[limits]\nprefer = \"size\"").contains("without `within`"));
+    assert!(path("points = [[0, 0], [1, 1], [2, 0]]\n[limits]\nwithin = \"1 deg\"").contains("`within` is not in m"));
+    assert!(path("points = [[0, 0], [1, 1], [2, 0]]\n[limits]\nbars = 5").contains("must be 4 or 6"));
     assert!(stroke("swing = 0.5\noffset = 0.1").contains("`offset` of `stroke` has no effect on a swing"));
     assert!(stroke("stroke = 0.5\nground = 0.1").contains("`ground` of `stroke` has no effect on a slider"));
     assert!(stroke("swing = 0.5\n[choose]\nground_a = [0, 0]").contains("`choose` of the task has no effect"));
@@ -196,7 +208,11 @@ fn the_limit_that_removed_the_last_one_is_named() {
     let answer = answered(&task(&poses, "[limits]\nlength = [\"10 m\", \"20 m\"]\n"));
     assert_eq!(answer.good().count(), 0);
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
-    assert!(text.contains("no linkage is left; what removed the last"), "{text}");
+    assert!(
+        text.contains("candidates is good;")
+            && text.contains("came furthest: limit `length`; the nearest misses it by"),
+        "{text}"
+    );
 }
 
 /// Poses that no four-bar comes near: that there are more than five of them is said.

@@ -17,6 +17,7 @@ use crate::scene::document::{self, Content, DocumentNode};
 use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
 use crate::scene::{QuantityReading, Value, read};
 use crate::sheet::{Sheet, SheetError};
+use crate::typeset::number;
 pub use schema::schema;
 
 /// A task.
@@ -111,6 +112,22 @@ pub struct Demands {
     pub transmission: Option<f64>,
     /// Must the input turn fully?
     pub crank: bool,
+    /// An error that is small enough \[m or rad\]: what is preferred then decides.
+    pub within: Option<f64>,
+    /// What is preferred of linkages that meet the task so well.
+    pub prefer: Preference,
+    /// How many bars a linkage has: four, six for those too.
+    pub bars: Option<usize>,
+}
+
+/// What is preferred of linkages whose error is small enough.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Preference {
+    /// Short bars.
+    #[default]
+    Size,
+    /// A large transmission angle.
+    Transmission,
 }
 
 /// Pins that are chosen, of the first and of the second bar \[m\].
@@ -190,6 +207,17 @@ const LIMITS: &[TaskKey] = &[
     TaskKey("length", ValueForm::Pair, "shortest and longest bar [m]"),
     TaskKey("transmission", ValueForm::Number, "the smallest transmission angle over the part that is used [rad]"),
     TaskKey("crank", ValueForm::Flag, "whether the input must turn fully; false if absent"),
+    TaskKey(
+        "within",
+        ValueForm::Number,
+        "the largest error of a path or function that is accepted [m or rad]; among these linkages `prefer` decides",
+    ),
+    TaskKey(
+        "bars",
+        ValueForm::Bars,
+        "6: six-bars too; if absent, only where `within` is given and no four-bar is so accurate. For paths and functions",
+    ),
+    TaskKey("prefer", ValueForm::Preference, "with `within`: \"size\" (shortest bars; if absent) or \"transmission\""),
 ];
 const CHOOSE: &[TaskKey] = &[
     TaskKey("ground_a", ValueForm::Point, "a pin in the ground, of the first bar [m]"),
@@ -216,6 +244,8 @@ enum ValueForm {
     Pair,
     NumbersOrLaw,
     Flag,
+    Preference,
+    Bars,
     Point,
     TwoPoints,
     PointsOrTable,
@@ -272,6 +302,11 @@ impl Task {
         }
     }
 
+    /// Are its errors angles? Else they are lengths.
+    pub fn is_angular(&self) -> bool {
+        matches!(self.kind, TaskKind::Function { is_slider: false, .. })
+    }
+
     /// A fault of the task as a whole.
     pub fn fault(&self, message: &str, help: &str) -> Faults {
         let fault = Fault::new("scene::wrong_value", message, self.span).help(help);
@@ -292,13 +327,29 @@ type Tabled = (Vec<[f64; 2]>, Option<Vec<f64>>);
 
 impl TaskReader<'_> {
     fn task(&mut self, document: &DocumentNode, source: &Source) -> Option<Task> {
+        self.is_not_a_scene(document)?;
         let top = Fields::open(document, "the task", Span::new(0, 0), &TOP, self.faults)?;
         let name = top.get("name").and_then(|node| self.faults.text(node, "`name`"));
         let there: Vec<&str> = KINDS.into_iter().filter(|kind| top.get(kind).is_some()).collect();
         let &[kind] = &there[..] else {
-            let message = format!("a task is one of poses, function, path and stroke, not {} of them", there.len());
-            let help = "write one table `[poses]`, `[function]`, `[path]` or `[stroke]`";
-            self.faults.push(Fault::new("scene::wrong_value", message, Span::default()).help(help));
+            let list: Vec<String> = there.iter().map(|kind| format!("`[{kind}]`")).collect();
+            let (message, span) = match there.get(1) {
+                None => (
+                    "the task has no table `[poses]`, `[function]`, `[path]` or `[stroke]`".to_owned(),
+                    Span::default(),
+                ),
+                Some(second) => {
+                    let message =
+                        format!("a task has one kind, but {} tables are written: {}", list.len(), list.join(", "));
+                    (message, top.key_span(second).unwrap_or_default())
+                }
+            };
+            let help = if there.is_empty() {
+                "write one of them, such as `[path]` with `points = [[x, y], ...]`"
+            } else {
+                "keep one of them, and write a file for each of the others"
+            };
+            self.faults.push(Fault::new("scene::wrong_value", message, span).help(help));
             return None;
         };
         let (node, span) = (top.get(kind)?, top.key_span(kind).unwrap_or_default());
@@ -308,7 +359,7 @@ impl TaskReader<'_> {
             "path" => self.path(node, span),
             _ => self.stroke(node, span),
         };
-        let limits = top.get("limits").map(|node| self.limits(node)).unwrap_or_default();
+        let limits = top.get("limits").map(|node| self.limits(node, read.as_ref())).unwrap_or_default();
         let choose = top.get("choose").map(|node| self.choose(node)).unwrap_or_default();
         let is_free = match &read {
             Some(TaskKind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
@@ -320,6 +371,17 @@ impl TaskReader<'_> {
         }
         let name = name.map_or_else(|| kind.to_owned(), |name| name.text);
         Some(Task { name, kind: read?, limits, choose, source: source.clone(), span, warnings: None })
+    }
+
+    /// Tables of scenes do not stand in tasks.
+    fn is_not_a_scene(&mut self, document: &DocumentNode) -> Option<()> {
+        let Content::Table(entries) = &document.kind else { return Some(()) };
+        let of_scene = |name: &str| ["format", "bodies", "joints", "gravity", "ground"].contains(&name);
+        let Some((key, _)) = entries.iter().find(|(key, _)| of_scene(&key.text)) else { return Some(()) };
+        let message = format!("this is a scene, not a task: `{}` is a key of scenes", key.text);
+        let help = "a task has one table `[poses]`, `[function]`, `[path]` or `[stroke]`; `cotree check` and `cotree simulate` take scenes";
+        self.faults.push(Fault::new("scene::wrong_value", message, key.span).help(help));
+        None
     }
 
     fn wrong<T>(&mut self, node: &DocumentNode, message: String, help: &str) -> Option<T> {
@@ -439,10 +501,10 @@ impl TaskReader<'_> {
     }
 
     fn above_zero(&mut self, node: &DocumentNode, what: &str, numbers: &[f64]) -> Option<()> {
-        if numbers.iter().all(|number| *number > 0.0 && number.is_finite()) {
-            return Some(());
-        }
-        self.wrong(node, format!("{what} must be above zero"), "leave it out, or write a larger number")
+        let wrong = numbers.iter().find(|number| !(**number > 0.0 && number.is_finite()));
+        let Some(wrong) = wrong else { return Some(()) };
+        let message = format!("{what} is {}, but must be above zero", number(*wrong, 1e-9 * wrong.abs()));
+        self.wrong(node, message, "leave it out, or write a larger number")
     }
 
     fn poses(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
@@ -706,9 +768,23 @@ impl TaskReader<'_> {
         let stroke = self.optional(&fields, "stroke", &Unit::length())?;
         let offset = self.optional(&fields, "offset", &Unit::length())?;
         let ground = self.ground(&fields)?;
+        let half = std::f64::consts::PI;
+        let bounded = [("crank_turn", turn, 2.0 * half), ("swing", swing, half)];
+        let checked = bounded.map(|(key, angle, most)| {
+            let Some(angle) = angle.filter(|angle| !(*angle > 0.0 && *angle < most)) else { return Some(()) };
+            let given = number(angle.to_degrees(), 1e-9 * angle.to_degrees().abs().max(1.0));
+            let message = format!("`{key}` is {given} deg, but must be between 0 and {} deg", most.to_degrees());
+            self.wrong(fields.get(key)?, message, &format!("write an angle between them, such as `{key} = \"40 deg\"`"))
+        });
+        checked.into_iter().collect::<Option<Vec<()>>>()?;
+        for (key, value) in [("time_ratio", ratio), ("stroke", stroke)] {
+            if let (Some(value), Some(node)) = (value, fields.get(key)) {
+                self.above_zero(node, &format!("`{key}`"), &[value])?;
+            }
+        }
         let turn = match (turn, ratio) {
             (Some(turn), None) => turn,
-            (None, Some(ratio)) if ratio > 0.0 => std::f64::consts::TAU * ratio / (1.0 + ratio),
+            (None, Some(ratio)) => 2.0 * half * ratio / (1.0 + ratio),
             _ => {
                 return self.wrong(
                     node,
@@ -757,7 +833,7 @@ impl TaskReader<'_> {
         Some(Area::Box([left, bottom], [right, top]))
     }
 
-    fn limits(&mut self, node: &DocumentNode) -> Demands {
+    fn limits(&mut self, node: &DocumentNode, kind: Option<&TaskKind>) -> Demands {
         let Some(fields) = Fields::open(node, "`limits`", node.span, &names(LIMITS), self.faults) else {
             return Demands::default();
         };
@@ -775,7 +851,68 @@ impl TaskReader<'_> {
         });
         let crank = fields.get("crank").and_then(|node| self.faults.boolean(node, "`crank`")).unwrap_or(false);
         let [ground, moving] = ["ground", "moving"].map(|key| self.region(&fields, key));
-        Demands { ground, moving, length, transmission, crank }
+        let within = fields.get("within").and_then(|node| self.within(node, kind));
+        let prefer = fields.get("prefer").and_then(|node| self.preference(node)).unwrap_or_default();
+        if let (None, Some(_)) = (fields.get("within"), fields.get("prefer")) {
+            let _ = self.without(&fields, &["prefer"], "a task without `within`");
+        }
+        let bars = fields.get("bars").and_then(|node| self.bars(node, kind));
+        Demands { ground, moving, length, transmission, crank, within, prefer, bars }
+    }
+
+    /// The error that is accepted, in the unit of the task's errors.
+    fn within(&mut self, node: &DocumentNode, kind: Option<&TaskKind>) -> Option<f64> {
+        let unit = match kind? {
+            TaskKind::Function { is_slider: false, .. } => Unit::angle(),
+            TaskKind::Function { .. } | TaskKind::Path { .. } => Unit::length(),
+            TaskKind::Poses { .. } => {
+                return self.wrong(
+                    node,
+                    "`within` has no effect on poses".to_owned(),
+                    "leave it out; `tolerance` of `[poses]` says how near each pose is to be met",
+                );
+            }
+            TaskKind::Stroke { .. } => {
+                return self.wrong(
+                    node,
+                    "`within` has no effect on a stroke, which is met exactly".to_owned(),
+                    "leave it out",
+                );
+            }
+        };
+        let error = self.number(node, "`within`", &unit)?;
+        self.above_zero(node, "`within`", &[error])?;
+        Some(error)
+    }
+
+    fn bars(&mut self, node: &DocumentNode, kind: Option<&TaskKind>) -> Option<usize> {
+        let bars = self.number(node, "`bars`", &Unit::default())?;
+        match kind? {
+            _ if bars == 4.0 => Some(4),
+            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } if bars == 6.0 => Some(6),
+            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } => {
+                let message = format!("`bars` is {}, but must be 4 or 6", number(bars, 0.0));
+                self.wrong(node, message, "write `bars = 6` for six-bars too")
+            }
+            TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Stroke { .. } => {
+                let message =
+                    "six-bars are found for paths and for functions of a rocker, not for this task".to_owned();
+                self.wrong(node, message, "leave `bars` out")
+            }
+        }
+    }
+
+    fn preference(&mut self, node: &DocumentNode) -> Option<Preference> {
+        let text = self.faults.text(node, "`prefer`")?.text;
+        match text.as_str() {
+            "size" => Some(Preference::Size),
+            "transmission" => Some(Preference::Transmission),
+            other => self.wrong(
+                node,
+                format!("`prefer` is {other:?}, but must be \"size\" or \"transmission\""),
+                "write `prefer = \"size\"` or `prefer = \"transmission\"`",
+            ),
+        }
     }
 
     fn choose(&mut self, node: &DocumentNode) -> Choose {

@@ -71,6 +71,8 @@ impl ValueForm {
             ValueForm::Pair | ValueForm::Point => reference("pair"),
             ValueForm::NumbersOrLaw => either(text(), reference("numbers")),
             ValueForm::Flag => json!({ "type": "boolean" }),
+            ValueForm::Bars => json!({ "enum": [4, 6] }),
+            ValueForm::Preference => json!({ "enum": ["size", "transmission"] }),
             ValueForm::TwoPoints => list("pair", 2),
             ValueForm::PointsOrTable => {
                 either(text(), json!({ "type": "array", "items": reference("pair"), "minItems": 3 }))

@@ -31,6 +31,9 @@ pub struct SynthesizeCommand {
     /// Show those too that are not good, with the reason
     #[arg(long)]
     all: bool,
+    /// What deviations do to the linkages: `length=0.1mm` of bars and of the coupler's point, `pivot=0.2mm` of each coordinate of pivots
+    #[arg(long, value_name = "WHAT=LENGTH", value_parser = deviation)]
+    tolerance: Vec<(Deviation, f64)>,
     #[command(flatten)]
     units: InUnits,
     /// Everything as JSON, in SI units
@@ -50,23 +53,62 @@ impl SynthesizeCommand {
             write(&answer, folder, format)?;
         }
         let report = answer.report();
+        let deviations = (!self.tolerance.is_empty()).then(|| {
+            let of =
+                |what: Deviation| self.tolerance.iter().filter(|(own, _)| *own == what).map(|(_, length)| length).sum();
+            answer.tolerance_report([of(Deviation::Length), of(Deviation::Pivot)])
+        });
         if self.json {
-            return output::print(&report.json());
+            let mut data = report.data.clone();
+            if let Some(own) = deviations {
+                data["tolerances"] = own.data;
+            }
+            return output::print(&format!("{data:#}\n"));
         }
         let units = self.units.before(&synthesis::report::usual())?;
-        output::print(&report.text(&units))
+        output::print(&report.text(&units))?;
+        match deviations {
+            Some(own) => output::print(&format!("\n{}", own.text(&units))),
+            None => Ok(()),
+        }
     }
+}
+
+/// What deviates.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Deviation {
+    Length,
+    Pivot,
+}
+
+fn deviation(text: &str) -> Result<(Deviation, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("write `length=0.1mm` or `pivot=0.1mm`")?;
+    let what = match name.trim() {
+        "length" => Deviation::Length,
+        "pivot" => Deviation::Pivot,
+        other => return Err(format!("`{other}` is neither `length` nor `pivot`")),
+    };
+    let length =
+        cotree::compile::quantity(value.trim(), &cotree::model::Unit::length()).map_err(|fault| fault.to_string())?;
+    if length > 0.0 && length.is_finite() { Ok((what, length)) } else { Err("a deviation is above zero".to_owned()) }
 }
 
 /// The scenes and the picture.
 fn write(answer: &Answer, folder: &Path, format: MessageFormat) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| Failure::file("write", folder, error))?;
-    for (index, own) in answer.solutions.iter().enumerate() {
-        if let (Some(scene), None) = (&own.scene, &own.reason) {
-            let path = folder.join(format!("{}.toml", index + 1));
-            output::write(&path, scene)?;
-            output::wrote(&path, own.class, format);
+    for (prefix, list) in [("", &answer.solutions), ("shorter_", &answer.shorter)] {
+        for (index, own) in list.iter().enumerate() {
+            if let (Some(scene), None) = (&own.scene, &own.reason) {
+                let path = folder.join(format!("{prefix}{}.toml", index + 1));
+                output::write(&path, scene)?;
+                output::wrote(&path, own.class, format);
+            }
         }
+    }
+    for (index, own) in answer.six_bars.iter().enumerate() {
+        let path = folder.join(format!("six_{}.toml", index + 1));
+        output::write(&path, &own.scene)?;
+        output::wrote(&path, own.kind.name(), format);
     }
     if answer.solutions.is_empty() {
         return Ok(());

@@ -129,9 +129,12 @@ pub fn answers(task: &str) -> serde_json::Value {
     match answer {
         Ok(answer) => json!({
             "solutions": answer.good().map(solution).collect::<Vec<_>>(),
-            "left_out": answer.left_out, "last": answer.last, "faults": told(None),
+            "shorter": answer.shorter.iter().map(solution).collect::<Vec<_>>(),
+            "left_out": answer.left_out, "last": answer.last, "costs": answer.costs, "faults": told(None),
         }),
-        Err(faults) => json!({ "solutions": [], "left_out": {}, "last": null, "faults": told(Some(&faults)) }),
+        Err(faults) => json!({
+            "solutions": [], "shorter": [], "left_out": {}, "last": null, "costs": [], "faults": told(Some(&faults)),
+        }),
     }
 }
 

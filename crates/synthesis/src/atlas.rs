@@ -39,6 +39,9 @@ const PLACES: usize = 64;
 const PIECE: usize = 24;
 const HARMONICS: usize = 10;
 
+/// A bar that misses a limit by this share may be made to hold it.
+const NEARLY: f64 = 0.4;
+
 impl AtlasBars {
     fn random(random: &mut Random) -> AtlasBars {
         loop {
@@ -62,6 +65,13 @@ impl AtlasBars {
             true if self.lengths[2] == least => 1,
             true => 2,
         }
+    }
+
+    /// Are all bars between two lengths, or nearly, where the curve is made so many times as large?
+    fn is_within(&self, times: f64, room: Option<[f64; 2]>) -> bool {
+        room.is_none_or(|[low, high]| {
+            self.lengths.iter().all(|own| (low * (1.0 - NEARLY)..=high * (1.0 + NEARLY)).contains(&(own * times)))
+        })
     }
 
     /// The body's frame is at the point that draws.
@@ -240,28 +250,38 @@ fn piece(points: &[Point], angles: &[f64], lengths: &[f64], part: &CurvePiece) -
 struct ClosedAtlas {
     bars: Vec<AtlasBars>,
     harmonics: Vec<[f32; 2 * HARMONICS]>,
+    sizes: Vec<f64>,
 }
 
 struct OpenAtlas {
     pieces: Vec<CurvePiece>,
     shapes: Vec<[[f32; 2]; PIECE]>,
+    sizes: Vec<f64>,
 }
 
 fn closed() -> &'static ClosedAtlas {
     static ATLAS: OnceLock<ClosedAtlas> = OnceLock::new();
     ATLAS.get_or_init(|| {
         let mut random = Random::new(7);
-        let mut atlas = ClosedAtlas { bars: Vec::with_capacity(CLOSED), harmonics: Vec::with_capacity(CLOSED) };
+        let mut atlas = ClosedAtlas { bars: Vec::new(), harmonics: Vec::new(), sizes: Vec::new() };
         while atlas.bars.len() < CLOSED {
             let bars = AtlasBars::random(&mut random);
             let (points, angles) = bars.curve();
             if points.len() == STEPS + 1 {
-                atlas.harmonics.push(harmonics(&places(&points, &angles).0));
+                let even = places(&points, &angles).0;
+                atlas.harmonics.push(harmonics(&even));
+                atlas.sizes.push(spread(&even));
                 atlas.bars.push(bars);
             }
         }
         atlas
     })
+}
+
+/// The root of the sum of squares of the distances from the middle.
+fn spread(points: &[Point]) -> f64 {
+    let middle = mean(points);
+    points.iter().map(|point| (point - middle).norm_sqr()).sum::<f64>().sqrt()
 }
 
 /// Moved to the middle, of size one.
@@ -276,7 +296,7 @@ fn open() -> &'static OpenAtlas {
     static ATLAS: OnceLock<OpenAtlas> = OnceLock::new();
     ATLAS.get_or_init(|| {
         let mut random = Random::new(3);
-        let mut atlas = OpenAtlas { pieces: Vec::new(), shapes: Vec::new() };
+        let mut atlas = OpenAtlas { pieces: Vec::new(), shapes: Vec::new(), sizes: Vec::new() };
         while atlas.pieces.len() < OPEN * PIECES {
             // As many of each kind: at random two thirds have no bar that turns, and one of twelve is a double rocker.
             let kind = atlas.pieces.len() / PIECES % KINDS;
@@ -291,7 +311,8 @@ fn open() -> &'static OpenAtlas {
             let lengths = along(&points);
             for _ in 0..PIECES {
                 let part = CurvePiece { bars, from: random.between(0.0, 1.0), length: random.between(0.1, 0.95) };
-                let (shape, ..) = shape(&piece(&points, &angles, &lengths, &part).0);
+                let (shape, _, size) = shape(&piece(&points, &angles, &lengths, &part).0);
+                atlas.sizes.push(size);
                 atlas.shapes.push(shape.map(|point| [point.re as f32, point.im as f32]));
                 atlas.pieces.push(part);
             }
@@ -300,9 +321,9 @@ fn open() -> &'static OpenAtlas {
     })
 }
 
-/// Numbers of the least, in order.
-fn least(values: &[f32], count: usize) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
+/// Numbers of the least of some, in order.
+fn least(values: &[f32], count: usize, some: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..values.len()).filter(|index| some(*index)).collect();
     let count = count.min(order.len());
     if count < order.len() {
         order.select_nth_unstable_by(count, |&a, &b| values[a].total_cmp(&values[b]));
@@ -312,8 +333,8 @@ fn least(values: &[f32], count: usize) -> Vec<usize> {
     order
 }
 
-/// Starts for a closed path, the most alike first; so many at most.
-pub(crate) fn closed_starts(path: &[Point], count: usize) -> Vec<Start> {
+/// Starts for a closed path, the most alike first; so many at most, of bars between two lengths if these are given.
+pub(crate) fn closed_starts(path: &[Point], count: usize, room: Option<[f64; 2]>) -> Vec<Start> {
     let mut ring = path.to_vec();
     ring.extend(path.first());
     let lengths = along(&ring);
@@ -327,7 +348,9 @@ pub(crate) fn closed_starts(path: &[Point], count: usize) -> Vec<Start> {
     let middle = mean(&even);
     let moved = even.map(|point| point - middle);
     let mut found: Vec<(f64, Start)> = Vec::new();
-    for index in least(&distances, 2 * count) {
+    let size = spread(&moved);
+    let fits = |index: usize| atlas.bars[index].is_within(size / atlas.sizes[index], room);
+    for index in least(&distances, 2 * count, fits) {
         let bars = &atlas.bars[index];
         let (points, angles) = bars.curve();
         let (curve, angles) = places(&points, &angles);
@@ -383,8 +406,8 @@ fn placed(
     all
 }
 
-/// Starts for an open path, the most alike first; so many at most.
-pub(crate) fn open_starts(path: &[Point], count: usize) -> Vec<Start> {
+/// Starts for an open path, the most alike first; so many at most, of bars between two lengths if these are given.
+pub(crate) fn open_starts(path: &[Point], count: usize, room: Option<[f64; 2]>) -> Vec<Start> {
     let lengths = along(path);
     let whole = lengths.last().copied().unwrap_or(0.0);
     let share = |i: usize| whole * i as f64 / (PIECE - 1) as f64;
@@ -413,7 +436,8 @@ pub(crate) fn open_starts(path: &[Point], count: usize) -> Vec<Start> {
         });
         part.bars.start(mirrored, common * size / length, from, middle, at.collect())
     };
-    least(&distances, count).into_iter().map(start).collect()
+    let fits = |index: usize| atlas.pieces[index].bars.is_within(size / atlas.sizes[index], room);
+    least(&distances, count, fits).into_iter().map(start).collect()
 }
 
 /// How alike two shapes are, at most one, and whether backwards and mirrored.

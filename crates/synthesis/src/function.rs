@@ -45,7 +45,7 @@ pub struct Coupler {
 }
 
 impl Coupler {
-    fn four_bar([ground, first, body, second]: [f64; 4], input_zero: f64, output_zero: f64) -> Coupler {
+    pub(crate) fn four_bar([ground, first, body, second]: [f64; 4], input_zero: f64, output_zero: f64) -> Coupler {
         let zero = Point::new(0.0, 0.0);
         let pivot = Point::new(ground, 0.0);
         let first = Dyad::Bar { moving: zero, ground: zero, length: first };
@@ -54,7 +54,7 @@ impl Coupler {
     }
 
     /// The slider moves along x, `offset` above the pivot.
-    fn slider_crank([crank, rod, offset]: [f64; 3], input_zero: f64, output_zero: f64) -> Coupler {
+    pub(crate) fn slider_crank([crank, rod, offset]: [f64; 3], input_zero: f64, output_zero: f64) -> Coupler {
         let zero = Point::new(0.0, 0.0);
         let first = Dyad::Bar { moving: zero, ground: zero, length: crank };
         let sign = if offset < 0.0 { -1.0 } else { 1.0 };
@@ -63,7 +63,7 @@ impl Coupler {
     }
 
     /// Where the pin of the output is, for an output.
-    fn output_pin(&self, output: f64) -> Point {
+    pub(crate) fn output_pin(&self, output: f64) -> Point {
         match self.linkage.second {
             Dyad::Bar { ground, length, .. } => ground + polar(length, self.output_zero + output),
             Dyad::Slider { normal, offset, .. } => Point::new(self.output_zero + output, offset * normal.im),
@@ -248,9 +248,11 @@ fn tried(given: Option<f64>) -> Vec<f64> {
 
 /// The four-bars whose output turns nearest to the pairs, each a local minimum of the sum of squares of the output's errors; best first.
 pub fn nearest_couplers(pairs: &[Pair], zero: Zero) -> Vec<Coupler> {
-    if pairs.len() < 3 {
-        return Vec::new();
-    }
+    if pairs.len() < 3 { Vec::new() } else { nearest(pairs, coupler_starts(pairs, zero), zero, false) }
+}
+
+/// Four-bars that meet some of the pairs: three at least.
+pub(crate) fn coupler_starts(pairs: &[Pair], zero: Zero) -> Vec<Coupler> {
     let mut starts =
         if pairs.len() >= 5 { couplers(&spread(pairs, 5), Zero::default()).unwrap_or_default() } else { Vec::new() };
     for input in tried(zero.input) {
@@ -265,7 +267,7 @@ pub fn nearest_couplers(pairs: &[Pair], zero: Zero) -> Vec<Coupler> {
             starts.extend(couplers(&spread(pairs, 3), whole).unwrap_or_default());
         }
     }
-    nearest(pairs, starts, zero, false)
+    starts
 }
 
 /// The same for slider-cranks.
@@ -273,12 +275,18 @@ pub fn nearest_slider_cranks(pairs: &[Pair], input_zero: Option<f64>) -> Vec<Cou
     if pairs.len() < 4 {
         return Vec::new();
     }
+    let fixed = Zero { input: input_zero, output: None };
+    nearest(pairs, slider_starts(pairs, input_zero), fixed, true)
+}
+
+/// Slider-cranks that meet some of the pairs: four at least.
+pub(crate) fn slider_starts(pairs: &[Pair], input_zero: Option<f64>) -> Vec<Coupler> {
     let mut starts =
         if pairs.len() >= 5 { slider_cranks(&spread(pairs, 5), None).unwrap_or_default() } else { Vec::new() };
     for input in tried(input_zero) {
         starts.extend(slider_cranks(&spread(pairs, 4), Some(input)).unwrap_or_default());
     }
-    nearest(pairs, starts, Zero { input: input_zero, output: None }, true)
+    starts
 }
 
 fn nearest(pairs: &[Pair], starts: Vec<Coupler>, fixed: Zero, is_slider: bool) -> Vec<Coupler> {

@@ -119,7 +119,7 @@ impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
 }
 
 /// Cholesky's factor of a symmetric matrix, of which the lower half is read; none if it is not positive definite.
-fn factor<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
+pub(crate) fn factor<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
     for j in 0..N {
         for k in 0..j {
             let by = a[j][k];
@@ -138,7 +138,7 @@ fn factor<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
     Some(a)
 }
 
-fn solve<const N: usize>(factor: &[[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
+pub(crate) fn solve<const N: usize>(factor: &[[f64; N]; N], mut b: [f64; N]) -> [f64; N] {
     for i in 0..N {
         for j in 0..i {
             b[i] -= factor[i][j] * b[j];

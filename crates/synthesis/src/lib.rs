@@ -7,7 +7,10 @@
 //! | [`dyads`] | all dyads that take a body through poses: bars, sliders, slots |
 //! | [`couplers`] | four-bars and slider-cranks whose output follows their input |
 //! | [`path`] | four-bars whose coupler point follows a path |
+//! | [`within`], [`bounded_couplers`] | the same within limits, which are bounds of the search |
+//! | [`six`] | six-bars for paths and functions |
 //! | [`stroke`] | crank-rockers and slider-cranks with a given swing, time ratio and the best transmission angle |
+//! | [`tolerance`] | what deviations of lengths and pivots do |
 //! | [`judge`] | does a linkage reach all poses, in one motion and in order? |
 //! | [`LinkageLimits`] | what else is asked of a linkage |
 
@@ -23,19 +26,25 @@
 )]
 
 mod atlas;
+mod bounded;
+mod chain;
 mod cognates;
 mod conics;
 mod defects;
 mod dyad;
 mod function;
+mod function_within;
 mod least;
 mod limits;
 mod linkage;
 pub mod path;
 mod poses;
 mod random;
+pub mod six;
 pub mod stroke;
+pub mod tolerance;
 mod valley;
+pub mod within;
 
 pub use cognates::{cognates, coupler_cognates};
 pub use defects::{Defect, Verdict, judge};
@@ -43,6 +52,7 @@ pub use dyad::{Condition, Dyad, Family, circle_dyad, dyads, nearest_dyads};
 pub use function::{
     Coupler, Pair, Zero, couplers, freudenstein, nearest_couplers, nearest_slider_cranks, slider_cranks,
 };
+pub use function_within::bounded_couplers;
 pub use limits::{LinkageLimit, LinkageLimits, Region};
 pub use linkage::{Linkage, Side};
 pub use nalgebra::Complex;

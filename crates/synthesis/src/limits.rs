@@ -40,6 +40,51 @@ impl Region {
         }
     }
 
+    /// How far a point is outside, below zero inside, and the direction in which that grows fastest.
+    pub(crate) fn signed(&self, point: Point) -> (f64, Point) {
+        let corners = self.corners();
+        let sides = || corners.iter().zip(corners.iter().cycle().skip(1));
+        let nearest = |(a, b): (&Point, &Point)| {
+            let along = b - a;
+            let share = ((point - a) * along.conj()).re / along.norm_sqr().max(f64::MIN_POSITIVE);
+            let (foot, across) = (a + along * share.clamp(0.0, 1.0), along * Point::new(0.0, -1.0));
+            (point - foot, across)
+        };
+        let all = sides().map(nearest);
+        let Some((way, across)) = all.min_by(|a, b| a.0.norm().total_cmp(&b.0.norm())) else {
+            return (0.0, Point::new(0.0, 0.0));
+        };
+        let sign = if self.outside(point) > 0.0 { 1.0 } else { -1.0 };
+        let size = way.norm();
+        // On the side itself the direction is across it, away from the inside: corners of a box go around it to the left.
+        let along = if size > 1e-9 { way * (sign / size) } else { across / across.norm().max(f64::MIN_POSITIVE) };
+        (sign * size, along)
+    }
+
+    /// Its corners, those of a box that is open to a side far away.
+    fn corners(&self) -> Vec<Point> {
+        const FAR: f64 = 1e6;
+        match self {
+            Region::Box(low, high) => {
+                let [left, right, bottom, top] = [low.re, high.re, low.im, high.im].map(|own| own.clamp(-FAR, FAR));
+                vec![Point::new(left, bottom), Point::new(right, bottom), Point::new(right, top), Point::new(left, top)]
+            }
+            Region::Polygon(corners) => {
+                let area: f64 = corners.iter().zip(corners.iter().cycle().skip(1)).map(|(a, b)| cross(*a, *b)).sum();
+                if area < 0.0 { corners.iter().rev().copied().collect() } else { corners.clone() }
+            }
+        }
+    }
+
+    /// The same region seen with another origin and another unit of length.
+    pub(crate) fn scaled(&self, middle: Point, size: f64) -> Region {
+        let place = |point: &Point| (point - middle) / size;
+        match self {
+            Region::Box(low, high) => Region::Box(place(low), place(high)),
+            Region::Polygon(corners) => Region::Polygon(corners.iter().map(place).collect()),
+        }
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> [Point; 2] {
         match self {
@@ -88,6 +133,11 @@ pub enum LinkageLimit {
 }
 
 impl LinkageLimit {
+    /// Is it missed by a length? Else by an angle, or as a whole.
+    pub fn is_length(self) -> bool {
+        matches!(self, LinkageLimit::Ground | LinkageLimit::Moving | LinkageLimit::Length)
+    }
+
     /// Its name in the file of a task.
     pub fn name(self) -> &'static str {
         match self {
@@ -106,6 +156,11 @@ const HELD: f64 = 1e-9;
 impl LinkageLimits {
     /// The first limit that a linkage misses, and by how much: \[m\], or \[rad\] for the transmission angle.
     pub fn missed(&self, linkage: &Linkage, verdict: &Verdict) -> Option<(LinkageLimit, f64)> {
+        self.misses(linkage, verdict).first().copied()
+    }
+
+    /// All limits that a linkage misses, and by how much.
+    pub fn misses(&self, linkage: &Linkage, verdict: &Verdict) -> Vec<(LinkageLimit, f64)> {
         let dyads = [linkage.first, linkage.second];
         let pins = |of: fn(&Dyad) -> Option<Point>, region: &Option<Region>| {
             let outside = |region: &Region| {
@@ -129,9 +184,32 @@ impl LinkageLimits {
             (LinkageLimit::Crank, crank),
             (LinkageLimit::Transmission, transmission),
         ];
-        all.into_iter().find(|(_, miss)| *miss > 0.0)
+        all.into_iter().filter(|(_, miss)| *miss > 0.0).collect()
+    }
+
+    /// The limits that a linkage has just reached.
+    pub fn active(&self, linkage: &Linkage, verdict: &Verdict) -> Vec<LinkageLimit> {
+        let lengths = || linkage.lengths().into_iter().flatten();
+        let size = lengths().fold(0.0, f64::max);
+        let near = |value: f64, bound: f64| (value - bound).abs() <= ACTIVE * bound.abs();
+        let at_length = |[low, high]: [f64; 2]| lengths().any(|length| near(length, low) || near(length, high));
+        let at_side = |region: &Option<Region>, of: fn(&Dyad) -> Option<Point>| {
+            let pins = || [linkage.first, linkage.second].iter().filter_map(of).collect::<Vec<_>>();
+            region.as_ref().is_some_and(|own| pins().into_iter().any(|pin| own.signed(pin).0.abs() <= ACTIVE * size))
+        };
+        let transmission = |least: f64| verdict.transmission - least <= ACTIVE;
+        let all = [
+            (LinkageLimit::Ground, at_side(&self.ground, ground_pin)),
+            (LinkageLimit::Moving, at_side(&self.moving, moving_pin)),
+            (LinkageLimit::Length, self.length.is_some_and(at_length)),
+            (LinkageLimit::Transmission, self.transmission.is_some_and(transmission)),
+        ];
+        all.into_iter().filter_map(|(limit, is_active)| is_active.then_some(limit)).collect()
     }
 }
+
+/// A limit is reached where this share of it is left, or of a transmission angle so much \[rad\].
+const ACTIVE: f64 = 1e-5;
 
 fn ground_pin(dyad: &Dyad) -> Option<Point> {
     match *dyad {

@@ -217,14 +217,14 @@ impl Terms<11, 3, 5> for Timed<'_> {
 }
 
 /// A path of size one around the origin.
-struct Scaled {
-    points: Vec<Point>,
-    pivots: Option<[Point; 2]>,
-    middle: Point,
-    size: f64,
+pub(crate) struct Scaled {
+    pub points: Vec<Point>,
+    pub pivots: Option<[Point; 2]>,
+    pub middle: Point,
+    pub size: f64,
 }
 
-fn scaled(path: &CouplerPath) -> Scaled {
+pub(crate) fn scaled(path: &CouplerPath) -> Scaled {
     let (middle, size) = extent(path.points.iter().copied());
     let place = |point: &Point| (point - middle) / size;
     Scaled {
@@ -376,7 +376,7 @@ impl<'p> PathStarts<'p> {
     fn new(scaled: &'p Scaled, path: &CouplerPath, effort: &PathEffort) -> PathStarts<'p> {
         let count = (effort.starts / 2).min(10 * ROUND);
         let likely = if path.closed { atlas::closed_starts } else { atlas::open_starts };
-        let atlas = likely(&scaled.points, count);
+        let atlas = likely(&scaled.points, count, None);
         let left = if scaled.pivots.is_some() { GIVEN * effort.starts } else { effort.starts };
         PathStarts { scaled, atlas, given: 0, left, random: Random::new(effort.seed) }
     }

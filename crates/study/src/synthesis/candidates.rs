@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use cotree::scene::Faults;
-use cotree::task::{Choose, Task, TaskKind};
+use cotree::task::{Choose, Preference, Task, TaskKind};
 use cotree::typeset::number;
 use cotree_synthesis::path::{CouplerPath, Follower, PathEffort, followers};
 use cotree_synthesis::stroke::{self, NoStroke, Stroke};
+use cotree_synthesis::within::{Bounded, Wish, bounded_followers};
 use cotree_synthesis::{
-    Condition, Coupler, Dyad, Family, Linkage, LinkageLimits, Pair, Point, Pose, Region, Special, Zero, circle_dyad,
-    coupler_cognates, couplers, dyads, extent, nearest_couplers, nearest_dyads, nearest_slider_cranks, slider_cranks,
-    special,
+    Condition, Coupler, Dyad, Family, Linkage, LinkageLimits, Pair, Point, Pose, Region, Special, Zero,
+    bounded_couplers, circle_dyad, coupler_cognates, couplers, dyads, extent, nearest_couplers, nearest_dyads,
+    nearest_slider_cranks, slider_cranks, special,
 };
 
 use super::{CandidateLinkage, Candidates, MET};
@@ -31,18 +32,12 @@ pub fn of(task: &Task, limits: &LinkageLimits) -> Result<Candidates, Faults> {
         TaskKind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
         TaskKind::Function { input, output, is_slider, zero, ground } => {
             let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
-            function(task, &pairs, *is_slider, Zero { input: zero[0], output: zero[1] }, *ground)
+            function(task, limits, &pairs, *is_slider, Zero { input: zero[0], output: zero[1] }, *ground)
         }
-        TaskKind::Path { points, closed, crank, pivots } => {
-            let at = |[x, y]: [f64; 2]| Point::new(x, y);
-            let path = CouplerPath {
-                points: points.iter().map(|own| at(*own)).collect(),
-                closed: *closed,
-                crank: crank.clone(),
-                pivots: pivots.map(|own| own.map(at)),
-            };
+        TaskKind::Path { .. } => {
+            let path = path_of(task).unwrap_or_default();
             refuse_special_path(task, &path)?;
-            Ok(path_followers(&path))
+            Ok(path_followers(&path, limits, task))
         }
         TaskKind::Stroke { crank_turn, way, is_slider, offset, ground } => {
             let found = if *is_slider {
@@ -290,7 +285,14 @@ fn paired(all: Vec<Dyad>, first: &[usize], second: &[usize], poses: &[Pose], mos
                 continue;
             }
             let (exact, error) = settled(&linkage, poses);
-            candidates.push(CandidateLinkage { linkage, poses: exact, error, dyads: Some([i, j]), both: true });
+            candidates.push(CandidateLinkage {
+                linkage,
+                poses: exact,
+                error,
+                dyads: Some([i, j]),
+                both: true,
+                price: 0.0,
+            });
         }
     }
     found(all, candidates, most)
@@ -308,7 +310,7 @@ fn apart(linkage: &Linkage) -> bool {
 }
 
 /// The body on the linkage at the inputs of given poses, and how far it is from them: places \[m\].
-fn settled(linkage: &Linkage, poses: &[Pose]) -> (Vec<Pose>, f64) {
+pub(super) fn settled(linkage: &Linkage, poses: &[Pose]) -> (Vec<Pose>, f64) {
     let linkage = if linkage.has_input() { *linkage } else { linkage.swapped() };
     let mut most: f64 = 0.0;
     let on = |pose: &Pose| {
@@ -323,7 +325,14 @@ fn settled(linkage: &Linkage, poses: &[Pose]) -> (Vec<Pose>, f64) {
     (poses.iter().map(on).collect(), most)
 }
 
-fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f64) -> Result<Candidates, Faults> {
+fn function(
+    task: &Task,
+    limits: &LinkageLimits,
+    pairs: &[Pair],
+    is_slider: bool,
+    zero: Zero,
+    ground: f64,
+) -> Result<Candidates, Faults> {
     let given = usize::from(zero.input.is_some()) + usize::from(zero.output.is_some());
     let count = pairs.len() + if is_slider { usize::from(zero.input.is_some()) } else { given };
     if pairs.len() < 3 {
@@ -344,8 +353,24 @@ fn function(task: &Task, pairs: &[Pair], is_slider: bool, zero: Zero, ground: f6
         (false, false) => nearest_couplers(pairs, zero),
         (true, false) => nearest_slider_cranks(pairs, zero.input),
     };
-    let candidates = all.into_iter().take(200).filter_map(|coupler| followed(&coupler, pairs, ground));
-    Ok(found(Vec::new(), candidates.collect(), (!exact).then_some(SHOWN)))
+    let mut candidates: Vec<CandidateLinkage> =
+        all.iter().take(200).filter_map(|coupler| followed(coupler, pairs, ground)).collect();
+    let is_bounded = *limits != LinkageLimits::default() || task.limits.within.is_some();
+    if is_bounded {
+        let length = (!is_slider).then_some(ground);
+        let within = bounded_couplers(pairs, zero, length, limits, wish(task));
+        candidates.extend(within.iter().filter_map(|coupler| followed(coupler, pairs, ground)));
+    }
+    Ok(found(Vec::new(), candidates, (!exact || is_bounded).then_some(SHOWN)))
+}
+
+/// What a task prefers among linkages that keep its limits.
+pub(super) fn wish(task: &Task) -> Wish {
+    match (task.limits.within, task.limits.prefer) {
+        (None, _) => Wish::Accuracy,
+        (Some(within), Preference::Size) => Wish::Size(within),
+        (Some(within), Preference::Transmission) => Wish::Transmission(within),
+    }
 }
 
 /// The body of a coupler where the output is nearest to the pairs.
@@ -357,13 +382,43 @@ fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<CandidateL
         pairs.iter().zip(&sides).map(|(pair, side)| linkage.pose(coupler.input_zero + pair.input, *side)).collect();
     let errors = pairs.iter().zip(&sides).map(|(pair, side)| coupler.error(pair, *side).unwrap_or(PI).abs());
     let error = errors.fold(0.0, f64::max);
-    Some(CandidateLinkage { linkage, poses: poses?, error, dyads: None, both: false })
+    Some(CandidateLinkage { linkage, poses: poses?, error, dyads: None, both: false, price: 0.0 })
 }
 
 /// So many points determine finitely many four-bars between given pivots (Morgan, Wampler 1990).
 const FINITE: usize = 5;
 
-fn path_followers(path: &CouplerPath) -> Candidates {
+/// The path of a task.
+pub(super) fn path_of(task: &Task) -> Option<CouplerPath> {
+    let TaskKind::Path { points, closed, crank, pivots } = &task.kind else { return None };
+    let at = |[x, y]: [f64; 2]| Point::new(x, y);
+    Some(CouplerPath {
+        points: points.iter().map(|own| at(*own)).collect(),
+        closed: *closed,
+        crank: crank.clone(),
+        pivots: pivots.map(|own| own.map(at)),
+    })
+}
+
+/// Where a path's task says nothing of lengths, bars are at most so many times as long as the path.
+pub(super) const SIZES: f64 = 5.0;
+
+/// The largest distance of two points of a path.
+pub(super) fn reach(points: &[Point]) -> f64 {
+    let from = |a: &Point| points.iter().map(|b| (b - a).norm()).fold(0.0, f64::max);
+    points.iter().map(from).fold(0.0, f64::max)
+}
+
+/// The limits of a path's search: bars of any length would be as long as a few points on a circle can be far away.
+pub(super) fn path_limits(path: &CouplerPath, limits: &LinkageLimits) -> LinkageLimits {
+    let mut own = limits.clone();
+    if path.pivots.is_none() {
+        own.length = own.length.or(Some([0.0, SIZES * reach(&path.points)]));
+    }
+    own
+}
+
+fn path_followers(path: &CouplerPath, limits: &LinkageLimits, task: &Task) -> Candidates {
     let mut candidates = Vec::new();
     let all = followers(path, &PathEffort::default());
     // Between given pivots five points have finitely many four-bars: all are shown, and nothing that is only near.
@@ -371,21 +426,31 @@ fn path_followers(path: &CouplerPath) -> Candidates {
     let (_, size) = extent(path.points.iter().copied());
     let exact = all.iter().filter(|own| is_finite && own.largest <= MET * size).count();
     let most = if exact > 0 { exact } else { SHOWN };
+    let mut known = Vec::new();
     for follower in all.into_iter().take(most) {
-        let Follower { linkage, poses, largest, .. } = follower;
-        let own = |linkage: Linkage, poses: Vec<Pose>| CandidateLinkage {
-            linkage,
-            poses,
-            error: largest,
-            dyads: None,
-            both: path.crank.is_none(),
+        let Follower { linkage, poses, largest, rms } = follower;
+        let mut own = |linkage: Linkage, poses: Vec<Pose>| {
+            known.push(Follower { linkage, poses: poses.clone(), largest, rms });
+            let both = path.crank.is_none();
+            candidates.push(CandidateLinkage { linkage, poses, error: largest, dyads: None, both, price: 0.0 });
         };
         if path.pivots.is_none() && path.crank.is_none() {
-            candidates.extend(with_cognates(&linkage, &poses).into_iter().map(|(linkage, poses)| own(linkage, poses)));
+            with_cognates(&linkage, &poses).into_iter().for_each(|(linkage, poses)| own(linkage, poses));
         }
-        candidates.push(own(linkage, poses));
+        own(linkage, poses);
+    }
+    if exact == 0 {
+        let limits = path_limits(path, limits);
+        let within = bounded_followers(path, &limits, wish(task), &known, &PathEffort::default());
+        candidates.extend(within.into_iter().map(|own| bounded(own, path)));
     }
     found(Vec::new(), candidates, (exact == 0).then_some(SHOWN))
+}
+
+/// A four-bar that was found within limits.
+pub(super) fn bounded(own: Bounded, path: &CouplerPath) -> CandidateLinkage {
+    let Bounded { follower: Follower { linkage, poses, largest, .. }, price } = own;
+    CandidateLinkage { linkage, poses, error: largest, dyads: None, both: path.crank.is_none(), price }
 }
 
 /// Both cognates, their coupler at each place of the point.
@@ -422,7 +487,7 @@ fn between([ground, crank, coupler, rocker]: [f64; 4]) -> Linkage {
 fn at_dead_centres(linkage: Linkage, far: Point, near: Point) -> CandidateLinkage {
     let along = |pin: Point, sign: f64| Pose { at: linkage.pin((pin * sign).arg()), angle: pin.arg() };
     let poses = vec![along(far, 1.0), along(near, -1.0)];
-    CandidateLinkage { linkage, poses, error: 0.0, dyads: None, both: false }
+    CandidateLinkage { linkage, poses, error: 0.0, dyads: None, both: false, price: 0.0 }
 }
 
 /// Shares of the ground that the crank may have where half a turn leaves it free.

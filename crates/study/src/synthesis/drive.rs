@@ -46,6 +46,33 @@ pub fn largest_miss(text: &str, stations: &[Station], size: f64) -> Result<f64, 
     Ok(walk(&mut instance, variables, stations, size)?)
 }
 
+/// The largest of what `off` says of two outputs of a scene at times \[s\].
+///
+/// # Errors
+/// Why the scene cannot be moved there.
+pub fn largest_output_miss<T>(
+    text: &str,
+    outputs: [&'static str; 2],
+    stations: &[(f64, T)],
+    mut off: impl FnMut(usize, [f64; 2]) -> f64,
+) -> Result<f64, DriveError> {
+    let program = compile(&Scene::from_toml(text)?)?.program;
+    let mut instance = Instance::new(Arc::new(Model::new(program)?));
+    let name = |name: &'static str| instance.variable(name).ok_or(DriveError::NoVariable(name));
+    let variables = [name(outputs[0])?, name(outputs[1])?];
+    instance.setup(0.0, None, Some(1e-12))?;
+    instance.initialise()?;
+    let mut most: f64 = 0.0;
+    for (index, (time, _)) in stations.iter().enumerate() {
+        if *time > instance.time() {
+            instance.step_to(*time)?;
+        }
+        let [a, b] = variables.map(|variable| instance.get(variable));
+        most = most.max(off(index, [a?, b?]));
+    }
+    Ok(most)
+}
+
 fn walk(instance: &mut Instance, variables: [usize; 3], stations: &[Station], size: f64) -> Result<f64, InstanceError> {
     instance.setup(0.0, None, Some(1e-12))?;
     instance.initialise()?;

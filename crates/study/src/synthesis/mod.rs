@@ -2,16 +2,24 @@
 
 mod candidates;
 mod drive;
+mod family;
 pub mod report;
 mod scene;
+pub mod six;
 
 use std::collections::BTreeMap;
 
 use cotree::scene::Faults;
 use cotree::task::{Area, Demands, Task, TaskKind};
-use cotree_synthesis::{Defect, Dyad, Linkage, LinkageLimits, Point, Pose, Region, Side, Verdict, extent, judge};
+use cotree::typeset::number;
+use cotree_synthesis::path::{Follower, PathEffort};
+use cotree_synthesis::within::{Wish, bounded_followers, shorter_followers};
+use cotree_synthesis::{
+    Defect, Dyad, Linkage, LinkageLimit, LinkageLimits, Point, Pose, Region, Side, Verdict, extent, judge,
+};
 
 use drive::{Station, largest_miss};
+use six::{SixSolution, six_bars};
 
 /// The linkages for a task.
 #[derive(Clone, Debug)]
@@ -21,12 +29,18 @@ pub struct Answer {
     pub dyads: Vec<Dyad>,
     /// Good ones, best first; then the others, if they are asked for.
     pub solutions: Vec<Solution>,
+    /// Good ones for a path with shorter bars and larger errors, one after the other.
+    pub shorter: Vec<Solution>,
+    /// Six-bars, best first, if they are asked for or no four-bar is within what is accepted.
+    pub six_bars: Vec<SixSolution>,
     /// How many linkages were left out for each reason.
     pub left_out: BTreeMap<String, usize>,
     /// How many were looked at.
     pub looked_at: usize,
     /// What the last of them missed, and by how much the nearest did.
     pub last: Option<String>,
+    /// What linkages without one of the limits reach, where that is more.
+    pub costs: Vec<String>,
 }
 
 /// A linkage for a task.
@@ -44,6 +58,10 @@ pub struct Solution {
     pub transmission: f64,
     pub full_turn: bool,
     pub defects: Vec<Defect>,
+    /// The limits that it has just reached.
+    pub active: Vec<LinkageLimit>,
+    /// By how much its root mean square error falls per metre by which the limit of lengths gives way.
+    pub price: f64,
     /// Why it is not good; none: it is.
     pub reason: Option<String>,
     /// The body at the poses or points of the task.
@@ -63,6 +81,8 @@ pub(crate) struct CandidateLinkage {
     dyads: Option<[usize; 2]>,
     /// May the second dyad be the input too?
     both: bool,
+    /// By how much its root mean square error falls per metre by which the limit of lengths gives way.
+    price: f64,
 }
 
 /// What candidates come with.
@@ -93,19 +113,25 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
         task: task.clone(),
         dyads: found.dyads,
         solutions: Vec::new(),
+        shorter: Vec::new(),
+        six_bars: Vec::new(),
         left_out: found.left_out,
         looked_at: found.candidates.len(),
         last: None,
+        costs: Vec::new(),
     };
     let mut judged: Vec<Judged> = found.candidates.iter().filter_map(|own| best(own, &limits, task)).collect();
-    answer.looked_at += answer.left_out.values().sum::<usize>();
+    let refined = family::refined(task, &limits, &judged);
+    judged.extend(refined.iter().filter_map(|own| best(own, &limits, task)));
+    answer.looked_at += answer.left_out.values().sum::<usize>() + refined.len();
     for own in judged.iter().filter(|own| own.reason.is_some()) {
         *answer.left_out.entry(own.reason.clone().unwrap_or_default()).or_default() += 1;
     }
     judged.sort_by(|a, b| a.rank(task).total_cmp(&b.rank(task)));
     let most = found.most.unwrap_or(usize::MAX);
     let (good, bad): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|own| own.reason.is_none());
-    answer.last = last(&bad, good.is_empty());
+    answer.last = last(task, &bad, good.is_empty());
+    answer.costs = costs(task, &bad, good.first());
     for own in good {
         let lengths = own.linkage.lengths();
         let is_like = |other: &Solution| is_beside(&other.lengths, &lengths);
@@ -119,12 +145,60 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
             Some(reason) => *answer.left_out.entry(reason.clone()).or_default() += 1,
         }
     }
+    answer.shorter = shorter(task, &limits, &answer.solutions);
+    if task.limits.bars == Some(6)
+        || (task.limits.bars.is_none() && task.limits.within.is_some() && answer.solutions.is_empty())
+    {
+        answer.six_bars = six_bars(task, &limits, &near(task, &limits, &answer.solutions));
+        answer.six_bars.retain(|own| task.limits.within.is_none_or(|within| own.error <= within * (1.0 + 1e-9)));
+    }
     if all {
         let shown = bad.into_iter().take(found.most.map_or(usize::MAX, |most| 4 * most));
         answer.solutions.extend(shown.map(undriven));
     }
     Ok(answer)
 }
+
+/// Linkages with shorter bars for a path, from good ones on: what size costs.
+fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution> {
+    let Some(path) = candidates::path_of(task).filter(|path| path.pivots.is_none()) else { return Vec::new() };
+    if task.limits.within.is_some() {
+        return Vec::new();
+    }
+    let known: Vec<Follower> = good
+        .iter()
+        .map(|own| Follower { linkage: own.linkage, poses: own.poses.clone(), largest: own.error, rms: own.error })
+        .collect();
+    let found = shorter_followers(&path, &candidates::path_limits(&path, limits), &known, SHORTER);
+    let judged = found.into_iter().filter_map(|own| best(&candidates::bounded(own, &path), limits, task));
+    let driven =
+        judged.filter(|own| own.reason.is_none()).enumerate().map(|(index, own)| solution(task, own, index + 1));
+    let longest = |own: &Solution| own.lengths.into_iter().flatten().fold(0.0, f64::max);
+    let all: Vec<Solution> = driven.filter(|own| own.reason.is_none()).collect();
+    // One with longer bars and a larger error than a later one is no choice.
+    let is_choice = |own: &Solution| {
+        good.iter().take(1).chain(&all).all(|other| longest(other) >= longest(own) || other.error > own.error)
+            && !good.iter().take(1).any(|best| longest(own) > 0.99 * longest(best))
+    };
+    let mut choices: Vec<Solution> = Vec::new();
+    for own in all.iter().filter(|own| is_choice(own)) {
+        if choices.last().is_none_or(|last| longest(own) < 0.99 * longest(last)) {
+            choices.push(own.clone());
+        }
+    }
+    choices
+}
+
+/// Four-bars near a path, within what is accepted or not: six-bars start from them.
+fn near(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution> {
+    let Some(path) = candidates::path_of(task).filter(|_| good.is_empty()) else { return good.to_vec() };
+    let limits = candidates::path_limits(&path, limits);
+    let found = bounded_followers(&path, &limits, Wish::Accuracy, &[], &PathEffort::default());
+    found.into_iter().filter_map(|own| best(&candidates::bounded(own, &path), &limits, task)).map(undriven).collect()
+}
+
+/// So many linkages with shorter and shorter bars are looked for.
+const SHORTER: usize = 8;
 
 /// A candidate with its better input.
 struct Judged {
@@ -137,11 +211,32 @@ struct Judged {
     /// How far it came: the more the later was the reason; and by how much it misses a limit.
     stage: usize,
     miss: f64,
+    /// The limits that it misses, and by how much.
+    misses: Vec<(LinkageLimit, f64)>,
+    active: Vec<LinkageLimit>,
+    price: f64,
 }
 
 impl Judged {
-    /// The less the better: the error where tasks are met nearly, else the transmission angle.
+    /// The only limit that it misses.
+    fn alone(&self) -> Option<LinkageLimit> {
+        match &self.misses[..] {
+            [(limit, _)] if self.verdict.defects.is_empty() => Some(*limit),
+            _ => None,
+        }
+    }
+
+    fn longest(&self) -> f64 {
+        self.linkage.lengths().into_iter().flatten().fold(0.0, f64::max)
+    }
+
+    /// The less the better: what is preferred where errors are small enough; the error where tasks are met nearly, else the transmission angle.
     fn rank(&self, task: &Task) -> f64 {
+        match candidates::wish(task) {
+            Wish::Accuracy => {}
+            Wish::Size(_) => return self.longest(),
+            Wish::Transmission(_) => return -self.verdict.transmission,
+        }
         let size = extent(self.poses.iter().map(|pose| pose.at)).1;
         let nearly = matches!(task.kind, TaskKind::Path { .. } | TaskKind::Function { .. }) || self.error > 1e-7 * size;
         if nearly && self.error > 1e-7 * size {
@@ -162,22 +257,21 @@ fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Op
         let lengths: Vec<f64> = linkage.lengths().into_iter().flatten().collect();
         let longest = lengths.iter().copied().fold(0.0, f64::max);
         let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
-        let missed = limits.missed(&linkage, &verdict);
+        let misses = limits.misses(&linkage, &verdict);
         let defect = verdict.defects.first().map(|defect| (*defect as usize + 1, reason_of(*defect).to_owned(), 0.0));
         let nothing =
             (shortest < NO_BAR * longest).then(|| (0, "a bar is next to nothing beside the others".to_owned(), 0.0));
-        let far = match &task.kind {
-            TaskKind::Function { ground, is_slider: false, .. } => limits.length.is_none() && longest > FAR * ground,
-            TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. } => false,
-        };
-        let far = far.then(|| (0, format!("a bar is more than {FAR} times as long as the ground, and `length` in `[limits]` does not ask for it"), 0.0));
-        let limit = missed.map(|(limit, miss)| (limit as usize + 4, format!("limit `{}`", limit.name()), miss));
-        let (stage, reason, miss) = match nothing.or(far).or(defect).or(limit) {
+        let far = is_far(task, longest, candidate.error).map(|reason| (0, reason, 0.0));
+        let limit =
+            misses.first().map(|(limit, miss)| (*limit as usize + 4, format!("limit `{}`", limit.name()), *miss));
+        let within = task.limits.within.filter(|within| candidate.error > within * (1.0 + 1e-9));
+        let within = within.map(|within| (WITHIN, "off by more than `within`".to_owned(), candidate.error - within));
+        let (stage, reason, miss) = match nothing.or(far).or(defect).or(limit).or(within) {
             Some((stage, reason, miss)) => (stage, Some(reason), miss),
-            None => (10, None, 0.0),
+            None => (WITHIN + 1, None, 0.0),
         };
-        let poses = candidate.poses.clone();
-        Judged { linkage, verdict, poses, error: candidate.error, dyads, reason, stage, miss }
+        let (active, poses, price) = (limits.active(&linkage, &verdict), candidate.poses.clone(), candidate.price);
+        Judged { linkage, verdict, poses, error: candidate.error, dyads, reason, stage, miss, misses, active, price }
     });
     judged.max_by(|a, b| {
         (a.stage, a.verdict.transmission)
@@ -185,6 +279,33 @@ fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Op
             .unwrap_or(std::cmp::Ordering::Equal)
     })
 }
+
+/// How far a linkage came that keeps all limits and is off by too much.
+const WITHIN: usize = 10;
+
+/// Why a linkage is out of all proportion, where the task says nothing of lengths.
+fn is_far(task: &Task, longest: f64, error: f64) -> Option<String> {
+    if task.limits.length.is_some() {
+        return None;
+    }
+    let no_limit = "and `length` in `[limits]` does not ask for it";
+    match &task.kind {
+        TaskKind::Function { ground, is_slider: false, .. } if longest > FAR * ground => {
+            Some(format!("a bar is more than {FAR} times as long as the ground, {no_limit}"))
+        }
+        TaskKind::Path { points, pivots: None, .. } => {
+            let points: Vec<Point> = points.iter().map(|[x, y]| Point::new(*x, *y)).collect();
+            let reach = candidates::reach(&points);
+            let is_it = points.len() >= DETERMINED && error <= 1e-7 * reach;
+            let far = longest > candidates::SIZES * reach && !is_it;
+            far.then(|| format!("a bar is more than {} times as long as the path, {no_limit}", candidates::SIZES))
+        }
+        TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. } => None,
+    }
+}
+
+/// So many points of a path are met by one four-bar and its cognates only.
+const DETERMINED: usize = 10;
 
 fn reason_of(defect: Defect) -> &'static str {
     match defect {
@@ -215,8 +336,17 @@ fn judged(linkage: &Linkage, poses: &[Pose], turn: bool, task: &Task) -> Verdict
     verdict
 }
 
+/// An error in the task's own unit.
+fn written(task: &Task, error: f64) -> String {
+    if task.is_angular() {
+        format!("{} deg", number(error.to_degrees(), 0.0))
+    } else {
+        format!("{} mm", number(1e3 * error, 0.0))
+    }
+}
+
 /// What removed the last linkages, and how near the nearest came.
-fn last(bad: &[Judged], none_is_good: bool) -> Option<String> {
+fn last(task: &Task, bad: &[Judged], none_is_good: bool) -> Option<String> {
     let stage = bad.iter().map(|own| own.stage).max().filter(|_| none_is_good)?;
     let those = || bad.iter().filter(|own| own.stage == stage);
     let nearest = those().min_by(|a, b| a.miss.total_cmp(&b.miss))?;
@@ -228,11 +358,40 @@ fn last(bad: &[Judged], none_is_good: bool) -> Option<String> {
             format!("; the nearest has {angle:.1} deg")
         }
         "limit `ground`" | "limit `moving`" | "limit `length`" => {
-            format!("; the nearest misses it by {:.4} m", nearest.miss)
+            format!("; the nearest misses it by {} mm", number(1e3 * nearest.miss, 0.0))
         }
+        _ if stage == WITHIN => format!("; the nearest is off by {}", written(task, nearest.error)),
         _ => String::new(),
     };
-    Some(format!("what removed the last {count}: {reason}{near}"))
+    Some(format!("{count} came furthest: {reason}{near}"))
+}
+
+/// Of each limit what the best linkage reaches that misses it alone, if that is more than the best one that misses none.
+fn costs(task: &Task, bad: &[Judged], best: Option<&Judged>) -> Vec<String> {
+    if !matches!(task.kind, TaskKind::Path { .. } | TaskKind::Function { .. }) {
+        return Vec::new();
+    }
+    let all = [
+        LinkageLimit::Ground,
+        LinkageLimit::Moving,
+        LinkageLimit::Length,
+        LinkageLimit::Crank,
+        LinkageLimit::Transmission,
+    ];
+    let cost = |limit: LinkageLimit| {
+        let alone = bad.iter().filter(|own| own.alone() == Some(limit));
+        let nearest = alone.min_by(|a, b| a.error.total_cmp(&b.error))?;
+        if best.is_some_and(|best| best.error <= nearest.error) {
+            return None;
+        }
+        let (error, longest) = (written(task, nearest.error), number(1e3 * nearest.longest(), 0.0));
+        let angle = number(nearest.verdict.transmission.to_degrees(), 0.0);
+        let name = limit.name();
+        Some(format!(
+            "without `{name}` a linkage is off by {error}: its longest bar has {longest} mm, its transmission angle is at least {angle} deg"
+        ))
+    };
+    all.into_iter().filter_map(cost).collect()
 }
 
 /// Why good linkages of a sampled family are not shown.
@@ -257,6 +416,8 @@ fn undriven(own: Judged) -> Solution {
         transmission: own.verdict.transmission,
         full_turn: own.verdict.full_turn,
         defects: own.verdict.defects,
+        active: own.active,
+        price: own.price,
         reason: own.reason,
         poses: own.poses,
         driven: None,

@@ -4,9 +4,11 @@ use cotree::model::Units;
 use cotree::report::data::{Cell, Report, Table, named, number};
 use cotree::task::TaskKind;
 use cotree::{line, row};
-use cotree_synthesis::{Dyad, Point};
+use cotree_synthesis::tolerance::{Contribution, Measured, Tolerances, tolerances};
+use cotree_synthesis::{Dyad, LinkageLimit, Point};
 use serde_json::{Value, json};
 
+use super::six::SixSolution;
 use super::{Answer, Solution};
 
 /// Most poses that a four-bar takes exactly.
@@ -28,14 +30,15 @@ impl Answer {
             notes.extend(others.into_iter().map(Cell::from));
         }
         if good == 0 {
-            let last = self.last.clone().unwrap_or_else(|| "no linkage meets the task".to_owned());
-            notes.push(Cell::from(format!("\nno linkage is left; {last}")));
+            let last = self.last.clone().unwrap_or_else(|| "the search ended without a candidate".to_owned());
+            notes.push(Cell::from(format!("\nnone of {} is good; {last}", count(self.looked_at, "candidate"))));
             let is_too_many = matches!(&self.task.kind, TaskKind::Poses { at, .. } if at.len() > MOST_POSES);
             notes.extend(is_too_many.then(|| {
                 let advice = "four-bars take five poses and no more, but for special ones: these are far from what any of them does; leave some out";
                 Cell::from(advice)
             }));
         }
+        notes.extend(self.costs.iter().map(|cost| Cell::from(format!("  {cost}"))));
         notes.extend(self.ground().map(|length| {
             line![
                 "\nlengths are for a ground of ",
@@ -43,8 +46,60 @@ impl Answer {
                 ": `ground` of the task, 1 m if it says nothing"
             ]
         }));
-        let tables = if self.solutions.is_empty() { Vec::new() } else { vec![self.table()] };
+        let mut tables = if self.solutions.is_empty() { Vec::new() } else { vec![self.table()] };
+        if !self.shorter.is_empty() {
+            let title = "shorter bars for larger errors".to_owned();
+            tables.push(Table { heading: Some(Cell::from(title)), ..self.rows(&self.shorter, "shorter_") });
+        }
+        if !self.six_bars.is_empty() {
+            tables.push(self.six_table());
+        }
         Report { tables, notes, data: self.data(), ..Report::new(row![title]) }
+    }
+
+    /// What deviations of lengths and pivots \[m\] do to each good four-bar, beside its error without them.
+    pub fn tolerance_report(&self, [length, pivot]: [f64; 2]) -> Report {
+        let measured = match self.task.kind {
+            TaskKind::Path { crank: None, .. } => Measured::Across,
+            TaskKind::Path { .. } | TaskKind::Poses { .. } => Measured::Place,
+            TaskKind::Function { .. } | TaskKind::Stroke { .. } => Measured::Output,
+        };
+        let unit = if measured == Measured::Output { "rad" } else { "m" };
+        let good: Vec<&Solution> = self.good().collect();
+        let found: Vec<(usize, Option<Tolerances>)> = good
+            .iter()
+            .enumerate()
+            .map(|(index, own)| (index + 1, tolerances(&own.linkage, &own.poses, measured, length, pivot)))
+            .collect();
+        let all = || found.iter().filter_map(|(index, own)| Some((index, own.as_ref()?)));
+        let columns =
+            row!["scene", named("worst case", unit), named("3 sigma", unit), named("sampled", unit), "jammed"];
+        let rows = all().map(|(index, own)| {
+            let [worst, sigma, sampled] = [own.worst, own.three_sigma, own.sampled].map(|own| number(own, unit));
+            row![format!("{index}.toml"), worst, sigma, sampled, own.jammed.to_string()]
+        });
+        let mut tables = vec![Table::new(columns, rows)];
+        tables.extend(all().take(1).map(|(index, own)| {
+            let columns = row!["dimension", named("deviates by", "m"), named("error of it alone", unit)];
+            let row = |own: &Contribution| row![own.name, number(own.tolerance, "m"), number(own.error, unit)];
+            let heading = Cell::from(format!("{index}.toml, dimension by dimension"));
+            Table { heading: Some(heading), ..Table::new(columns, own.contributions.iter().map(row)) }
+        }));
+        let without = found.iter().filter(|(_, own)| own.is_none()).count();
+        let note = format!("{} without a table: it has a slider or a slot", count(without, "linkage"));
+        let notes = (without > 0).then(|| Cell::from(note)).into_iter().collect();
+        let data = all().map(|(index, own)| {
+            let each = own
+                .contributions
+                .iter()
+                .map(|own| json!({ "dimension": own.name, "tolerance": own.tolerance, "error": own.error }));
+            json!({
+                "scene": format!("{index}.toml"), "worst": own.worst, "three_sigma": own.three_sigma,
+                "sampled": own.sampled, "jammed": own.jammed, "contributions": each.collect::<Vec<_>>(),
+            })
+        });
+        let title = "what deviations do, beside the error of the task".to_owned();
+        Report { tables, notes, data: json!(data.collect::<Vec<_>>()), ..Report::new(row![title]) }
     }
 
     pub fn good(&self) -> impl Iterator<Item = &Solution> {
@@ -78,10 +133,26 @@ impl Answer {
 
     /// The unit of errors.
     fn error_unit(&self) -> &'static str {
-        if matches!(self.task.kind, TaskKind::Function { is_slider: false, .. }) { "rad" } else { "m" }
+        if self.task.is_angular() { "rad" } else { "m" }
     }
 
     fn table(&self) -> Table {
+        self.rows(&self.solutions, "")
+    }
+
+    /// The limits that a linkage has just reached, and what the first of them costs.
+    fn limited(&self, own: &Solution) -> String {
+        if own.active.is_empty() {
+            return String::new();
+        }
+        let names: Vec<String> = own.active.iter().map(|limit| format!("`{}`", limit.name())).collect();
+        let price = own.price * if self.task.is_angular() { 1.0 } else { 1e3 };
+        let gain = (price > 1e-6 && own.active.contains(&LinkageLimit::Length))
+            .then(|| format!("; {} mm less error (RMS) per metre of `length`", cotree::typeset::number(price, 0.0)));
+        format!("at {}{}", names.join(", "), gain.unwrap_or_default())
+    }
+
+    fn rows(&self, solutions: &[Solution], prefix: &str) -> Table {
         let bars = |own: &Solution| own.lengths.map(|length| number(length.unwrap_or(f64::NAN), "m"));
         let line = |(index, own): (usize, &Solution)| {
             let [ground, first, coupler, second] = bars(own);
@@ -90,8 +161,8 @@ impl Answer {
                 .scene
                 .as_ref()
                 .filter(|_| own.reason.is_none())
-                .map_or("-".to_owned(), |_| format!("{}.toml", index + 1));
-            let note = own.reason.clone().unwrap_or_default();
+                .map_or("-".to_owned(), |_| format!("{prefix}{}.toml", index + 1));
+            let note = own.reason.clone().unwrap_or_else(|| self.limited(own));
             row![name, own.class, ground, first, coupler, second, error, number(own.transmission, "rad"), note]
         };
         let columns = row![
@@ -105,7 +176,24 @@ impl Answer {
             named("transmission", "rad"),
             ""
         ];
-        Table { left: 2, ..Table::new(columns, self.solutions.iter().enumerate().map(line)) }
+        Table { left: 2, ..Table::new(columns, solutions.iter().enumerate().map(line)) }
+    }
+
+    fn six_table(&self) -> Table {
+        let names = ["ground", "crank", "coupler", "second", "link", "output"];
+        let lengths = names.into_iter().map(|name| named(name, "m"));
+        let mut columns = row!["scene", "six-bar"];
+        columns.extend(lengths);
+        columns.extend(row![named("error", self.error_unit()), named("transmission", "rad"), named("and", "rad")]);
+        let rows = self.six_bars.iter().enumerate().map(|(index, own)| {
+            let mut cells = row![format!("six_{}.toml", index + 1), own.kind.name()];
+            cells.extend(own.lengths.map(|length| number(length, "m")));
+            let [first, second] = own.transmission.map(|angle| number(angle, "rad"));
+            cells.extend(row![number(own.error, self.error_unit()), first, second]);
+            cells
+        });
+        let heading = Cell::from("six-bars, driven through the task".to_owned());
+        Table { heading: Some(heading), left: 2, ..Table::new(columns, rows) }
     }
 
     fn data(&self) -> Value {
@@ -115,8 +203,9 @@ impl Answer {
             TaskKind::Path { .. } => "path",
             TaskKind::Stroke { .. } => "stroke",
         };
-        let solution = |(index, own): (usize, &Solution)| {
-            let scene = own.scene.as_ref().filter(|_| own.reason.is_none()).map(|_| format!("{}.toml", index + 1));
+        let solution = |prefix: &str, index: usize, own: &Solution| {
+            let there = own.scene.as_ref().filter(|_| own.reason.is_none());
+            let scene = there.map(|_| format!("{prefix}{}.toml", index + 1));
             let poses: Vec<[f64; 3]> = own.poses.iter().map(|pose| [pose.at.re, pose.at.im, pose.angle]).collect();
             json!({
                 "class": own.class,
@@ -127,6 +216,8 @@ impl Answer {
                 "transmission": own.transmission,
                 "full_turn": own.full_turn,
                 "defects": own.defects.iter().map(|defect| defect.name()).collect::<Vec<_>>(),
+                "active": own.active.iter().map(|limit| limit.name()).collect::<Vec<_>>(),
+                "error_per_length": own.price,
                 "reason": own.reason,
                 "dyads": own.dyads,
                 "poses": poses,
@@ -134,14 +225,31 @@ impl Answer {
                 "scene": scene,
             })
         };
+        let six = |(index, own): (usize, &SixSolution)| {
+            json!({
+                "kind": own.kind.name(),
+                "lengths": own.lengths,
+                "error": own.error,
+                "transmission": own.transmission,
+                "full_turn": own.full_turn,
+                "driven_within": own.driven,
+                "scene": format!("six_{}.toml", index + 1),
+            })
+        };
+        let list = |prefix: &str, all: &[Solution]| -> Vec<Value> {
+            all.iter().enumerate().map(|(index, own)| solution(prefix, index, own)).collect()
+        };
         json!({
             "name": self.task.name,
             "kind": kind,
             "dyads": self.dyads.iter().map(dyad).collect::<Vec<_>>(),
-            "solutions": self.solutions.iter().enumerate().map(solution).collect::<Vec<_>>(),
+            "solutions": list("", &self.solutions),
+            "shorter": list("shorter_", &self.shorter),
+            "six_bars": self.six_bars.iter().enumerate().map(six).collect::<Vec<_>>(),
             "left_out": self.left_out,
             "looked_at": self.looked_at,
             "last": self.last,
+            "costs": self.costs,
         })
     }
 }

@@ -18,7 +18,8 @@ pub struct DrivenLinkage<'s> {
     pub duration: f64,
 }
 
-fn point(at: Point) -> String {
+/// A point as a scene has it.
+pub(super) fn point(at: Point) -> String {
     format!("[{:?}, {:?}]", at.re, at.im)
 }
 

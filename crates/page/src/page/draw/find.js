@@ -1,5 +1,5 @@
 // Linkages for a task: poses of a body, or a path drawn by hand; the answers as a list.
-const wish = { kind: null, poses: [], path: [], answers: [], shown: null, held: null };
+const wish = { kind: null, poses: [], path: [], answers: [], trade: [], shown: null, held: null };
 /** Length of the arm by which a pose is turned [px]. */
 const ARM = 46;
 /** A path by hand has so many points for the search: more are noise of the hand. */
@@ -26,36 +26,71 @@ function evenPath() {
     return plus(list[k - 1], minus(list[k], list[k - 1]).map(value => value * part));
   });
 }
+/** The part of the sheet that is seen: its corners [m]. */
+const sheet = () => { const [w, h] = size(); return [metre([0, h]), metre([w, 0])]; };
+/** Pivots are on the sheet, and no bar is longer than the sheet. */
+function sheetLimits() {
+  const [low, high] = sheet(), ends = k => `[${metres(+low[k].toPrecision(4))}, ${metres(+high[k].toPrecision(4))}]`;
+  const diagonal = far(low, high);
+  return `[limits]\nground = { x = ${ends(0)}, y = ${ends(1)} }\nlength = [${metres(+(.01 * diagonal).toPrecision(3))}, ${metres(+diagonal.toPrecision(3))}]\n`;
+}
 /** What is wished, as a task of `cotree synthesize`. */
 function taskText() {
   const list = items => `[\n${items.map(item => `  [${item.join(", ")}],`).join("\n")}\n]`, name = `name = "${document.title.match(/^\w+/)?.[0] ?? "task"}"\n`;
-  if (wish.kind === "poses") return `${name}[poses]\nat = ${list(wish.poses.map(({ at, angle }) => [...at.map(metres), degrees(angle)]))}\n`;
-  return `${name}[path]\npoints = ${list(evenPath().map(at => at.map(value => metres(+value.toPrecision(6)))))}\nclosed = ${isClosed()}\n`;
+  if (wish.kind === "poses") return `${name}[poses]\nat = ${list(wish.poses.map(({ at, angle }) => [...at.map(metres), degrees(angle)]))}\n${sheetLimits()}`;
+  return `${name}[path]\npoints = ${list(evenPath().map(at => at.map(value => metres(+value.toPrecision(6)))))}\nclosed = ${isClosed()}\n${sheetLimits()}`;
 }
 async function find() {
   const few = wish.kind === "poses" ? wish.poses.length < 2 && "two poses at least are wanted" : wish.path.length < 5 && "draw a path first";
   if (few) { say(few); return; }
   $("answers").replaceChildren();
+  $("trade").hidden = true;
   say("searching\u2026");
   $("find").disabled = true;
-  const { solutions, left_out: left, last, faults } = await front.json("front_answers", taskText());
+  const { solutions, shorter, left_out: left, last, costs, faults } = await front.json("front_answers", taskText());
   $("find").disabled = false;
-  wish.answers = solutions;
+  wish.answers = [...solutions, ...shorter];
   wish.shown = null;
   const out = Object.values(left).reduce((sum, count) => sum + count, 0), told = faults.faults.map(({ message, help }) => `${message}${help ? `; ${help}` : ""}`).join("\n");
-  say(told || `${solutions.length} ${solutions.length === 1 ? "linkage" : "linkages"}${out ? `, ${out} left out: ${Object.entries(left).map(([reason, count]) => `${count} ${reason}`).join("; ")}` : ""}${last && !solutions.length ? `; ${last}` : ""}`);
-  $("answers").append(...solutions.map((solution, k) => {
-    const { lengths, transmission, error } = solution, button = Object.assign(document.createElement("button"), { type: "button" });
-    const bars = lengths.map(length => length === null ? "–" : `${+(1e3 * length).toPrecision(4)}`).join(" · ");
-    button.append(Object.assign(document.createElement("b"), { textContent: solution.class }), Object.assign(document.createElement("span"), { textContent: `ground, bars: ${bars} mm; transmission angle at least ${+(180 / Math.PI * transmission).toPrecision(3)}°${error > 1e-9 ? `; off by ${+(1e3 * error).toPrecision(2)} mm` : ""}` }));
-    button.addEventListener("click", () => { wish.shown = k; choose("move"); drawing.fits = true; edit(solution.scene, `${solution.class} taken`); for (const other of $("answers").children) other.setAttribute("aria-pressed", other === button); });
-    for (const kind of ["pointerenter", "focus"]) button.addEventListener(kind, () => { wish.shown = k; paint(); });
-    return button;
-  }));
+  say(told || `${solutions.length} ${solutions.length === 1 ? "linkage" : "linkages"}${out ? `, ${out} left out: ${Object.entries(left).map(([reason, count]) => `${count} ${reason}`).join("; ")}` : ""}${last && !solutions.length ? `; ${last}` : ""}${costs.map(cost => `; ${cost}`).join("")}`);
+  $("answers").append(...solutions.map((solution, k) => answerButton(solution, k)));
+  offerTrade(solutions, shorter);
 }
+function answerButton(solution, k) {
+  const { lengths, transmission, error } = solution, button = Object.assign(document.createElement("button"), { type: "button" });
+  const bars = lengths.map(length => length === null ? "–" : `${+(1e3 * length).toPrecision(4)}`).join(" · ");
+  button.append(Object.assign(document.createElement("b"), { textContent: solution.class }), Object.assign(document.createElement("span"), { textContent: `ground, bars: ${bars} mm; transmission angle at least ${+(180 / Math.PI * transmission).toPrecision(3)}°${error > 1e-9 ? `; off by ${+(1e3 * error).toPrecision(2)} mm` : ""}` }));
+  button.addEventListener("click", () => { takeAnswer(k); for (const other of $("answers").children) other.setAttribute("aria-pressed", other === button); });
+  for (const kind of ["pointerenter", "focus"]) button.addEventListener(kind, () => { wish.shown = k; paint(); });
+  return button;
+}
+function takeAnswer(k) {
+  wish.shown = k;
+  choose("move");
+  drawing.fits = true;
+  edit(wish.answers[k].scene, `${wish.answers[k].class} taken`);
+}
+const longest = ({ lengths }) => Math.max(...lengths.filter(length => length !== null));
+/** A slider from the most accurate linkage to the one with the shortest bars. */
+function offerTrade(solutions, shorter) {
+  $("trade").hidden = !solutions.length || !shorter.length;
+  if ($("trade").hidden) return;
+  wish.trade = [solutions[0], ...shorter].map(own => wish.answers.indexOf(own));
+  Object.assign($("size"), { min: 0, max: wish.trade.length - 1, step: 1, value: 0 });
+  tellTrade();
+}
+function tellTrade() {
+  const own = wish.answers[wish.trade[+$("size").value]], text = `bars up to ${+(1e3 * longest(own)).toPrecision(3)} mm, off by ${+(1e3 * own.error).toPrecision(2)} mm`;
+  $("size").setAttribute("aria-valuetext", text);
+  $("size-text").textContent = text;
+}
+/** While the slider moves the curve is seen; where it is let go the linkage is taken. */
+function showTrade() { tellTrade(); wish.shown = wish.trade[+$("size").value]; paint(); }
+const takeTrade = () => takeAnswer(wish.trade[+$("size").value]);
 function clearWish() {
-  Object.assign(wish, { poses: [], path: [], answers: [], shown: null });
+  Object.assign(wish, { poses: [], path: [], answers: [], trade: [], shown: null });
   $("answers").replaceChildren();
+  $("trade").hidden = true;
   paint();
 }
 /** Another scene is begun: what was wished belongs to the last one. */

@@ -310,6 +310,8 @@ function listenToButtons() {
   }
   for (const [id, call] of Object.entries({ undo: () => goBack(-1), redo: () => goBack(1), adopt: adoptMotion, find, "clear-wish": clearWish, "zoom-in": () => zoom(1.25), "zoom-out": () => zoom(.8), "zoom-fit": fit })) $(id).addEventListener("click", () => call());
   $("snap").addEventListener("click", () => $("snap").setAttribute("aria-pressed", $("snap").getAttribute("aria-pressed") !== "true"));
+  $("size").addEventListener("input", showTrade);
+  $("size").addEventListener("change", takeTrade);
   for (const button of document.querySelectorAll("[data-wish]")) button.addEventListener("click", () => chooseWish(button.dataset.wish));
   for (const button of document.querySelectorAll("[data-save]")) button.addEventListener("click", async () => { $("save").open = false; await SAVES[button.dataset.save](); });
   $("theme").addEventListener("click", () => { const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme:dark)").matches; root.dataset.theme = dark ? "light" : "dark"; });

@@ -1,0 +1,151 @@
+//! Six-bars for a task that four-bars do not meet well enough: written as scenes and driven by the program.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use cotree::task::{Task, TaskKind};
+use cotree_synthesis::path::Follower;
+use cotree_synthesis::six::{SixBar, SixKind, six_bar_followers, six_bar_functions};
+use cotree_synthesis::{LinkageLimits, Pair, Point, extent, way};
+
+use super::candidates::{path_limits, path_of};
+use super::drive::{DriveError, largest_output_miss};
+use super::scene::point;
+use super::{MET, Solution};
+
+/// A six-bar that the program has driven through its task.
+#[derive(Clone, Debug)]
+pub struct SixSolution {
+    pub kind: SixKind,
+    /// Ground, crank, coupler, second bar, both bars of the dyad \[m\].
+    pub lengths: [f64; 6],
+    /// The largest error \[m or rad\].
+    pub error: f64,
+    /// The smallest transmission angle of each loop \[rad\].
+    pub transmission: [f64; 2],
+    pub full_turn: bool,
+    /// How far the driven scene was from the places of the search, as a share of the size or in radians.
+    pub driven: f64,
+    pub scene: String,
+}
+
+/// So many are shown.
+const SHOWN: usize = 6;
+
+/// Six-bars for a path or a function, best first; four-bars for the same path are what they start from.
+pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> Vec<SixSolution> {
+    let found = match &task.kind {
+        TaskKind::Path { .. } => {
+            let Some(path) = path_of(task) else { return Vec::new() };
+            let known: Vec<Follower> = four_bars
+                .iter()
+                .map(|own| Follower {
+                    linkage: own.linkage,
+                    poses: own.poses.clone(),
+                    largest: own.error,
+                    rms: own.error,
+                })
+                .collect();
+            six_bar_followers(&path, &path_limits(&path, limits), &known, 1)
+        }
+        TaskKind::Function { input, output, is_slider: false, ground, .. } => {
+            let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
+            six_bar_functions(&pairs, *ground, limits, 1)
+        }
+        TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Stroke { .. } => Vec::new(),
+    };
+    let mut all: Vec<SixSolution> = Vec::new();
+    for own in found {
+        if all.len() >= SHOWN {
+            break;
+        }
+        let like = |other: &SixSolution| {
+            let size = own.lengths.iter().copied().fold(0.0, f64::max);
+            other.kind == own.kind && (0..6).all(|i| (other.lengths[i] - own.lengths[i]).abs() < 0.02 * size)
+        };
+        if !all.iter().any(like) {
+            all.extend(driven(task, &own, all.len() + 1));
+        }
+    }
+    all
+}
+
+/// The scene and how far it is from the places of the search; none if the program does not drive it there.
+fn driven(task: &Task, own: &SixBar, number: usize) -> Option<SixSolution> {
+    let (first, last) = (*own.inputs.first()?, *own.inputs.last()?);
+    let sense = if last < first { -1.0 } else { 1.0 };
+    let start = own.inputs.iter().map(|input| sense * input).fold(f64::INFINITY, f64::min) * sense;
+    let end = own.inputs.iter().map(|input| sense * input).fold(f64::NEG_INFINITY, f64::max) * sense;
+    let end = if own.full_turn { start + sense * TAU } else { end };
+    let duration = (end - start).abs();
+    let scene = text(task, own, number, [start, end], duration);
+    let angular = task.is_angular();
+    let size = if angular { 1.0 } else { extent(own.outputs.iter().copied()).1 };
+    let mut stations: Vec<(f64, Point)> = own
+        .inputs
+        .iter()
+        .zip(&own.outputs)
+        .map(|(input, output)| ((input - start) / (end - start) * duration, *output))
+        .collect();
+    stations.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let miss = miss(&scene, &stations, angular, size).ok().filter(|miss| *miss <= MET)?;
+    Some(SixSolution {
+        kind: own.kind,
+        lengths: own.lengths,
+        error: own.largest,
+        transmission: own.transmission,
+        full_turn: own.full_turn,
+        driven: miss,
+        scene,
+    })
+}
+
+fn miss(scene: &str, stations: &[(f64, Point)], angular: bool, size: f64) -> Result<f64, DriveError> {
+    if !angular {
+        let off = |index: usize, [x, y]: [f64; 2]| (Point::new(x, y) - stations[index].1).norm() / size;
+        return largest_output_miss(scene, ["link.tracer.x", "link.tracer.y"], stations, off);
+    }
+    // Outputs of the search are turns from the angle where they are zero, which is the same at all stations.
+    let mut zero = None;
+    let off = |index: usize, [angle, _]: [f64; 2]| {
+        let own = angle - stations[index].1.re;
+        way(*zero.get_or_insert(own), own).abs()
+    };
+    largest_output_miss(scene, ["output.angle", "crank.angle"], stations, off)
+}
+
+/// The scene: bodies, pins, a driver that turns the crank evenly.
+fn text(task: &Task, own: &SixBar, number: usize, [from, to]: [f64; 2], duration: f64) -> String {
+    let name = format!("{}_six_{number}", cotree::model::identifier(&task.name));
+    let about = format!("{} six-bar for the task {}", own.kind.name(), task.name);
+    let mut text = format!("format      = 1\nname        = {name:?}\ndescription = {about:?}\n\n[ground.points]\n");
+    // Writing to a string cannot fail.
+    for (name, place) in &own.ground {
+        let _ = writeln!(text, "{name} = {}", point(*place));
+    }
+    let mut guesses = String::new();
+    for body in &own.bodies {
+        let points: Vec<String> =
+            body.points.iter().map(|(name, place)| format!("{name} = {}", point(*place))).collect();
+        let points = points.join(", ");
+        let _ = writeln!(text, "\n[bodies.{}]\nmass    = 1.0\ninertia = 0.01\npoints  = {{ {points} }}", body.name);
+        let _ = writeln!(guesses, "\"{}.angle\" = {{ guess = {:?} }}", body.name, body.angle);
+    }
+    for (index, [one, other]) in own.joints.iter().enumerate() {
+        let name = if index == 0 { "first_pivot".to_owned() } else { format!("pin_{index}") };
+        let _ = writeln!(text, "\n[joints.{name}]\ntype    = \"revolute\"\nbetween = [{one:?}, {other:?}]");
+    }
+    let rate = (to - from) / duration;
+    let outputs = if task.is_angular() {
+        "\"crank.angle\", \"output.angle\""
+    } else {
+        "\"link.tracer.x\", \"link.tracer.y\", \"link.angle\""
+    };
+    let _ = write!(
+        text,
+        "\n[drivers.motor]\njoint = \"first_pivot\"\nangle = \"{from:?} + ({rate:?})*t\"\n\n[initial]\n{guesses}\n[outputs]\nvariables = [{outputs}]\n\n\
+         [experiment]\nstop = {duration:?}\nstep = {:?}\n",
+        duration / 200.0,
+    );
+    text
+}
