@@ -292,7 +292,7 @@ fn functions_keep_their_limits() {
 fn sliders_keep_their_limits() {
     let crank =
         |input: f64| 0.05 * (input + 0.4).cos() + (0.2f64.powi(2) - (0.02 - 0.05 * (input + 0.4).sin()).powi(2)).sqrt();
-    let pair = |i: usize| Pair { input: 0.1 * f64::from(i), output: crank(0.1 * f64::from(i)) - crank(0.0) };
+    let pair = |i: i32| Pair { input: 0.1 * f64::from(i), output: crank(0.1 * f64::from(i)) - crank(0.0) };
     let pairs: Vec<Pair> = (0..20).map(pair).collect();
     let limits = LinkageLimits { length: Some([0.01, 0.3]), ..LinkageLimits::default() };
     let found = bounded_couplers(&pairs, Zero::default(), None, &limits, Wish::Accuracy);
