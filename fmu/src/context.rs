@@ -54,6 +54,11 @@ pub fn listen(listener: fn() -> bool) {
     LISTENER.get_or_init(|| listener);
 }
 
+/// Does whoever waits want the computation to end? For searches that solve many times: each solution ends by itself, and the search ends here.
+pub fn is_interrupted() -> bool {
+    LISTENER.get().is_some_and(|wants_end| wants_end())
+}
+
 impl Settings {
     /// Has the user named the method? By itself the program takes series, or may change to another method.
     pub(crate) fn is_named(&self) -> bool {
@@ -67,7 +72,7 @@ impl Settings {
 
     /// Fails when the time that the computer may take is over, or whoever waits wants the motion to end; `time` is that of the motion.
     pub(crate) fn check_patience(&self, time: f64) -> Result<(), Failure> {
-        if LISTENER.get().is_some_and(|wants_end| wants_end()) {
+        if is_interrupted() {
             return Err(Failure::Interrupted { time });
         }
         match self.deadline {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import inspect
 import math
 import numbers
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _cotree
+from ._results import Results
 
 if TYPE_CHECKING:
     from ._run import Run
@@ -38,6 +40,7 @@ class Times:
         tolerance: float | None,
         at: Value | Iterable[Value] | None = None,
     ) -> None:
+        start, stop, step = (value if value is None else duration(value) for value in (start, stop, step))
         for name, value in (("start", start), ("stop", stop), ("step", step)):
             if value is not None:
                 _finite(name, value)
@@ -58,11 +61,39 @@ def _finite(name: str, value: Any) -> None:
 
 def check_value(name: str, value: Any) -> None:
     """Raises TypeError unless it is None, a number, or a text."""
-    if isinstance(value, float | str):
+    if value is None or isinstance(value, float | str):
         return
-    is_number = isinstance(value, numbers.Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
-    if value is not None and not is_number and not isinstance(value, str):
+    # numpy counts its durations among the integers; arrays of JAX and others without dimensions are numbers, too.
+    is_time = getattr(getattr(value, "dtype", None), "kind", "") in "mM" and hasattr(value, "dtype")
+    is_number = isinstance(value, numbers.Real) or getattr(value, "ndim", None) == 0
+    if is_time or not is_number:
         raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
+
+
+def duration(value: Any) -> Any:
+    """A duration of Python, numpy or pandas in seconds; anything else as it is."""
+    if isinstance(value, datetime.timedelta | np.timedelta64) or getattr(getattr(value, "dtype", None), "kind", "") == "m":
+        return float(in_seconds(np.asarray([value]))[0])
+    return value
+
+
+def in_seconds(values: np.ndarray) -> np.ndarray:
+    """Durations in seconds, whatever their unit; anything else as it is.
+
+    Raises ValueError for dates, which are no times of a run, and for durations without a unit.
+    """
+    kinds = {type(value) for value in values.flat} if values.dtype.kind == "O" else set()
+    if values.dtype.kind == "M" or any(issubclass(kind, datetime.date | np.datetime64) for kind in kinds):
+        raise ValueError("dates; give the seconds since the start, such as `index - index[0]`")
+    if kinds and all(issubclass(kind, datetime.timedelta) for kind in kinds):
+        return np.array([value.total_seconds() for value in values.flat]).reshape(values.shape)
+    if any(issubclass(kind, datetime.timedelta | np.timedelta64) for kind in kinds):
+        raise ValueError("durations among other values; give numbers [s]")
+    if values.dtype.kind != "m":
+        return values
+    if np.datetime_data(values.dtype)[0] == "generic":
+        raise ValueError("durations without a unit; give numbers [s]")
+    return values / np.timedelta64(1, "s")
 
 
 def settings(given: Mapping[str, Value] | None, what: str = "set") -> list[tuple[str, Value]]:
@@ -92,7 +123,7 @@ def names(what: str, given: str | Iterable[str]) -> list[str]:
 
 def times(name: str, given: Any, neither: str = "not a time") -> list[float]:
     """One time, or several [s]."""
-    is_one = isinstance(given, str) or not isinstance(given, Iterable) or (isinstance(given, np.ndarray) and given.ndim == 0)
+    is_one = isinstance(given, str) or not isinstance(given, Iterable) or getattr(given, "ndim", None) == 0
     listed = [given] if is_one else list(given)
     if any(isinstance(value, np.ndarray) and value.ndim for value in listed):
         raise TypeError(f"{name}: {given!r} is to be one time or several")
@@ -105,8 +136,10 @@ def seconds(name: str, value: Any, neither: str) -> float:
             return _cotree.seconds(value)
         except ValueError as error:
             raise ValueError(f"{name}: {value!r} is {neither}: {error}") from None
+    if getattr(getattr(value, "dtype", None), "kind", "") == "M":
+        raise TypeError(f"{name}: {value!r} is {neither}: it is a date; times are numbers [s] or texts such as '20 ms'")
     try:
-        return float(value)
+        return float(duration(value))
     except (TypeError, ValueError):
         raise TypeError(f"{name}: {value!r} is {neither}; times are numbers [s] or texts such as '20 ms'") from None
 
@@ -161,7 +194,11 @@ def inputs(given: Any, what: str = "inputs") -> Columns | None:
     """Times, names and columns of values over time."""
     if given is None:
         return None
-    if hasattr(given, "columns") and not isinstance(given, Mapping):
+    if isinstance(given, Results):
+        columns = {"time": given.time, **given}
+    elif hasattr(given, "data_vars"):  # of xarray, whose times are a coordinate
+        columns = {str(name): given[name] for name in (*given.data_vars, *(name for name in given.coords if name == "time"))}
+    elif hasattr(given, "columns") and not isinstance(given, Mapping):
         columns = {str(name): given[name] for name in given.columns}
         if "time" not in columns and hasattr(given, "index"):
             columns["time"] = given.index
@@ -171,19 +208,39 @@ def inputs(given: Any, what: str = "inputs") -> Columns | None:
         raise TypeError(f"{what}: give a data frame or a mapping with a column `time`, not {type(given).__name__}")
     if "time" not in columns:
         raise ValueError(f"{what}: there is no column `time`")
-    times = over_time(what, "time", columns.pop("time"))
-    return times, list(columns), [over_time(what, name, column) for name, column in columns.items()]
+    times = (over_time(what, "time", columns["time"]) * _unit_of_time(what, columns.pop("time"))).tolist()
+    return times, list(columns), [over_time(what, name, column).tolist() for name, column in columns.items()]
 
 
-def over_time(what: str, name: str, column: Any) -> list[float]:
-    """Numbers over time."""
+def _unit_of_time(what: str, column: Any) -> float:
+    """Seconds of one unit of these times, where they are an array of xarray that says one."""
+    written = getattr(column, "attrs", {}).get("units", "s") if hasattr(column, "dims") else "s"
+    if column.dtype.kind == "m" if hasattr(column, "dtype") and hasattr(column.dtype, "kind") else False:
+        return 1.0
+    try:
+        return _cotree.seconds(f"1 {written}")
+    except ValueError as error:
+        raise ValueError(f"{what}: time has the unit {written!r}: {error}") from None
+
+
+def over_time(what: str, name: str, column: Any) -> np.ndarray:
+    """Numbers over time; of the times themselves durations, too."""
     if callable(column):
         raise TypeError(f"{what}: {name} is a function; functions stand in a mapping without `time`, and only `simulate` takes them")
     try:
-        values = np.asarray(column, dtype=float)
+        raw = np.asarray(column)
+    except ValueError:
+        raise ValueError(f"{what}: {name} is to be a list of numbers, one for each time") from None
+    try:
+        found = in_seconds(raw)
+    except ValueError as error:
+        raise ValueError(f"{what}: {name} has {error}") from None
+    if found is not raw and name != "time":
+        raise ValueError(f"{what}: {name} has durations; give numbers in SI units")
+    try:
+        values = np.asarray(found, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(f"{what}: {name} has values that are no numbers; give them in SI units") from None
     if values.ndim != 1:
         raise ValueError(f"{what}: {name} is to be a list of numbers, one for each time")
-    listed: list[float] = values.tolist()
-    return listed
+    return values

@@ -99,6 +99,16 @@ class Model(Commands):
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self._text, self._name, self._core.files())
 
+    def __eq__(self, other: object) -> bool:
+        """The same text, and the same files of parts and tables."""
+        if not isinstance(other, Model):
+            return NotImplemented
+        mine, others = self._core.files(), other._core.files()
+        return self._text == other._text and mine[1:] == others[1:]
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
     def __repr__(self) -> str:
         return f"<cotree.Model {self.name!r}>"
 
@@ -231,18 +241,23 @@ class Model(Commands):
             points = self._core.points(times)
         run = Run(self, times, settings, None if outputs is None else given.names("outputs", outputs))
         rows: list[np.ndarray] = []
+        times_seen: list[float] = []
         failure = None
         try:
             for time in points.tolist():
                 if time > run.time:
                     run.step_to(time)
-                run.set({name: law(time, run) for name, law in laws.items()})
+                if run.ended is None:
+                    run.set({name: law(time, run) for name, law in laws.items()})
                 rows.append(run.to_numpy())
+                times_seen.append(run.time if run.ended else time)
+                if run.ended:
+                    break
         except RunError as error:
             failure = str(error)
         units = run.units
         values = np.array(rows).reshape(len(rows), len(units))
-        return Results(points[: len(rows)], list(units), list(units.values()), values, failure)
+        return Results(np.array(times_seen), list(units), list(units.values()), values, failure, ended=run.ended)
 
     def start(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import importlib
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, overload
 
@@ -64,7 +64,7 @@ class Compared:
 class Mapped(Mapping[str, np.ndarray]):
     """Columns by name that numpy, pandas and readers of Arrow take as numbers."""
 
-    def _frame(self) -> dict[str, np.ndarray]:
+    def _frame(self) -> dict[str, Any]:
         """All columns of a frame."""
         return dict(self)
 
@@ -247,6 +247,11 @@ def _varied(run: Results) -> dict[str, float]:
     return {f"{name} (set)" if name in run else name: value for name, value in run.parameters.items()}
 
 
+def _failure_column(names: Iterable[str]) -> str:
+    """What the column of failures is called, beside columns of these names."""
+    return "failure" if "failure" not in names else "failure (run)"
+
+
 class ResultsList(Sequence[Results]):
     """The results of many runs, in the order that they were asked for."""
 
@@ -288,21 +293,27 @@ class ResultsList(Sequence[Results]):
         return values
 
     def to_pandas(self) -> pandas.DataFrame:
-        """One long data frame with the index (run, time); what was varied stands in columns of its own."""
+        """One long data frame with the index (run, time); what was varied stands in columns of its own, and where runs ended early `failure` says why."""
         import pandas
 
         if not self._members:
             return pandas.DataFrame(index=pandas.MultiIndex.from_arrays([[], []], names=["run", "time"]))
-        frames = [run.to_pandas().assign(**_varied(run)) for run in self._members]
+        failure = {_failure_column(self._members[0])} if self.failures else set()
+        frames = [
+            run.to_pandas().assign(**_varied(run), **{name: pandas.Series(run.failure, run.time, object) for name in failure})
+            for run in self._members
+        ]
         return pandas.concat(frames, keys=range(len(self)), names=["run"])
 
     def to_polars(self) -> polars.DataFrame:
-        """One long data frame whose first columns are `run` and `time` [s]; what was varied stands in columns of its own."""
+        """One long data frame whose first columns are `run` and `time` [s]; what was varied stands in columns of its own, and where runs ended early `failure` says why."""
         import polars
 
+        failure = {_failure_column(self._members[0])} if self.failures else set()
         frames = [
             run.to_polars()
             .with_columns(polars.lit(value).alias(name) for name, value in _varied(run).items())
+            .with_columns(polars.lit(run.failure, dtype=polars.String).alias(name) for name in failure)
             .select(polars.lit(index, dtype=polars.Int64).alias("run"), polars.all())
             for index, run in enumerate(self._members)
         ]
@@ -350,19 +361,24 @@ class Table(Mapped):
     def __len__(self) -> int:
         return len(self._columns)
 
+    def _frame(self) -> dict[str, Any]:
+        """All columns of a frame; where runs have failed the reasons among them."""
+        reasons = [self.failures.get(run) for run in range(self._length)]
+        return {**self._columns, **({_failure_column(self._columns): reasons} if self.failures else {})}
+
     def to_pandas(self) -> pandas.DataFrame:
-        """A data frame with a row for each run."""
+        """A data frame with a row for each run; where runs have failed `failure` says why."""
         import pandas
 
-        frame = pandas.DataFrame(self._columns, index=pandas.RangeIndex(self._length, name="run"))
+        frame = pandas.DataFrame(self._frame(), index=pandas.RangeIndex(self._length, name="run"))
         frame.attrs["units"] = dict(self.units)
         return frame
 
     def to_polars(self) -> polars.DataFrame:
-        """A data frame with a row for each run."""
+        """A data frame with a row for each run; where runs have failed `failure` says why."""
         import polars
 
-        return polars.DataFrame(self._columns)
+        return polars.DataFrame(self._frame())
 
     def __repr__(self) -> str:
         return f"<Table of {self._length} runs: {', '.join(self)}>"
@@ -427,7 +443,10 @@ def _numbers(name: str, values: Any, read: Reader) -> np.ndarray:
         except (TypeError, ValueError) as error:
             raise ValueError(f"parameters: {name!r} has values that are no numbers: {error}") from None
     try:
-        column = np.atleast_1d(np.asarray(values, dtype=float))
+        raw = np.atleast_1d(np.asarray(values))
+        if raw.dtype.kind in "mM":
+            raise TypeError(raw.dtype)
+        column = np.asarray(raw, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(f"parameters: {name!r} has values that are no numbers; give them in SI units, or texts with units") from None
     if column.ndim != 1:

@@ -33,6 +33,11 @@ class Run:
         return self._running.time
 
     @property
+    def ended(self) -> str | None:
+        """The event of the scene that has ended the run, at this time, if one has: there is no step beyond it."""
+        return self._running.ended
+
+    @property
     def units(self) -> dict[str, str]:
         """The SI units of the outputs, by name."""
         return dict(self._running.outputs())
@@ -63,6 +68,8 @@ class Run:
 
     def step(self, duration: Value, /, **inputs: Value) -> None:
         """Sets inputs as `set` does and moves on by a duration [s].
+
+        Where an event of the scene ends the run within the step, it stays there, and `ended` names the event.
 
         Raises ValueError, and RunError if the motion cannot be continued: the run stays where it has come to.
         """

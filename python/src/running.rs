@@ -75,6 +75,12 @@ impl Running {
         self.instance().time()
     }
 
+    /// The event that has ended the run.
+    #[getter]
+    fn ended(&self) -> Option<String> {
+        self.instance().ended().map(str::to_owned)
+    }
+
     /// The names and units of the outputs.
     fn outputs(&self) -> Vec<(String, String)> {
         let variables = &self.ready.compiled.description.variables;
@@ -122,7 +128,12 @@ impl Running {
                 return Err(wrong(format!("step: {target:?} s is not after the present time, {from:?} s")));
             }
             if target > from {
-                instance.step_to(target).map_err(refused)?;
+                let has_ended = instance.ended().is_some();
+                match instance.step_to(target) {
+                    // A result like any other: `ended` names the event.
+                    Err(InstanceError::Ended { .. }) if !has_ended => {}
+                    moved => moved.map_err(refused)?,
+                }
             }
             Ok(instance.take_inaccuracy())
         })?;

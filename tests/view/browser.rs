@@ -135,9 +135,10 @@ fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json:
         "/page" => "/",
         other => other,
     };
-    if !source.server.is_empty() && ["/page", "/events", "/scene"].contains(&place) {
+    if !source.server.is_empty() && (["/page", "/events", "/scene"].contains(&place) || place.starts_with("/call/")) {
         let method = first.split(' ').next().unwrap_or_default();
-        pass_on(source.server, &format!("{method} {asked}"), &body, reader.into_inner());
+        let (server, token) = source.server.split_once('/').unwrap();
+        pass_on(server, &format!("{method} /{token}{asked}"), &body, reader.into_inner());
         return None;
     }
     if let Some(number) = place.strip_prefix("/edit/") {

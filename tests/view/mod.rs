@@ -764,7 +764,7 @@ fn faults_appear_and_disappear_in_a_watched_page() {
     let texts = [good.replace("IFToMM", "mended"), good.replace("gravity", "gravty")];
     let edit = |number: usize| fs::write(&scene, &texts[number]).unwrap();
     let Seen { verdict, .. } =
-        browser.look_at(&Source { page: "", server: &watched.host, edit: &edit }, include_str!("watches.js"));
+        browser.look_at(&Source { page: "", server: &watched.page, edit: &edit }, include_str!("watches.js"));
     let said = verdict["said"].as_str().unwrap_or_else(|| panic!("{verdict}"));
     assert!(said.contains("gravty") && said.contains("scene.toml:5") && said.contains("did you mean"), "{verdict}");
     assert_eq!(
@@ -802,7 +802,7 @@ fn a_watched_page_and_its_file_keep_in_step() {
         _ => expect(&long(&again, "1.5"), "the file has not what was asked for"),
     };
     let Seen { verdict, .. } =
-        browser.look_at(&Source { page: "", server: &watched.host, edit: &edit }, include_str!("watches_both.js"));
+        browser.look_at(&Source { page: "", server: &watched.page, edit: &edit }, include_str!("watches_both.js"));
     assert_eq!(*faults.borrow(), Vec::<String>::new(), "{verdict}");
     assert_eq!(
         verdict,

@@ -10,6 +10,8 @@ pub struct Watched {
     child: Child,
     /// Such as `127.0.0.1:40123`.
     pub host: String,
+    /// The same with the path of the page.
+    pub page: String,
 }
 
 impl Watched {
@@ -29,15 +31,18 @@ impl Watched {
         let mut address = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();
         let host = address.trim().strip_prefix("http://").and_then(|rest| rest.strip_suffix('/'));
-        let host = host.unwrap_or_else(|| panic!("no address: {address:?}")).to_owned();
-        assert!(host.starts_with("127.0.0.1:"), "{host}");
-        Watched { child, host }
+        let page = host.unwrap_or_else(|| panic!("no address: {address:?}")).to_owned();
+        assert!(page.starts_with("127.0.0.1:"), "{page}");
+        let (host, token) = page.split_once('/').expect("a random path");
+        assert_eq!(token.len(), 32, "{token}");
+        Watched { child, host: host.to_owned(), page }
     }
 
     fn ask(&self, place: &str, host: &str) -> TcpStream {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(120))).unwrap();
-        write!(stream, "GET {place} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let token = self.page.trim_start_matches(&self.host);
+        write!(stream, "GET {token}{place} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
         stream
     }
 

@@ -11,12 +11,13 @@ use cotree_page::page::DrawingPage;
 
 use super::export::available;
 use super::failure::Failure;
-use super::output;
+use super::{output, serve};
 
 /// Draw a mechanism: one page for a browser in which bars, pins, sliders, springs, motors and loads are drawn, and set in motion
 ///
-/// The page has the whole program inside: it checks and compiles the scene, shows its motion, finds linkages for poses and paths, and writes the FMU, the same that `cotree export` writes.
-/// It needs no network and no server. The scene's text stands beside the drawing, and every action is an edit of it.
+/// The page checks and compiles the scene, shows its motion, finds linkages for poses and paths, and writes the FMU, the same that `cotree export` writes.
+/// The scene's text stands beside the drawing, and every action is an edit of it. With the program for browsers, which a release brings along, the page is a file
+/// that has all of it inside; without, this machine serves the page to its own browsers until Ctrl-C.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree draw\n  cotree draw slider_crank.toml\n  cotree draw slider_crank.toml -o draw.html --runtimes target/runtimes"
@@ -36,16 +37,19 @@ impl DrawCommand {
     pub fn run(self) -> Result<(), Failure> {
         output::is_written_as(self.output.as_deref(), &["html", "htm"])?;
         let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
-        let (front, solver) = (runtime::front_for_browsers(&folder), runtime::for_browsers(&folder));
-        let (Some(front), Some(solver)) = (front.map_err(ExportError::from)?, solver.map_err(ExportError::from)?)
-        else {
-            return Err(Failure::Usage(format!(
-                "a page to draw in needs the program for browsers, `cotree_front.wasm` and `cotree_runtime.wasm` in `{}`\nTake a release of cotree, which brings them \
-                 along, or build them with tools/build-runtimes.sh web, and name their folder with --runtimes or in COTREE_RUNTIMES",
-                folder.join("web").display()
-            )));
-        };
         let scene = self.scene.as_deref().map(text).transpose()?;
+        let (front, solver) = (runtime::front_for_browsers(&folder), runtime::for_browsers(&folder));
+        let modules = front.map_err(ExportError::from)?.zip(solver.map_err(ExportError::from)?);
+        let Some((front, solver)) = modules else {
+            return match self.output {
+                None => serve::page(DrawingPage::served_html(scene), serve::desk(&folder)?),
+                Some(_) => Err(Failure::Usage(format!(
+                    "a page in a file needs the program for browsers, `cotree_front.wasm` and `cotree_runtime.wasm` in `{}`\nWithout -o this machine serves the page; for the file take a \
+                     release of cotree, which brings them along, or build them with tools/build-runtimes.sh web, and name their folder with --runtimes or in COTREE_RUNTIMES",
+                    folder.join("web").display()
+                ))),
+            };
+        };
         let found = available(&folder).into_iter().map(|platform| Runtime::find(platform, &folder));
         let runtimes: Vec<Runtime> = found.collect::<Result<_, _>>().map_err(ExportError::from)?;
         let runtimes = runtimes.iter().map(|own| (own.platform.folder, own.packed_library().into_owned())).collect();

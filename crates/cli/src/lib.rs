@@ -30,6 +30,7 @@ mod motion;
 mod new;
 mod optimize;
 mod output;
+mod serve;
 mod show;
 mod simulate;
 mod stop;

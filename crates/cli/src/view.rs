@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -13,7 +14,7 @@ use cotree_page::film::{self, Take, Taken};
 use cotree_page::moving;
 
 use super::failure::Failure;
-use super::{MessageFormat, output};
+use super::{MessageFormat, output, serve};
 
 /// More pictures than this are a mistake in the rate or the speed.
 const MOST_PICTURES: u32 = 100_000;
@@ -21,7 +22,8 @@ const MOST_PICTURES: u32 = 100_000;
 /// See it move: one page for a browser, with the mechanism in motion, plots and sliders
 ///
 /// The page needs no network. It has the solver of the FMU inside if the runtime for browsers is there (`web/cotree_runtime.wasm` in
-/// the folder of runtimes, made by tools/build-runtimes.sh); otherwise it plays a run that is stored in it, and says so.
+/// the folder of runtimes, made by tools/build-runtimes.sh). Otherwise this machine serves the page, with its solver in this program; a file without it plays a
+/// run that is stored in it, and says so.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree view slider_crank.toml\n  cotree view slider_crank.toml -o crank.html --runtimes target/runtimes\n  \
@@ -48,6 +50,9 @@ pub struct ViewCommand {
     /// Width of the single pictures in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 1280, requires = "frames", value_parser = clap::value_parser!(u16).range(16..=8192))]
     width: u16,
+    /// Serve the page on this machine until Ctrl-C, with this program as its solver [default: on a terminal, where there is no runtime for browsers and no -o]
+    #[arg(long, conflicts_with_all = ["output", "film"])]
+    serve: bool,
     /// Folder with the runtimes, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
     #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
     runtimes: Option<PathBuf>,
@@ -65,9 +70,14 @@ impl ViewCommand {
     fn page(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
         let folder = self.runtimes.clone().unwrap_or_else(runtime::default_folder);
         let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
+        let is_served = self.serve || module.is_none() && self.output.is_none() && std::io::stdout().is_terminal();
+        let module = if is_served { Some(Vec::new()) } else { module };
         let (compiled, page) = moving::page(scene, module)?;
         output::warn(compiled.warnings.as_ref(), format);
         let page = page.map_err(|error| Failure::Numerical(error.to_string()))?;
+        if is_served {
+            return serve::page(page.served_html(), serve::desk(&folder)?);
+        }
         self.write(&compiled, "html", &page.html(), format)
     }
 

@@ -15,6 +15,8 @@
 #[doc(hidden)]
 pub mod accuracy;
 #[doc(hidden)]
+pub mod desk;
+#[doc(hidden)]
 pub mod documentation;
 mod export;
 #[doc(hidden)]
@@ -28,6 +30,10 @@ pub mod moving;
 pub mod overview;
 #[doc(hidden)]
 pub mod page;
+#[doc(hidden)]
+pub mod pull;
+#[doc(hidden)]
+pub mod serve;
 #[doc(hidden)]
 pub mod sketch;
 

@@ -17,25 +17,20 @@
 
 use std::cell::RefCell;
 
-use cotree::ExportFailure;
 use cotree::export::FmiVersion;
 use cotree::export::runtime::{Platform, Runtime};
-use cotree::scene::Faults;
-use cotree_page::{Made, moving, sketch};
-use serde_json::{Value, json};
+use cotree_page::desk::{self, Desk, failed};
+use serde_json::Value;
 
 #[derive(Default)]
-struct Desk {
+struct Exchange {
     room: Vec<u8>,
     answer: Vec<u8>,
-    /// For the FMUs.
-    runtimes: Vec<Runtime>,
-    /// The runtime for browsers, for the page in an FMU.
-    module: Option<Vec<u8>>,
+    desk: Desk,
 }
 
 thread_local! {
-    static DESK: RefCell<Desk> = RefCell::default();
+    static DESK: RefCell<Exchange> = RefCell::default();
 }
 
 /// Room for so many bytes, for what the next call is about.
@@ -62,34 +57,32 @@ pub extern "C" fn front_answer_length() -> usize {
 /// What is wrong with a scene, the mechanism at its start, where its numbers are written.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_look() -> i32 {
-    answer(Ok(sketch::look(&text()).to_string().into_bytes()))
+    answer(Ok(desk::look(&text())))
 }
 
 /// The page of a scene, without its solver.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_page() -> i32 {
-    answer(page(&text()))
+    // The drawing page has the solver already, and lends it.
+    answer(desk::page(&text()))
 }
 
 /// The linkages for a task.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_answers() -> i32 {
-    answer(Ok(sketch::answers(&text()).to_string().into_bytes()))
+    answer(Ok(desk::answers(&text())))
 }
 
 /// The models that a drawing can start from.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_gallery() -> i32 {
-    let models =
-        cotree::gallery::MODELS.iter().filter(|(name, _)| cotree::gallery::FILES.iter().all(|(own, ..)| own != name));
-    let models: Vec<Value> = models.map(|(name, text)| json!({ "name": name, "text": text })).collect();
-    answer(Ok(Value::Array(models).to_string().into_bytes()))
+    answer(Ok(desk::gallery()))
 }
 
 /// The room has the runtime for browsers: pages in FMUs carry it.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_take_module() {
-    DESK.with_borrow_mut(|desk| desk.module = Some(std::mem::take(&mut desk.room)));
+    DESK.with_borrow_mut(|desk| desk.desk.module = Some(std::mem::take(&mut desk.room)));
 }
 
 /// The room has the name of a platform, a zero byte, and the runtime for it.
@@ -101,7 +94,7 @@ pub extern "C" fn front_take_runtime() -> i32 {
     name.truncate(end);
     let platform = Platform::named(&String::from_utf8_lossy(&name));
     answer(platform.map_err(|error| failed(&error)).map(|platform| {
-        DESK.with_borrow_mut(|desk| desk.runtimes.push(Runtime { platform, library: library.into() }));
+        DESK.with_borrow_mut(|desk| desk.desk.runtimes.push(Runtime { platform, library: library.into() }));
         Vec::new()
     }))
 }
@@ -110,7 +103,8 @@ pub extern "C" fn front_take_runtime() -> i32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn front_fmu(version: u32) -> i32 {
     let version = if version == 3 { FmiVersion::V3 } else { FmiVersion::V2 };
-    answer(fmu(&text(), version))
+    let text = text();
+    answer(DESK.with_borrow(|desk| desk.desk.fmu(&text, version)))
 }
 
 /// The text in the room.
@@ -128,35 +122,10 @@ fn answer(result: Result<Vec<u8>, Value>) -> i32 {
     code
 }
 
-fn faulty(faults: Faults) -> Value {
-    sketch::told(Some(&faults))
-}
-
-fn failed(what: &impl ToString) -> Value {
-    json!({ "faults": [{ "severity": "error", "message": what.to_string() }], "omitted": 0 })
-}
-
-fn page(text: &str) -> Result<Vec<u8>, Value> {
-    let scene = sketch::scene(text).map_err(faulty)?;
-    // The drawing page has the solver already, and lends it.
-    let (_, page) = moving::page(&scene, Some(Vec::new())).map_err(faulty)?;
-    page.map(|page| page.html().into_bytes()).map_err(|why| failed(&why))
-}
-
-fn fmu(text: &str, version: FmiVersion) -> Result<Vec<u8>, Value> {
-    let packed = DESK.with_borrow(|desk| {
-        let made = Made::of(&sketch::scene(text)?, false)?;
-        let packed = made.extras(version, desk.module.clone());
-        packed.and_then(|extras| made.compiled.pack_fmu(version, extras, &desk.runtimes)).map_err(ExportFailure::File)
-    });
-    packed.map_err(|failure| match failure {
-        ExportFailure::Scene(faults) => faulty(faults),
-        ExportFailure::File(error) => failed(&error),
-    })
-}
-
 #[cfg(test)]
 mod tests {
+    use cotree_page::{Made, sketch};
+
     use super::*;
 
     /// Puts bytes into the room and calls; the code and the answer.

@@ -5,7 +5,8 @@
 
 #![deny(unsafe_op_in_unsafe_fn)]
 
-mod plane;
+/// What holds a pulled body, in `cotree-page` for the pages that this machine serves.
+#[path = "../../../crates/page/src/pull/mod.rs"]
 mod pull;
 
 use std::cell::RefCell;

@@ -13,9 +13,10 @@ use clap::Args;
 use cotree::export::{ExportError, runtime};
 use cotree::scene::Source;
 use cotree_page::moving;
+use cotree_page::serve::Calls;
 
 use super::failure::Failure;
-use super::output;
+use super::{output, serve};
 use changes::FolderChanges;
 use server::{Board, ShownScene};
 
@@ -52,17 +53,16 @@ impl WatchCommand {
             return Err(Failure::Usage("`watch` follows a file: standard input comes but once".to_owned()));
         }
         let folder = self.runtimes.unwrap_or_else(runtime::default_folder);
-        let module = runtime::for_browsers(&folder).map_err(ExportError::from)?;
+        // Without the module this program is the page's solver.
+        let module = runtime::for_browsers(&folder).map_err(ExportError::from)?.unwrap_or_default();
         match output::load(&self.scene) {
             Ok(_) | Err(Failure::Scene(_)) => {} // what is wrong may be mended while we watch
             Err(other) => return Err(other),
         }
         let board = Arc::new(Board::of(self.scene.clone()));
-        let address = server::start(self.port, Arc::clone(&board)).map_err(|error| {
-            Failure::Usage(format!("cannot serve a page on port {} of this machine: {error}", self.port))
-        })?;
+        let address = server::start(self.port, Arc::clone(&board), Calls::new(serve::desk(&folder)?))?;
         output::print(&format!("{address}\n"))?;
-        WatchedScene::new(self.scene).follow(&board, module.as_deref());
+        WatchedScene::new(self.scene).follow(&board, &module);
     }
 }
 
@@ -80,7 +80,7 @@ impl WatchedScene {
     }
 
     /// Shows the scene, and again whenever it changes.
-    fn follow(mut self, board: &Board, module: Option<&[u8]>) -> ! {
+    fn follow(mut self, board: &Board, module: &[u8]) -> ! {
         let mut changes = FolderChanges::new();
         changes.follow(&self.files);
         let (mut before, mut missed) = (None, 0);
@@ -104,7 +104,7 @@ impl WatchedScene {
     }
 
     /// Shows what has changed. Are there other files now?
-    fn show(&mut self, board: &Board, module: Option<&[u8]>, now: Option<Vec<Option<Stamp>>>) -> bool {
+    fn show(&mut self, board: &Board, module: &[u8], now: Option<Vec<Option<Stamp>>>) -> bool {
         let contents = self.files.iter().map(|file| content(file)).collect::<Option<Vec<_>>>();
         // Saved as it was.
         let is_same = contents.is_some() && contents == self.contents;
@@ -113,7 +113,7 @@ impl WatchedScene {
             return false;
         }
         let scene = self.files[0].clone();
-        let (page, further) = shown(&scene, module.map(<[u8]>::to_vec));
+        let (page, further) = shown(&scene, module.to_vec());
         board.show(page);
         let all: Vec<PathBuf> = std::iter::once(scene).chain(further).collect();
         let are_others = all != self.files;
@@ -164,7 +164,7 @@ impl Stamp {
 }
 
 /// The page of the scene, or why there is none; and the further files that it is made of.
-fn shown(path: &Path, module: Option<Vec<u8>>) -> (ShownScene, Vec<PathBuf>) {
+fn shown(path: &Path, module: Vec<u8>) -> (ShownScene, Vec<PathBuf>) {
     let further = |source: &Source| source.further.iter().map(|file| PathBuf::from(&file.name)).collect();
     let scene = match output::load(path) {
         Ok(scene) => scene,
@@ -174,7 +174,7 @@ fn shown(path: &Path, module: Option<Vec<u8>>) -> (ShownScene, Vec<PathBuf>) {
         }
     };
     let files = further(&scene.source);
-    let shown = match moving::page(&scene, module) {
+    let shown = match moving::page(&scene, Some(module)) {
         Err(faults) => faulty(faults.into()),
         Ok((_, Err(why))) => faulty(Failure::Numerical(why.to_string())),
         Ok((compiled, Ok(page))) => {

@@ -1,23 +1,20 @@
 //! A page on the loopback, and news of it as server-sent events (<https://html.spec.whatwg.org/multipage/server-sent-events.html>).
 
 use std::fs;
-use std::io::{self, BufRead, BufReader, Read, Write};
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::io::{self, Write};
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use cotree::files;
-use cotree::scene::Scene;
 use cotree_page::page::waiting_html;
+use cotree_page::serve::Calls;
+use cotree_page::serve::http::{HEARTBEAT, Request, respond};
 use serde::Deserialize;
 use serde_json::json;
 
-/// A page that is closed is noticed after this time.
-const HEARTBEAT: Duration = Duration::from_secs(5);
-
-/// Longest request with its headers [bytes]: browsers send a few hundred, and cookies of other pages of this machine.
-const LARGEST_HEAD: u64 = 1 << 16;
+use crate::failure::Failure;
+use crate::serve;
 
 /// What there is to see of the file as it is now.
 pub enum ShownScene {
@@ -114,75 +111,24 @@ impl Board {
 }
 
 /// Serves the board on this machine alone. Returns the address for a browser.
-pub fn start(port: u16, board: Arc<Board>) -> io::Result<String> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-    let address = listener.local_addr()?;
-    std::thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
-            let board = Arc::clone(&board);
-            std::thread::spawn(move || answer(stream, address, &board));
-        }
-    });
-    Ok(format!("http://{address}/"))
+pub fn start(port: u16, board: Arc<Board>, calls: Calls) -> Result<String, Failure> {
+    serve::start(port, move |request, stream| answer(request, stream, &board, &calls))
 }
 
-/// A browser that goes away is no fault.
-fn answer(mut stream: TcpStream, address: SocketAddr, board: &Board) -> io::Result<()> {
-    stream.set_read_timeout(Some(HEARTBEAT))?;
-    let mut reader = BufReader::new(&mut stream);
-    let Some(head) = head(&mut reader)? else { return respond(stream, "431 Request Header Fields Too Large", "") };
-    let mut lines = head.split("\r\n");
-    let request = lines.next().unwrap_or_default();
-    match request.rsplit_once(' ').map(|(asked, _)| asked) {
-        // Another site whose name leads here does not get anything.
-        _ if !is_ours(lines.clone(), address) => respond(stream, "403 Forbidden", ""),
-        Some("GET /") => respond(stream, "200 OK", &board.page()),
-        Some("GET /events") => report(stream, board),
-        // Nor does it write anything: browsers say whose page asks.
-        Some("POST /scene") if !is_from_here(lines.clone(), address) => respond(stream, "403 Forbidden", ""),
-        Some("POST /scene") => {
-            let (status, message) = match body(&mut reader, lines)?.map(|change| board.write(&change)) {
-                Some(Ok(())) => ("200 OK", String::new()),
-                Some(Err(refused)) => refused,
-                None => ("400 Bad Request", String::new()),
+fn answer(request: &Request, stream: TcpStream, board: &Board, calls: &Calls) -> io::Result<()> {
+    match request.asked.as_str() {
+        "GET /" => respond(stream, "200 OK", board.page().as_bytes()),
+        "GET /events" => report(stream, board),
+        "POST /scene" => {
+            let (status, message) = match serde_json::from_slice(&request.body).map(|change| board.write(&change)) {
+                Ok(Ok(())) => ("200 OK", String::new()),
+                Ok(Err(refused)) => refused,
+                Err(_) => ("400 Bad Request", String::new()),
             };
-            respond(stream, status, &message)
+            respond(stream, status, message.as_bytes())
         }
-        _ => respond(stream, "404 Not Found", ""),
+        asked => serve::call(calls, asked, &request.body, stream),
     }
-}
-
-/// What the request brings: none if that is no change of a scene, or larger than any.
-fn body<'a>(reader: &mut impl BufRead, headers: impl Iterator<Item = &'a str>) -> io::Result<Option<Change>> {
-    let length = field(headers, "content-length").and_then(|length| length.parse::<u64>().ok());
-    // Two texts, each with its escapes.
-    let Some(length) = length.filter(|length| *length <= 4 * Scene::LARGEST) else { return Ok(None) };
-    let mut body = Vec::new();
-    reader.take(length).read_to_end(&mut body)?;
-    Ok(serde_json::from_slice(&body).ok())
-}
-
-/// The request with its headers; none if they are longer than any that a browser sends.
-fn head(reader: &mut impl BufRead) -> io::Result<Option<String>> {
-    let mut head = Vec::new();
-    let mut reader = reader.take(LARGEST_HEAD);
-    loop {
-        let line = reader.read_until(b'\n', &mut head)?;
-        if head.ends_with(b"\r\n\r\n") {
-            return Ok(Some(String::from_utf8_lossy(&head).into_owned()));
-        }
-        if line == 0 {
-            return Ok(None);
-        }
-    }
-}
-
-fn respond(mut stream: TcpStream, status: &str, page: &str) -> io::Result<()> {
-    let length = page.len();
-    write!(
-        stream,
-        "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{page}"
-    )
 }
 
 /// Every change, until the page is closed.
@@ -195,67 +141,26 @@ fn report(mut stream: impl Write, board: &Board) -> io::Result<()> {
     }
 }
 
-/// The value of a header.
-fn field<'a>(mut headers: impl Iterator<Item = &'a str>, name: &str) -> Option<&'a str> {
-    headers.find_map(|header| {
-        let (field, value) = header.split_once(':')?;
-        field.eq_ignore_ascii_case(name).then(|| value.trim())
-    })
-}
-
-/// This server by its names.
-fn own_names(address: SocketAddr) -> [String; 2] {
-    [address.to_string(), format!("localhost:{}", address.port())]
-}
-
-/// True if this machine is asked by its own name.
-fn is_ours<'a>(headers: impl Iterator<Item = &'a str>, address: SocketAddr) -> bool {
-    field(headers, "host").is_some_and(|host| own_names(address).iter().any(|name| host == name))
-}
-
-/// True if a page of this server asks.
-fn is_from_here<'a>(headers: impl Iterator<Item = &'a str>, address: SocketAddr) -> bool {
-    let origin = field(headers, "origin").and_then(|origin| origin.strip_prefix("http://"));
-    origin.is_some_and(|origin| own_names(address).iter().any(|name| origin == name))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+
+    use cotree_page::desk::Desk;
+
     use super::*;
-
-    /// What the server answers to a request.
-    fn answered(request: impl Fn(&str) -> Vec<u8>) -> String {
-        let address = start(0, Arc::default()).expect("a free port");
-        let host = address.trim_start_matches("http://").trim_end_matches('/');
-        let mut stream = TcpStream::connect(host).expect("it listens");
-        // Where the server has heard enough it closes, and the rest cannot be sent.
-        let _ = stream.write_all(&request(host));
-        let mut answer = Vec::new();
-        let _ = stream.read_to_end(&mut answer);
-        String::from_utf8_lossy(&answer).into_owned()
-    }
-
-    #[test]
-    fn pages_are_for_this_machine_and_nothing_else_is_there() {
-        let get = |path: &str, host: &str| format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n").into_bytes();
-        let page = answered(|host| get("/", host));
-        assert!(page.starts_with("HTTP/1.1 200 OK\r\n") && page.ends_with(&waiting_html()), "{page}");
-        assert!(answered(|host| get("/other", host)).starts_with("HTTP/1.1 404 "));
-        assert!(answered(|_| get("/", "elsewhere.example")).starts_with("HTTP/1.1 403 "));
-    }
 
     #[test]
     fn a_page_of_this_server_writes_and_nobody_else_does() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.toml");
         fs::write(&file, "old").unwrap();
-        let address = start(0, Arc::new(Board::of(file.clone()))).unwrap();
-        let host = address.trim_start_matches("http://").trim_end_matches('/');
+        let address = start(0, Arc::new(Board::of(file.clone())), Calls::new(Desk::default())).unwrap();
+        let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
         let post = |origin: &str, before: &str| {
             let body = json!({ "before": before, "after": "new" }).to_string();
             let mut stream = TcpStream::connect(host).unwrap();
             let length = body.len();
-            write!(stream, "POST /scene HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: {length}\r\n\r\n{body}")
+            write!(stream, "POST /{token}/scene HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: {length}\r\n\r\n{body}")
                 .unwrap();
             let mut answer = String::new();
             let _ = stream.read_to_string(&mut answer);
@@ -270,15 +175,5 @@ mod tests {
         assert!(answer.starts_with("HTTP/1.1 409") && answer.contains("another program") && text == "old", "{answer}");
         let (answer, text) = post(&own, "old");
         assert!(answer.starts_with("HTTP/1.1 200") && text == "new", "{answer}");
-    }
-
-    #[test]
-    fn headers_without_end_are_not_kept() {
-        let endless = |host: &str| {
-            let long = "x".repeat(4 * LARGEST_HEAD as usize);
-            format!("GET / HTTP/1.1\r\nHost: {host}\r\nCookie: {long}").into_bytes()
-        };
-        let answer = answered(endless);
-        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 431 "), "{answer}");
     }
 }

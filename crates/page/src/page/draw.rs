@@ -1,7 +1,7 @@
 //! The page in which a mechanism is drawn: the front end, the solver and the runtimes for FMUs inside, so that it needs no server.
 
 use super::pack::{inert, packed};
-use super::{COMMON, STYLE, fill, scope};
+use super::{COMMON, STYLE, fill, scope, served};
 
 const TEMPLATE: &str = include_str!("draw/draw.html");
 const DRAW_STYLE: &str = include_str!("draw/draw.css");
@@ -30,6 +30,11 @@ pub struct DrawingPage {
 }
 
 impl DrawingPage {
+    /// The page as this machine serves it: the program that does is its front end and its solver.
+    pub fn served_html(scene: Option<String>) -> String {
+        served(&DrawingPage { scene, front: Vec::new(), solver: Vec::new(), runtimes: Vec::new() }.html())
+    }
+
     pub fn html(&self) -> String {
         let library = |(platform, library): &(&str, Vec<u8>)| {
             format!(
@@ -59,6 +64,7 @@ mod tests {
         let scene = Some("# </script><script>alert(1)</script>".to_owned());
         let page = DrawingPage { scene, front: vec![1], solver: vec![2], runtimes: vec![("linux64", vec![3])] };
         let html = page.html();
+        assert!(!html.contains("connect-src"), "a page on a disk asks nobody");
         assert!(!html.contains("alert(1)</script>") && !html.contains("{{"), "the scene ends no element");
         assert!(html.contains("data-platform=\"linux64\""));
     }

@@ -41,7 +41,7 @@
     const before = file.text;
     Object.assign(file, { writing: true, waiting: false, text });
     file.own.push(text);
-    const answer = await fetch("/scene", { method: "POST", body: JSON.stringify({ before, after: text }) }).catch(fault => ({ ok: false, status: 0, text: async () => fault.message }));
+    const answer = await fetch("scene", { method: "POST", body: JSON.stringify({ before, after: text }) }).catch(fault => ({ ok: false, status: 0, text: async () => fault.message }));
     file.writing = false;
     if (!answer.ok) {
       Object.assign(file, { text: before, own: file.own.filter(own => own !== text) });
@@ -51,7 +51,7 @@
     } else if (file.waiting) write();
   }
 
-  new EventSource("/events").onmessage = ({ data }) => {
+  new EventSource("events").onmessage = ({ data }) => {
     const news = JSON.parse(data);
     const own = file.own.lastIndexOf(news.text), isOther = touch && news.text !== file.text && news.good > 0;
     if (own >= 0) file.own.splice(0, own + 1);

@@ -120,7 +120,7 @@ async function begin() {
   } else {
     state.first = storedRun(stored);
     const command = text => Object.assign(document.createElement("code"), { textContent: text });
-    $("stored").append("This page plays a stored run: it has no solver. To try values, take a release of cotree, which brings the solver for browsers along, or build that in its source with ", command("tools/build-runtimes.sh web"), ", and make the page again: ", command(MODEL.renew), ".");
+    $("stored").append("This page plays a stored run: it has no solver. For one that has, run ", command("cotree view SCENE.toml --serve"), "; a file with the solver inside needs a release of cotree, or ", command("tools/build-runtimes.sh web"), " in its source.");
     $("stored").hidden = false;
   }
   state.run = state.first;

@@ -29,6 +29,7 @@ const UPLOT_STYLE: &str = include_str!("../../vendor/uplot/uPlot.min.css");
 const COMMON: &str = include_str!("common.js");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
+const SERVED: &str = include_str!("served.js");
 /// One scope, in this order.
 const SCRIPTS: [&str; 14] = [
     COMMON,
@@ -261,7 +262,16 @@ pub fn point_names(mechanism: &Mechanism) -> Vec<Vec<String>> {
 impl Page {
     /// The page while its scene is watched: it hears of news from the server that it comes from.
     pub fn live_html(&self) -> String {
-        live(&self.html())
+        let page = live(&self.html());
+        match &self.live.motion {
+            MotionSource::Solver { module, .. } if module.is_empty() => served(&page),
+            _ => page,
+        }
+    }
+
+    /// The page as this machine serves it, with its solver in the program that does.
+    pub fn served_html(&self) -> String {
+        served(&self.html())
     }
 
     pub fn html(&self) -> String {
@@ -338,6 +348,17 @@ fn live(page: &str) -> String {
     format!("{start}<script>{LIVE}</script>\n</body>{end}")
 }
 
+/// Has its solver and front end in the program that serves it.
+fn served(page: &str) -> String {
+    let allowed = if page.contains("connect-src") {
+        page.to_owned()
+    } else {
+        page.replacen("default-src 'none'", "default-src 'none'; connect-src 'self'", 1)
+    };
+    let (start, end) = allowed.split_once("</head>").unwrap_or(("", &allowed));
+    format!("{start}<script>{SERVED}</script>\n</head>{end}")
+}
+
 /// Puts the parts where the template names them. What a part holds is not looked at again.
 fn fill(template: &str, parts: &[(&str, String)]) -> String {
     let mut pieces = template.split("{{");
@@ -399,7 +420,7 @@ mod tests {
 
     #[test]
     fn no_script_ends_the_element_that_it_is_in() {
-        for script in SCRIPTS.into_iter().chain(draw::SCRIPTS).chain([UPLOT, LIVE]) {
+        for script in SCRIPTS.into_iter().chain(draw::SCRIPTS).chain([UPLOT, LIVE, SERVED]) {
             assert!(!script.contains("</script") && !script.contains("<!--"));
         }
     }

@@ -2,6 +2,7 @@
 class Solver {
   /** From the bytes of the module, or what they were compiled to. The variables of a program have their names in its order. */
   static async load(code, program, names) {
+    if (code.served) return new ServedSolver(code, (await code.later("load", program)).model, names);
     const made = await WebAssembly.instantiate(code, {});
     return new Solver((made.instance ?? made).exports, program, names);
   }
@@ -87,6 +88,48 @@ class Solver {
     run.ms = performance.now() - began;
     return run;
   }
+}
+
+/** The same at the program that serves the page: one request for a run, or for a pull with its values. */
+class ServedSolver {
+  constructor(server, model, names) {
+    Object.assign(this, { server, model, names, index: new Map(names.map((name, index) => [name, index])), told: "" });
+    this.beside = { solve: async (...question) => { const began = performance.now(); return this.taken(question, began, await server.later("solve", JSON.stringify(this.question(...question)))); } };
+  }
+  message() { return this.told; }
+  places(names) { return names.map(name => this.index.get(name)); }
+  body(name) { return this.places(["x", "y", "angle"].map(word => `${name}.${word}`)); }
+  begun(values, start) { return { model: this.model, start, stop: Math.max(start, STOP), tolerance: TOLERANCE, values: values.map(([name, value]) => [this.index.get(name), value]) }; }
+
+  /** What the next grip begins with. */
+  prepare(values, start = START) { this.prepared = this.begun(values, start); return 0; }
+  grip(pose, released, body) {
+    const held = { positions: [...pose], released: released.map(({ name, angle }) => [this.index.get(name), Boolean(angle)]), body: this.body(body) };
+    try { return new ServedGrip(this, this.server.now("grip", { ...this.prepared, pose: held }).grip); } catch (fault) { this.told = fault.message; return null; }
+  }
+  start(values, names, pose = null) { return this.solve(values, [], names, pose, Float64Array.of(START)); }
+
+  question(values, moves, names, pose = null, times = Solver.times()) {
+    const held = pose && { positions: [...pose], body: this.body(G.bodies[0].name) };
+    return { ...this.begun(values, START), pose: held, moves: moves.map(({ at, name, value }) => [at, this.index.get(name), value]), times: [...times], variables: this.places(names) };
+  }
+  solve(...question) {
+    const began = performance.now();
+    return this.taken(question, began, this.server.now("solve", this.question(...question)));
+  }
+  taken([, , names, , times = Solver.times()], began, { columns, last, failed, message, warning }) {
+    const what = { start: "The mechanism cannot be assembled with these values: ", step: `The motion ends at ${three(times[last] ?? times[0])} s: ` };
+    const column = k => Float64Array.from(columns[k], value => value ?? NaN);
+    return { times, columns: new Map(names.map((name, k) => [name, column(k)])), last, error: failed ? `${what[failed] ?? ""}${message}` : null, warning: warning ? `Warning: ${warning}` : null, ms: performance.now() - began };
+  }
+}
+class ServedGrip {
+  constructor(solver, grip) { Object.assign(this, { solver, grip, time: null }); }
+  ask(to, names) { return this.solver.server.now("pull", { grip: this.grip, time: this.time, to, variables: this.solver.places(names) }); }
+  pull(point, target) { return this.ask([point, target].map(([...at]) => at), []).end; }
+  values(names) { return Float64Array.from(this.ask(null, names).values, value => value ?? NaN); }
+  setTime(time) { this.time = time; }
+  letGo() { return 0; }
 }
 
 /** A body that is held. */

@@ -325,11 +325,16 @@ impl Instance {
         }
     }
 
-    /// True if an event has ended the run.
+    /// The event that has ended the run, if one has: there is no step beyond the present time.
+    pub fn ended(&self) -> Option<&str> {
+        let event = self.now.happened.ended?;
+        Some(&self.model.program().instants.events[event as usize].name)
+    }
+
+    /// Fails if an event has ended the run.
     fn check_end(&self) -> Result<(), InstanceError> {
-        let Some(event) = self.now.happened.ended else { return Ok(()) };
-        let name = self.model.program().instants.events[event as usize].name.clone();
-        Err(InstanceError::Ended { event: name, time: self.time() })
+        let Some(event) = self.ended() else { return Ok(()) };
+        Err(InstanceError::Ended { event: event.to_owned(), time: self.time() })
     }
 
     /// Moves on to a time, unless it has been reached.

@@ -1,5 +1,5 @@
 // The text is the source of truth: every action is an edit of it, what it says is drawn, and the page in the frame shows how it moves.
-const drawing = { text: "", shown: null, sketch: null, stale: false, fits: true, asking: null, waits: false, texts: [], now: -1, faults: [] };
+const drawing = { text: "", shown: null, sketch: null, stale: false, fits: true, asking: null, waits: false, texts: [], now: -1, faults: [], saved: null };
 /** How long the text must rest before what is typed is one step of the undo list [ms]. */
 const REST = 500;
 const EMPTY = `format  = 1\nname    = "drawing"\ngravity = [0, -9.81]\n`;
@@ -22,6 +22,7 @@ function commit() {
   if (drawing.texts[drawing.now] === drawing.text) return;
   drawing.texts.splice(drawing.now + 1, Infinity, drawing.text);
   drawing.now++;
+  keepDraft();
   showHistory();
   renewMotion();
   dispatchEvent(new CustomEvent("cotree-text"));
@@ -32,11 +33,22 @@ function goBack(by) {
   if (text === undefined) return;
   drawing.now += by;
   put(text);
+  keepDraft();
   showHistory();
   renewMotion();
   say(by < 0 ? "undone" : "done again");
   dispatchEvent(new CustomEvent("cotree-text"));
 }
+/** The draft outlives the page: it is kept in the browser, for this very page and what it begins with. */
+const DRAFT = `cotree-draft:${location.pathname}`;
+function keepDraft() {
+  try { localStorage.setItem(DRAFT, JSON.stringify({ begin: $("begin").textContent, text: drawing.text })); } catch { /* a frame of another site keeps nothing */ }
+}
+function keptDraft() {
+  try { const kept = JSON.parse(localStorage.getItem(DRAFT)); return kept?.begin === $("begin").textContent ? kept.text : null; } catch { return null; }
+}
+/** Leaving asks if something is in no file. */
+addEventListener("beforeunload", event => { if (drawing.saved !== null && drawing.text !== drawing.saved) event.preventDefault(); });
 function showHistory() {
   $("undo").disabled = drawing.now <= 0;
   $("redo").disabled = drawing.now >= drawing.texts.length - 1;
@@ -127,7 +139,7 @@ function adoptMotion() {
 }
 
 function choose(name) {
-  Object.assign(tool, { name, first: null, grabbed: null });
+  Object.assign(tool, { name, first: null, typed: "", grabbed: null });
   for (const button of document.querySelectorAll("[data-tool]")) button.setAttribute("aria-checked", button.dataset.tool === name);
   say(TOOLS[name].hint);
   if (name !== "move" && wish.kind) chooseWish(wish.kind);
@@ -143,9 +155,32 @@ function act(at, target) {
   if (own.count === 2 && !tool.first) { tool.first = at; say(`from ${called(at)}: where to?`); paint(); return; }
   try {
     const text = own.act(drawing.text, tool.first ?? at, at, target);
-    tool.first = null;
+    Object.assign(tool, { first: null, typed: "" });
+    drawing.fits = false;
     edit(text, `${own.say} done`);
-  } catch (fault) { tool.first = null; say(fault.message); paint(); }
+  } catch (fault) { Object.assign(tool, { first: null, typed: "" }); say(fault.message); paint(); }
+}
+/** What is typed while a second place is asked for: a length [mm], and after `<` an angle [deg]; without one the way to the pointer is kept. */
+function typedPlace() {
+  const found = tool.typed.match(/^(\d+(?:\.\d*)?|\.\d+)(?:<(-?\d+(?:\.\d*)?))?$/);
+  if (!found) return null;
+  const way = minus(tool.met?.at ?? tool.first.at, tool.first.at), angle = found[2] === undefined ? Math.atan2(way[1], way[0]) : found[2] * Math.PI / 180;
+  return plus(tool.first.at, [Math.cos(angle), Math.sin(angle)].map(part => part * found[1] / 1e3));
+}
+/** Takes a key as a part of that; false if it is none. */
+function typeKey(key) {
+  if (!tool.first || TOOLS[tool.name].count !== 2) return false;
+  if (/^[\d.<]$/.test(key) || key === "-" && tool.typed.endsWith("<")) tool.typed += key;
+  else if (key === "Backspace" && tool.typed) tool.typed = tool.typed.slice(0, -1);
+  else if (key === "Enter" && tool.typed) {
+    const at = typedPlace();
+    if (!at) { say(`${tool.typed} is not a length in mm, such as 120, or 120<45 with an angle in degrees`); tool.typed = ""; paint(); return true; }
+    act({ ...met(at, 1), at }, null);
+    return true;
+  } else return false;
+  say(`${tool.typed} mm: Enter draws it`);
+  paint();
+  return true;
 }
 /** A point is taken up, moved and let go. */
 function grab(at) {
@@ -179,7 +214,10 @@ function paintTool(group) {
     const [cx, cy] = pixel(own.at);
     element("circle", { cx, cy, r: own.kind === "point" ? 11 : 5, class: `snap ${own.kind}` }, group);
   }
-  if (first && at) element("text", { x: pixel(at.at)[0] + 14, y: pixel(at.at)[1] - 14, class: "size" }, group, `${+(1e3 * far(first.at, at.at)).toPrecision(4)} mm`);
+  if (first && at) {
+    const way = minus(at.at, first.at), measured = `${+(1e3 * Math.hypot(...way)).toPrecision(4)} mm, ${+(Math.atan2(way[1], way[0]) * 180 / Math.PI).toFixed(1)}\u00b0`;
+    element("text", { x: pixel(at.at)[0] + 14, y: pixel(at.at)[1] - 14, class: "size" }, group, tool.typed ? `${tool.typed.replace("<", " mm, ")}${tool.typed.includes("<") ? "\u00b0" : " mm"}` : measured);
+  }
 }
 
 const touches = new Map();
@@ -188,7 +226,8 @@ function listenToBoard() {
   const reach = event => event.pointerType === "touch" ? 22 : 14;
   let down = null;
   board.addEventListener("pointerdown", event => {
-    if (event.button) return;
+    // Buttons lie over the sheet: what is pressed there is no place of it.
+    if (event.button || event.target.closest("button")) return;
     try { board.setPointerCapture(event.pointerId); } catch { /* a pointer of a test */ }
     touches.set(event.pointerId, where(event));
     tool.keys = false;
@@ -242,7 +281,7 @@ function listenToKeys() {
   $("board").addEventListener("keydown", event => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { key } = event, way = ways[key];
-    if (way) {
+    if (typeKey(key)) { /* a length is typed */ } else if (way) {
       const step = gridStep() * (event.shiftKey ? 5 : 1), from = tool.met?.at ?? onGrid([view.x, view.y]);
       showCursor(onGrid(plus(from, way.map(value => value * step))));
     } else if (key === "n" || key === "N") {
@@ -294,10 +333,31 @@ async function sharedText() {
   } catch { say("the address of this page is cut short: its scene cannot be read"); return null; }
 }
 
+const fileName = () => $("name").textContent.replace(/[^\w.-]+/g, "_");
+/** The sheet as it is seen, without the grid and the tool, each part with its own style. */
+function sheetSvg() {
+  const [width, height] = size(), shown = $("picture"), copy = shown.cloneNode(true), parts = copy.querySelectorAll("*"), KEPT = ["fill", "stroke", "stroke-width", "stroke-linecap", "stroke-linejoin", "stroke-dasharray", "opacity", "font", "text-anchor", "paint-order"];
+  shown.querySelectorAll("*").forEach((own, k) => { const style = getComputedStyle(own); parts[k].removeAttribute("class"); parts[k].setAttribute("style", KEPT.map(name => `${name}:${style.getPropertyValue(name)}`).join(";")); });
+  [...copy.children].filter((_, k, all) => k === 1 || k === all.length - 1).forEach(part => part.remove());
+  for (const [name, value] of Object.entries({ xmlns: SVG, width, height, viewBox: `0 0 ${width} ${height}` })) copy.setAttribute(name, value);
+  copy.insertBefore(element("rect", { width, height, fill: getComputedStyle($("board")).backgroundColor }), copy.firstChild);
+  return new XMLSerializer().serializeToString(copy);
+}
+/** The same in pixels, two for each of the screen. */
+async function sheetPng() {
+  const [width, height] = size(), picture = new Image(), canvas = Object.assign(document.createElement("canvas"), { width: 2 * width, height: 2 * height });
+  picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(sheetSvg())}`;
+  await picture.decode();
+  canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
+  return new Promise(done => canvas.toBlob(done, "image/png"));
+}
+
 const SAVES = {
   fmu2: async () => { const fmu = await exportFmu(2); if (fmu) save(fmu.name, new Blob([fmu.bytes])); },
   fmu3: async () => { const fmu = await exportFmu(3); if (fmu) save(fmu.name, new Blob([fmu.bytes])); },
-  text: () => save(`${$("name").textContent.replace(/[^\w.-]+/g, "_")}.toml`, drawing.text),
+  text: () => { save(`${fileName()}.toml`, drawing.text); drawing.saved = drawing.text; },
+  svg: () => save(`${fileName()}.svg`, sheetSvg()),
+  png: async () => save(`${fileName()}.png`, await sheetPng()),
   link: async () => { const address = await shareAddress(); history.replaceState(null, "", address); try { await navigator.clipboard.writeText(address); say("address copied"); } catch { say("the address of this page has the scene in it now"); } },
 };
 function listenToButtons() {
@@ -327,10 +387,9 @@ async function fillGallery() {
   list.addEventListener("change", () => { const model = models.find(({ name }) => name === list.value); drawing.fits = true; forgetWish(); edit(list.value === "new" ? EMPTY : model.text, `${list.selectedOptions[0].text} opened`); list.value = ""; });
 }
 
-async function open() {
-  await front.start();
+/** The solver for the frame of the moving page, which takes it from here, and what FMUs carry. A page that is served has both at its server. */
+async function takeSolver() {
   const solver = await unpack("solver");
-  // The frame of the moving page takes it from here.
   window.cotreeSolver = await WebAssembly.compile(solver);
   await front.ask("front_take_module", solver, { keep: true });
   for (const script of document.querySelectorAll("[data-platform]")) {
@@ -338,16 +397,23 @@ async function open() {
     bytes.set(name); bytes.set(library, name.length);
     await front.ask("front_take_runtime", bytes, { keep: true });
   }
+}
+
+async function open() {
+  await front.start();
+  if (!window.cotreeSolver?.served) await takeSolver();
   listenToButtons();
   listenToBoard();
   listenToKeys();
   await fillGallery();
-  const begin = await sharedText() ?? JSON.parse($("begin").textContent) ?? EMPTY;
-  await put(begin);
+  const begin = JSON.parse($("begin").textContent) ?? EMPTY, shared = await sharedText(), draft = shared === null ? keptDraft() : null;
+  drawing.saved = shared ?? begin;
+  await put(draft ?? drawing.saved);
   commit();
   choose("move");
+  if (draft !== null && draft !== begin) say("this is your last drawing: an empty sheet is under “Begin with”");
   document.documentElement.dataset.ready = "yes";
 }
 open().catch(fault => { say(fault.message); document.documentElement.dataset.ready = "no"; });
 // For tests, and for whoever wants to look closer in the browser's console.
-window.cotreeDraw = { drawing, tool, view, wish, motion, front, TOOLS, pixel, metre, points, edit, put, commit, goBack, choose, chooseWish, taskText, find, exportFmu, shareAddress, moved };
+window.cotreeDraw = { sheetSvg, sheetPng, drawing, tool, view, wish, motion, front, TOOLS, pixel, metre, points, edit, put, commit, goBack, choose, chooseWish, taskText, find, exportFmu, shareAddress, moved };

@@ -65,6 +65,17 @@ function addItem(text, name, key, item, [open, close]) {
   const before = text.slice(0, end).trimEnd();
   return `${before}${/[,[{]$/.test(before) ? "" : ","} ${item}${text.slice(before.length, end).includes("\n") ? text.slice(before.length, end) : " "}${text.slice(end)}`;
 }
+/** Removes a key of an inline table. */
+function removeItem(text, name, key, item) {
+  const at = valueAt(text, name, key), end = at >= 0 && text[at] === "{" ? closing(text, at) : -1;
+  if (end < 0) return text;
+  const found = new RegExp(`(?<=[{,]\\s*)"?${item}"?\\s*=\\s*`).exec(text.slice(at, end));
+  if (!found) return text;
+  const from = at + found.index, open = from + found[0].length, last = "[{".includes(text[open]) ? closing(text, open) + 1 : open + text.slice(open, end).match(/^[^,]*/)[0].length;
+  const after = text.slice(last).match(/^\s*,\s*/)?.[0].length ?? 0;
+  // Of the last one the comma before goes.
+  return after ? text.slice(0, from) + text.slice(last + after) : text.slice(0, from).replace(/,\s*$/, "") + text.slice(last);
+}
 function addPoint(text, body, name, at) {
   const point = `${name} = [${at.map(metres).join(", ")}]`;
   if (table(text, `bodies.${body}.points`)) return addLine(text, `bodies.${body}.points`, point);
@@ -72,8 +83,8 @@ function addPoint(text, body, name, at) {
   return addItem(text, `bodies.${body}`, "points", point, ["{", "}"]);
 }
 const addOutputs = (text, names) => names.reduce((text, name) => text.includes(`"${name}"`) && table(text, "outputs") && text.slice(table(text, "outputs").body).includes(`"${name}"`) ? text : addItem(text, "outputs", "variables", `"${name}"`, ["[", "]"]), text);
-/** Digits of what is drawn: poses are known to some more. */
-const drawn = value => `${+value.toPrecision(10)}`;
+/** Digits of what is drawn: poses are known to some more. What is a short number but for rounding is that number. */
+const drawn = value => { const short = +value.toPrecision(6); return `${Math.abs(short - value) <= 2e-9 * Math.abs(value) ? short : +value.toPrecision(10)}`; };
 /** A length as it is drawn: in millimetres. */
 const metres = value => Math.abs(value) < 5e-13 ? "0" : `"${drawn(1e3 * value)} mm"`;
 const degrees = value => `"${drawn(180 / Math.PI * value)} deg"`;

@@ -1,5 +1,5 @@
 // What the tools do: each action is an edit of the text.
-const tool = { name: "move", first: null, cursor: [0, 0], met: null, grabbed: null, keys: false };
+const tool = { name: "move", first: null, typed: "", cursor: [0, 0], met: null, grabbed: null, keys: false };
 const number = name => drawing.sketch.numbers.find(own => own.name === name);
 const oneWay = angle => Math.atan2(Math.sin(angle), Math.cos(angle));
 
@@ -27,7 +27,7 @@ const joined = (text, type, name, ends, more = []) => addTable(text, `joints.${f
 const TOOLS = {
   move: { key: "v", say: "Move", hint: "drag a point: what hangs on it follows; drag the ground to move the view" },
   bar: {
-    key: "b", say: "Bar", count: 2, hint: "from one end to the other; an end on a point or a bar is pinned to it",
+    key: "b", say: "Bar", count: 2, hint: "from one end to the other; an end on a point or a bar is pinned to it; a length can be typed: 120, or 120<45; 1 kg per metre, `density` in the text",
     act(text, from, to) {
       const length = far(from.at, to.at), name = freshName(text, "bar");
       if (length * view.scale < 6) throw new Error("a bar needs two ends that are apart");
@@ -102,12 +102,15 @@ const TOOLS = {
     },
   },
   remove: {
-    key: "x", say: "Remove", count: 1, hint: "a body, a joint, a load or a point of the ground",
+    key: "x", say: "Remove", count: 1, hint: "a joint, a load, a point or a body: what is shown on top there",
     act(text, at, _, target) {
       const part = target?.closest?.("[data-load],[data-joint]"), name = part?.dataset.load ?? part?.dataset.joint;
       if (name) return without(text, name, ["joints", "drivers", "loads"]);
       if (at.kind === "free") throw new Error("there is nothing to remove here");
-      if (at.body !== null) return without(text, at.owner, ["bodies"]);
+      // A joint lies over the points that it joins; the keyboard has no target, so this is by the place.
+      const joint = at.kind === "point" ? drawing.sketch.geometry?.joints.findLast(({ ends }) => ends.some(end => far(world(end), at.at) * view.scale < 1)) : null;
+      if (joint) return without(text, joint.name, ["joints"]);
+      if (at.body !== null) return (at.kind === "point" && withoutPoint(text, at)) || without(text, at.owner, ["bodies"]);
       return withoutUsers(removeLines(text, "ground.points", key => key === at.name), `ground.${at.name}`);
     },
   },
@@ -126,6 +129,14 @@ function stretched(text, from, to, type, more) {
 function jointAngle({ ends }, angles = drawing.sketch.geometry.bodies.map(({ start }) => start[2])) {
   const [one, other] = ends.map(({ body }) => body === null ? 0 : angles[body]);
   return oneWay(other - one);
+}
+/** The text without a point of a body, and what names it; null where the shape of the body needs it. */
+function withoutPoint(text, { owner, name }) {
+  const shape = valueAt(text, `bodies.${owner}`, "shape"), form = table(text, `bodies.${owner}.shape`);
+  const end = shape < 0 ? -1 : closing(text, shape), shaped = form ? text.slice(form.body, form.end) : end < 0 ? "" : text.slice(shape, end);
+  if (shaped.includes(`"${name}"`)) return null;
+  const removed = table(text, `bodies.${owner}.points`) ? removeLines(text, `bodies.${owner}.points`, key => key === name) : removeItem(text, `bodies.${owner}`, "points", name);
+  return removed === text ? null : withoutUsers(withoutOutputs(removed, `${owner}.${name}`), `${owner}.${name}`);
 }
 /** Removes an entry and what names it. */
 function without(text, name, sections) {

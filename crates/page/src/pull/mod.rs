@@ -3,6 +3,10 @@
 //! Unknowns are the coordinates, what drivers integrate, and what is released: parameters and inputs that prescribe something. The loops are kept closed; of all small
 //! motions that bring the point nearer the smallest is taken, in the scales of the unknowns. A step is short against the distance from poses where branches meet:
 //! none can lead over to another branch.
+//!
+//! The runtime for browsers in `tools/web` takes this file in, so that it needs nothing of this package.
+
+mod plane;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,7 +16,7 @@ use cotree_fmu::math::{maximum, minimum, sin_cos};
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::{Program, Source};
 
-use crate::plane::{Basis, length};
+use plane::{Basis, length};
 
 /// Longest step, in the scales of the unknowns: an angle of nine degrees.
 const LONGEST: f64 = 0.15;

@@ -1,0 +1,172 @@
+//! The little of HTTP/1.1 (RFC 9112) that a page on the loopback needs. Others are kept out three times: only this machine reaches the port; the path begins with a random
+//! token; and a request must name this server as its host and, where it changes something, as its origin, so that pages of other sites do nothing by a name that leads here.
+
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::time::Duration;
+
+use cotree::scene::Scene;
+
+/// A browser that says nothing for so long has gone.
+pub const HEARTBEAT: Duration = Duration::from_secs(5);
+/// Longest request with its headers [bytes]: browsers send a few hundred, and cookies of other pages of this machine.
+pub const LARGEST_HEAD: u64 = 1 << 16;
+/// Largest content of a request [bytes]: two scenes, each with its escapes.
+const LARGEST_BODY: u64 = 4 * Scene::LARGEST;
+
+/// What a page of this server asks for.
+pub struct Request {
+    /// Method and path below the token, such as `GET /`.
+    pub asked: String,
+    pub body: Vec<u8>,
+}
+
+/// 128 bits that nobody guesses: each is of SipHash with keys that the operating system has drawn.
+fn token() -> String {
+    let word = |_| RandomState::new().build_hasher().finish();
+    [0, 1].map(word).iter().map(|word| format!("{word:016x}")).collect()
+}
+
+/// Serves on this machine alone: each request is answered in a thread of its own. Returns the address for a browser.
+///
+/// # Errors
+/// The port is taken.
+pub fn serve(
+    port: u16,
+    answer: impl Fn(&Request, TcpStream) -> io::Result<()> + Send + Sync + 'static,
+) -> io::Result<String> {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+    let address = listener.local_addr()?;
+    let (token, answer) = (Arc::<str>::from(token()), Arc::new(answer));
+    let page = format!("http://{address}/{token}/");
+    std::thread::spawn(move || {
+        for stream in listener.incoming().flatten() {
+            let (token, answer) = (Arc::clone(&token), Arc::clone(&answer));
+            // A browser that goes away is no fault.
+            std::thread::spawn(move || admit(stream, address, &token, &*answer));
+        }
+    });
+    Ok(page)
+}
+
+/// Reads a request and has it answered, if it comes from where it may.
+fn admit(
+    mut stream: TcpStream,
+    address: SocketAddr,
+    token: &str,
+    answer: &impl Fn(&Request, TcpStream) -> io::Result<()>,
+) -> io::Result<()> {
+    stream.set_read_timeout(Some(HEARTBEAT))?;
+    stream.set_nodelay(true)?;
+    let mut reader = BufReader::new(&mut stream);
+    let Some(head) = head(&mut reader)? else { return respond(stream, "431 Request Header Fields Too Large", b"") };
+    let mut lines = head.split("\r\n");
+    let (method, path) = lines.next().and_then(|line| line.rsplit_once(' ')).and_then(|(asked, _)| asked.split_once(' ')).unwrap_or_default();
+    let is_ours = field(lines.clone(), "host").is_some_and(|host| own_names(address).iter().any(|name| host == name));
+    let origin = field(lines.clone(), "origin").and_then(|origin| origin.strip_prefix("http://"));
+    let is_from_here = origin.is_some_and(|origin| own_names(address).iter().any(|name| origin == name));
+    if !is_ours || method != "GET" && !is_from_here {
+        return respond(stream, "403 Forbidden", b"");
+    }
+    let Some(place) = path.strip_prefix('/').and_then(|path| path.strip_prefix(token)) else {
+        return respond(stream, "404 Not Found", b"");
+    };
+    let Some(body) = body(&mut reader, lines)? else { return respond(stream, "400 Bad Request", b"") };
+    answer(&Request { asked: format!("{method} {place}"), body }, stream)
+}
+
+/// The request with its headers; none if they are longer than any that a browser sends.
+fn head(reader: &mut impl BufRead) -> io::Result<Option<String>> {
+    let mut head = Vec::new();
+    let mut reader = reader.take(LARGEST_HEAD);
+    loop {
+        let line = reader.read_until(b'\n', &mut head)?;
+        if head.ends_with(b"\r\n\r\n") {
+            return Ok(Some(String::from_utf8_lossy(&head).into_owned()));
+        }
+        if line == 0 {
+            return Ok(None);
+        }
+    }
+}
+
+/// What the request brings; none if that is larger than anything that a page sends.
+fn body<'a>(reader: &mut impl BufRead, headers: impl Iterator<Item = &'a str>) -> io::Result<Option<Vec<u8>>> {
+    let length = field(headers, "content-length").map_or(Ok(0), str::parse::<u64>);
+    let Some(length) = length.ok().filter(|length| *length <= LARGEST_BODY) else { return Ok(None) };
+    let mut body = Vec::new();
+    reader.take(length).read_to_end(&mut body)?;
+    Ok(Some(body))
+}
+
+/// The value of a header.
+fn field<'a>(mut headers: impl Iterator<Item = &'a str>, name: &str) -> Option<&'a str> {
+    headers.find_map(|header| {
+        let (field, value) = header.split_once(':')?;
+        field.eq_ignore_ascii_case(name).then(|| value.trim())
+    })
+}
+
+/// This server by its names.
+fn own_names(address: SocketAddr) -> [String; 2] {
+    [address.to_string(), format!("localhost:{}", address.port())]
+}
+
+/// Answers with a page, or other bytes.
+///
+/// # Errors
+/// The browser has gone.
+pub fn respond(mut stream: impl Write, status: &str, content: &[u8]) -> io::Result<()> {
+    let length = content.len();
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nReferrer-Policy: no-referrer\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+    )?;
+    stream.write_all(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a server that always says "here" answers to a request.
+    fn answered(request: impl Fn(&str, &str) -> String) -> String {
+        let address = serve(0, |request, stream| respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes())).unwrap();
+        let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
+        let mut stream = TcpStream::connect(host).unwrap();
+        // Where the server has heard enough it closes, and the rest cannot be sent.
+        let _ = stream.write_all(request(host, token).as_bytes());
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    #[test]
+    fn pages_are_for_those_who_know_the_address() {
+        let get = |path: &str, host: &str| format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        assert!(answered(|host, token| get(&format!("/{token}/a"), host)).ends_with("here: GET /a"));
+        for path in ["/", "/a", "/0123456789abcdef0123456789abcdef/"] {
+            assert!(answered(|host, _| get(path, host)).starts_with("HTTP/1.1 404 "), "{path}");
+        }
+        assert!(answered(|_, token| get(&format!("/{token}/"), "elsewhere.example")).starts_with("HTTP/1.1 403 "));
+        assert_ne!(token(), token());
+    }
+
+    #[test]
+    fn only_pages_of_this_server_ask_for_more_than_pages() {
+        let post = |origin: &str, host: &str, token: &str| format!("POST /{token}/call HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: 1\r\n\r\nx");
+        for origin in ["", "Origin: http://elsewhere.example\r\n", "Origin: null\r\n"] {
+            assert!(answered(|host, token| post(origin, host, token)).starts_with("HTTP/1.1 403 "), "{origin}");
+        }
+        assert!(answered(|host, token| post(&format!("Origin: http://{host}\r\n"), host, token)).ends_with("here: POST /call"));
+    }
+
+    #[test]
+    fn headers_without_end_are_not_kept() {
+        let long = "x".repeat(4 * LARGEST_HEAD as usize);
+        let answer = answered(|host, _| format!("GET / HTTP/1.1\r\nHost: {host}\r\nCookie: {long}"));
+        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 431 "), "{answer}");
+    }
+}
