@@ -237,12 +237,20 @@ fn links_of_the_documents_lead_somewhere() {
 }
 
 #[test]
-fn the_readme_shows_every_model() {
-    let text = read(&root().join("README.md"));
+fn the_page_of_models_shows_every_model() {
+    let text = read(&root().join("docs/models.md"));
     for entry in root().join("models").read_dir().unwrap() {
         let name = entry.unwrap().file_name().to_string_lossy().into_owned();
-        assert!(text.contains(&format!("(models/{name})")), "README.md does not name the model {name}");
+        assert!(text.contains(&format!("(../models/{name})")), "docs/models.md does not name the model {name}");
     }
+}
+
+/// Whoever comes first reads a page that fits a screen or two.
+#[test]
+fn the_readme_is_short() {
+    let text = read(&root().join("README.md"));
+    let longest = text.lines().map(|line| line.chars().count()).max().unwrap();
+    assert!(text.lines().count() < 150 && longest <= 120, "{} lines, up to {longest} characters", text.lines().count());
 }
 
 /// Name, file and value of each scalar constant of the modules of the runtime, but for mathematics and numbers of interfaces; tests are left out. As in

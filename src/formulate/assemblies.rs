@@ -185,6 +185,10 @@ fn search(
     let known: Vec<Variable> = mechanism.initial.iter().map(|own| own.variable).collect();
     let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, loose: 0, is_own: true };
     for start in 0..=starts {
+        // Each solution ends by itself when whoever waits wants that, and would count as failed.
+        if cotree_fmu::context::is_interrupted() {
+            break;
+        }
         let mut program = draft.clone();
         let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].variables[0]);
         let place = |(index, place): (usize, f64)| if stays(index) { own.positions()[index] } else { place };

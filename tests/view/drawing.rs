@@ -206,9 +206,9 @@ fn fmus_of_models_are_those_of_the_command() {
 }
 
 #[test]
-fn the_page_is_small_fits_a_phone_and_needs_the_program_for_browsers() {
+fn the_page_is_small_fits_a_phone_and_a_file_needs_the_program_for_browsers() {
     let folder = tempfile::tempdir().unwrap();
-    let output = cotree(folder.path(), &["draw", "--runtimes", "nowhere"]);
+    let output = cotree(folder.path(), &["draw", "--runtimes", "nowhere", "-o", "draw.html"]);
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("tools/build-runtimes.sh web"), "{}", stderr(&output));
     let Some(page) = page(folder.path(), None) else { return };

@@ -124,11 +124,20 @@ class ServedSolver {
   }
 }
 class ServedGrip {
-  constructor(solver, grip) { Object.assign(this, { solver, grip, time: null }); }
+  constructor(solver, grip) { Object.assign(this, { solver, grip, time: null, names: [], seen: null }); }
   ask(to, names) { return this.solver.server.now("pull", { grip: this.grip, time: this.time, to, variables: this.solver.places(names) }); }
-  pull(point, target) { return this.ask([point, target].map(([...at]) => at), []).end; }
-  values(names) { return Float64Array.from(this.ask(null, names).values, value => value ?? NaN); }
-  setTime(time) { this.time = time; }
+  /** What was read after the last pull comes along with this one: one request for a picture. */
+  pull(point, target) {
+    const { end, values } = this.ask([point, target].map(([...at]) => at), this.names);
+    this.seen = values;
+    return end;
+  }
+  values(names) {
+    const values = names === this.names && this.seen || this.ask(null, names).values;
+    Object.assign(this, { names, seen: null });
+    return Float64Array.from(values, value => value ?? NaN);
+  }
+  setTime(time) { Object.assign(this, { time, seen: null }); }
   letGo() { return 0; }
 }
 

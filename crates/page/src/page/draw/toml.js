@@ -85,8 +85,11 @@ function addPoint(text, body, name, at) {
 const addOutputs = (text, names) => names.reduce((text, name) => text.includes(`"${name}"`) && table(text, "outputs") && text.slice(table(text, "outputs").body).includes(`"${name}"`) ? text : addItem(text, "outputs", "variables", `"${name}"`, ["[", "]"]), text);
 /** Digits of what is drawn: poses are known to some more. What is a short number but for rounding is that number. */
 const drawn = value => { const short = +value.toPrecision(6); return `${Math.abs(short - value) <= 2e-9 * Math.abs(value) ? short : +value.toPrecision(10)}`; };
-/** A length as it is drawn: in millimetres. */
-const metres = value => Math.abs(value) < 5e-13 ? "0" : `"${drawn(1e3 * value)} mm"`;
+/** A length as it is drawn: in millimetres, and on the grid where rounding alone keeps it off that. */
+function metres(value) {
+  const step = gridStep(), near = Math.round(1e3 * value / step) * step / 1e3, length = Math.abs(value - near) < 1e-7 * step ? near : value;
+  return Math.abs(length) < 5e-13 ? "0" : `"${drawn(1e3 * length)} mm"`;
+}
 const degrees = value => `"${drawn(180 / Math.PI * value)} deg"`;
 /** A name that nothing has. */
 function freshName(text, wanted) {
