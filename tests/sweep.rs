@@ -267,3 +267,33 @@ fn a_picture_is_a_curve_a_map_or_a_histogram() {
         assert!(code(&output) == 2 && stderr(&output).contains(message), "{}", stderr(&output));
     }
 }
+
+/// Parts as an array of jobs makes them, one of them stopped and continued: together they are the bytes of one sweep.
+#[test]
+fn parts_are_joined_to_the_table_of_one_sweep() {
+    let folder = tempfile::tempdir().unwrap();
+    let random = ["--random", "20", "--set", "rod_length=1.5~0.01", "--output", "max(cylinder.s)"];
+    let whole = swept(folder.path(), &[&random[..], &["--seed", "7"]].concat());
+    let part = |part: &str, seed: &str, more: &[&str]| {
+        let name = format!("{seed}_{}.csv", part.replace('/', "of"));
+        swept(folder.path(), &[&random[..], &["--seed", seed, "--part", part, "-o", &name], more].concat());
+        name
+    };
+    let names: Vec<String> = ["1/3", "2/3", "3/3"].map(|number| part(number, "7", &[])).into();
+    let path = |name: &str| folder.path().join(name);
+    // The second one is stopped within its third row.
+    let second = fs::read_to_string(path(&names[1])).unwrap();
+    let rows: Vec<&str> = second.split_inclusive('\n').collect();
+    fs::write(path(&format!("{}.part", names[1])), format!("{}{}", rows[..4].concat(), &rows[4][..2])).unwrap();
+    fs::remove_file(path(&names[1])).unwrap();
+    let join = |names: &[&str]| cotree(folder.path(), &[&["join", "-o", "joined.csv"], names].concat());
+    let [one, two, three] = [&names[0], &names[1], &names[2]].map(String::as_str);
+    assert!(stderr(&join(&[one, three])).contains("parts 2 are missing"));
+    part("2/3", "7", &["--resume"]);
+    assert_eq!(stdout(&join(&[three, one, two])), "joined.csv: 20 runs\n");
+    assert_eq!(fs::read_to_string(path("joined.csv")).unwrap(), whole);
+    // Other values of as many runs.
+    let other = part("2/3", "8", &[]);
+    let refused = join(&[one, &other, three]);
+    assert!(code(&refused) == 2 && stderr(&refused).contains("different sweeps"), "{}", stderr(&refused));
+}

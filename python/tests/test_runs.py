@@ -309,3 +309,53 @@ def test_times_that_are_none_are_said(pendulum):
             pendulum.simulate(times=times)
     with pytest.raises(TypeError, match="not a time"):
         pendulum.simulate(times=[None])
+
+
+def ramp(index):
+    pandas = pytest.importorskip("pandas")
+    return pandas.DataFrame({"push": [0.0, 5.0, 5.0]}, index=index)
+
+
+@pytest.mark.parametrize("unit", ["s", "ms", "us", "ns"])
+def test_durations_are_times_in_their_own_unit(root, unit):
+    pandas = pytest.importorskip("pandas")
+    pole = cotree.load(root / "models/cart_pole/scene.toml")
+    seconds = pole.simulate(inputs={"time": [0, 1, 2], "push": [0, 5, 5]}, stop=1, step=0.5)
+    durations = np.array([0, 1, 2], "timedelta64[s]").astype(f"timedelta64[{unit}]")
+    for times in [durations, list(durations), [pandas.Timedelta(own) for own in durations], pandas.Index(durations)]:
+        found = pole.simulate(inputs={"time": times, "push": [0, 5, 5]}, stop=np.timedelta64(1000, "ms"), step=0.5)
+        assert np.array_equal(found.to_numpy(), seconds.to_numpy())
+    found = pole.simulate(inputs=ramp(pandas.Index(durations, name="time")), stop=1, step=0.5)
+    assert np.array_equal(found.to_numpy(), seconds.to_numpy())
+
+
+def test_dates_and_durations_that_are_no_times_are_refused(root):
+    pandas = pytest.importorskip("pandas")
+    pole = cotree.load(root / "models/cart_pole/scene.toml")
+    with pytest.raises(ValueError, match=r"time has dates.*index - index\[0\]"):
+        pole.simulate(inputs=ramp(pandas.date_range("2026-01-01", periods=3, freq="s", name="time")), stop=1)
+    with pytest.raises(ValueError, match="push has durations"):
+        pole.simulate(inputs={"time": [0, 1], "push": np.array([0, 5], "timedelta64[ms]")}, stop=1)
+    with pytest.raises(TypeError, match="push"):
+        pole.simulate(set={"push": np.timedelta64(5, "ms")}, stop=1)
+    with pytest.raises(ValueError, match="push"):
+        pole.simulate_many({"push": np.array([0, 5], "timedelta64[ms]")}, stop=1)
+
+
+def test_an_event_ends_a_run_whatever_its_inputs_are(root):
+    text = (root / "models/cart_pole/scene.toml").read_text() + '\n[events.far]\nwhen = "rail.s > 0.05[m]"\nstop = true\n'
+    pole = cotree.loads(text)
+    constant, held = pole.simulate(set={"push": 10.0}, stop=2), pole.simulate(inputs={"push": lambda t: 10.0}, stop=2)
+    assert held.ended == constant.ended == "far" and held.failure is None
+    assert held.time[-1] == pytest.approx(constant.time[-1], abs=1e-7)
+    run = pole.start(set={"push": 10.0})
+    run.step(2)
+    assert run.ended == run.copy().ended == "far" and run.time == pytest.approx(constant.time[-1], abs=1e-7)
+    with pytest.raises(cotree.RunError, match="far"):
+        run.step(1)
+
+
+def test_models_of_the_same_text_are_the_same(root):
+    scene = root / "models/slider_crank/scene.toml"
+    assert cotree.load(scene) == cotree.load(scene) and hash(cotree.load(scene)) == hash(cotree.load(scene))
+    assert cotree.load(scene) != cotree.load(root / "models/pendulum/scene.toml")

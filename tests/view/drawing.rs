@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use super::browser::{Browser, Seen};
+use super::browser::{Browser, Seen, Source};
+use super::watched::Watched;
 use super::{model, runtimes};
 use crate::outside::command::{code, cotree, stderr, stdout};
 use crate::outside::python;
@@ -253,4 +254,31 @@ fn a_site_has_the_gallery_and_the_page_to_draw_in() {
     );
     let Some(verdict) = seen(&page, &script) else { return };
     assert_eq!(verdict, fs::read_to_string(model("four_bar")).unwrap());
+}
+
+/// Without modules for browsers the program itself is the page's front end and solver: what is drawn moves, is held, and becomes the FMU of the command.
+#[test]
+fn a_served_page_draws_moves_and_exports() {
+    let Some(browser) = Browser::find() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
+    command.args(["draw", "--runtimes", "nowhere"]).arg(model("four_bar"));
+    let served = Watched::serving(command);
+    let script = "await until(() => page.document.documentElement.dataset.moving === draw.drawing.text);
+        const inner = draw.motion.frame.contentWindow.cotree, { state, MODEL } = inner;
+        inner.pause();
+        const names = MODEL.touch.coordinates, pose = names.map(name => state.run.columns.get(name)[0]);
+        state.loose.prepare([], 0);
+        const grip = state.loose.grip(pose, [], MODEL.geometry.bodies[0].name), held = [...grip.values(names)];
+        return { last: state.run.last, error: state.run.error, apart: Math.max(...held.map((value, k) => Math.abs(value - pose[k]))),
+            text: draw.drawing.text, fmu: base64((await draw.exportFmu(2)).bytes) };";
+    let source = Source { page: "", server: &served.page, edit: &|_| () };
+    let Seen { verdict, console } = browser.look_at(&source, &format!("{HANDS}{script}"));
+    assert!(console.is_empty() && verdict["fault"].is_null(), "{verdict}\n{}", console.join("\n"));
+    assert!(verdict["last"].as_u64().unwrap() > 100 && verdict["error"].is_null(), "{verdict}");
+    assert!(verdict["apart"].as_f64().unwrap() < 1e-9, "{verdict}");
+    fs::write(folder.path().join("drawn.toml"), verdict["text"].as_str().unwrap()).unwrap();
+    let output = cotree(folder.path(), &["export", "drawn.toml", "-o", "command.fmu", "--runtimes", "nowhere"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(bytes(&verdict["fmu"]), fs::read(folder.path().join("command.fmu")).unwrap());
 }

@@ -26,7 +26,13 @@ impl Watched {
         if let Some(folder) = runtimes {
             command.arg("--runtimes").arg(folder);
         }
-        command.arg(scene).stdin(Stdio::null()).stdout(Stdio::piped());
+        command.arg(scene);
+        Self::serving(command)
+    }
+
+    /// A command that serves a page and prints its address.
+    pub fn serving(mut command: Command) -> Watched {
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().unwrap();
         let mut address = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();

@@ -24,6 +24,7 @@ mod failure;
 mod fit;
 mod import;
 mod info;
+mod join;
 mod linearize;
 mod modes;
 mod motion;
@@ -97,6 +98,7 @@ enum Command {
     Show(show::ShowCommand),
     Simulate(simulate::SimulateCommand),
     Sweep(sweep::SweepCommand),
+    Join(join::JoinCommand),
     Fit(fit::FitCommand),
     Optimize(optimize::OptimizeCommand),
     View(view::ViewCommand),
@@ -155,6 +157,7 @@ fn dispatch(command: Command, format: MessageFormat) -> Result<(), Failure> {
         Command::Show(command) => command.run(format),
         Command::Simulate(command) => command.run(format),
         Command::Sweep(command) => command.run(format),
+        Command::Join(command) => command.run(),
         Command::Fit(command) => command.run(format),
         Command::Optimize(command) => command.run(format),
         Command::View(command) => command.run(format),

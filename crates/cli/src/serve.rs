@@ -9,7 +9,7 @@ use cotree::export::ExportError;
 use cotree::export::runtime::Runtime;
 use cotree_page::desk::Desk;
 use cotree_page::serve::Calls;
-use cotree_page::serve::http::{self, Request, respond};
+use cotree_page::serve::http::{self, Request, respond, respond_with};
 
 use super::export::available;
 use super::failure::{self, Failure};
@@ -35,7 +35,8 @@ pub fn start(
 pub fn call(calls: &Calls, asked: &str, body: &[u8], stream: impl Write) -> io::Result<()> {
     match asked.strip_prefix("POST /call/").and_then(|name| calls.answer(name, body)) {
         Some(Ok(answer)) => respond(stream, "200 OK", &answer),
-        Some(Err(faults)) => respond(stream, "422 Unprocessable Content", faults.to_string().as_bytes()),
+        // No status of a failure: browsers report those to whoever develops the page.
+        Some(Err(faults)) => respond_with(stream, "200 OK", "Cotree-Failed: 1\r\n", faults.to_string().as_bytes()),
         None => respond(stream, "404 Not Found", b""),
     }
 }

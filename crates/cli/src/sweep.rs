@@ -1,5 +1,6 @@
 //! `cotree sweep`
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,7 +11,9 @@ use cotree::files;
 use cotree::run::Measure;
 use cotree::scene::Scene;
 use cotree_draw::study::sweep::SweepPicture;
-use cotree_study::sweep::{self, Design, DesignError, DesignFactor, Inaccurate, RecordError, Sampling, SweepRecord};
+use cotree_study::sweep::{
+    self, Design, DesignError, DesignFactor, Inaccurate, Part, RecordError, Sampling, SweepRecord,
+};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::failure::Failure;
@@ -29,7 +32,8 @@ const LARGEST_TABLE: u64 = 1 << 30;
 #[command(after_help = "Examples:\n  \
                   cotree sweep slider_crank.toml --set crank_length=0.4..0.6:21 --set rod_length=1.4,1.5 --output \"max(cylinder.fn)\" --plot out.png\n  \
                   cotree sweep slider_crank.toml --random 10000 --set \"rod_length=1.5 m~1 mm\" --output \"max(cylinder.s)\" -o out.csv\n  \
-                  cotree sweep slider_crank.toml --table runs.csv --output \"peak(crank.omega)\" -o out.csv --resume\n\n\
+                  cotree sweep slider_crank.toml --table runs.csv --output \"peak(crank.omega)\" -o out.csv --resume\n  \
+                  cotree sweep slider_crank.toml --random 1000000 --set \"rod_length=1.5 m~1 mm\" --part 7/100 -o out_7.csv\n\n\
                   Values: 1,1.2 (these); 0.4..0.6:21 (so many, both ends among them); with --random or --latin also 0.4..0.6 (any\n\
                   between), 0.5+-0.01 or 0.5+-2% (any within), 0.5~0.01 (normal, by its standard deviation). Numbers may have units.\n\
                   Measures: max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min of a variable, of its\n\
@@ -66,6 +70,9 @@ pub struct SweepCommand {
     /// Go on with a sweep that was stopped
     #[arg(long, requires = "output")]
     resume: bool,
+    /// Only this part of the runs, such as 7/100, for one job of an array; `cotree join` puts the tables of all parts together
+    #[arg(long, value_name = "NUMBER/COUNT", requires = "output", conflicts_with = "plot")]
+    part: Option<Part>,
     /// How many runs at a time [default: one for each processor]
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -83,7 +90,8 @@ impl SweepCommand {
         let design = self.design(&compiled.description)?;
         let experiment = self.times.experiment(compiled.description.experiment)?;
         let units = self.units.of(&scene)?.units;
-        let sweep = sweep::Sweep { compiled, experiment, measures, design, units };
+        let sweep =
+            sweep::Sweep { part: self.part.unwrap_or(Part::WHOLE), compiled, experiment, measures, design, units };
         let drawn = |_| SweepPicture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
         let mut picture = self.plot.as_ref().map(drawn).transpose()?;
         let stop = stop::listen()?;
@@ -127,7 +135,7 @@ impl SweepCommand {
     /// That rounding errors are larger than the tolerance in some runs.
     fn warn(&self, sweep: &sweep::Sweep, inaccurate: Option<&Inaccurate>, format: MessageFormat) {
         if let Some(Inaccurate { runs, first }) = inaccurate {
-            let count = format!("{runs} of {} runs: ", sweep.design.len());
+            let count = format!("{runs} of {} runs: ", sweep.runs().len());
             output::warn_inaccurate(&sweep.compiled, &count, first, format);
         }
     }
@@ -163,19 +171,20 @@ impl SweepCommand {
         if let Some(picture) = &mut picture {
             picture.add(&record.outcomes(sweep)?);
         }
-        let bar = bar(sweep.design.len(), record.done());
+        let Range { start, end } = sweep.runs();
+        let bar = bar(end - start, record.done() - start);
         let mut failed = 0;
         let ended = sweep.run(record.done(), self.threads, stop, |first, outcomes| {
             failed += outcomes.iter().filter(|outcome| outcome.is_err()).count();
             picture.iter_mut().for_each(|picture| picture.add(&outcomes));
-            bar.set_position((first + outcomes.len()) as u64);
+            bar.set_position((first + outcomes.len() - start) as u64);
             record.write(sweep, first, &outcomes)
         });
         bar.finish_and_clear();
-        let all = sweep.design.len();
+        let all = end - start;
         self.warn(sweep, ended?.as_ref(), format);
-        if stop.load(Ordering::Relaxed) && record.done() < all {
-            let (done, part) = (record.done(), record.part().display());
+        if stop.load(Ordering::Relaxed) && record.done() < end {
+            let (done, part) = (record.done() - start, record.part().display());
             return Err(Failure::Stopped(format!("stopped: {done} of {all} runs are in `{part}`; --resume goes on")));
         }
         record.finish()?;

@@ -160,8 +160,11 @@ mod tests {
             let body = json!({ "before": before, "after": "new" }).to_string();
             let mut stream = TcpStream::connect(host).unwrap();
             let length = body.len();
-            write!(stream, "POST /{token}/scene HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: {length}\r\n\r\n{body}")
-                .unwrap();
+            write!(
+                stream,
+                "POST /{token}/scene HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: {length}\r\n\r\n{body}"
+            )
+            .unwrap();
             let mut answer = String::new();
             let _ = stream.read_to_string(&mut answer);
             (answer, fs::read_to_string(&file).unwrap())

@@ -105,9 +105,9 @@ function record(name) {
   solveAgain();
 }
 
-/** The solver of a drawing page, if this page is in one; a frame of another site tells nothing. */
+/** The solver at the server of this page, or of the drawing page that this page is in; a frame of another site tells nothing. */
 function lentSolver() {
-  try { return window.parent.cotreeSolver; } catch { return undefined; }
+  try { return window.cotreeSolver ?? window.parent.cotreeSolver; } catch { return undefined; }
 }
 async function begin() {
   const [program, code, stored] = await Promise.all([unpack("program"), lentSolver() ?? unpack("solver"), unpack("run")]);

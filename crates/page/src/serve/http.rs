@@ -63,7 +63,11 @@ fn admit(
     let mut reader = BufReader::new(&mut stream);
     let Some(head) = head(&mut reader)? else { return respond(stream, "431 Request Header Fields Too Large", b"") };
     let mut lines = head.split("\r\n");
-    let (method, path) = lines.next().and_then(|line| line.rsplit_once(' ')).and_then(|(asked, _)| asked.split_once(' ')).unwrap_or_default();
+    let (method, path) = lines
+        .next()
+        .and_then(|line| line.rsplit_once(' '))
+        .and_then(|(asked, _)| asked.split_once(' '))
+        .unwrap_or_default();
     let is_ours = field(lines.clone(), "host").is_some_and(|host| own_names(address).iter().any(|name| host == name));
     let origin = field(lines.clone(), "origin").and_then(|origin| origin.strip_prefix("http://"));
     let is_from_here = origin.is_some_and(|origin| own_names(address).iter().any(|name| origin == name));
@@ -118,11 +122,20 @@ fn own_names(address: SocketAddr) -> [String; 2] {
 ///
 /// # Errors
 /// The browser has gone.
-pub fn respond(mut stream: impl Write, status: &str, content: &[u8]) -> io::Result<()> {
+pub fn respond(stream: impl Write, status: &str, content: &[u8]) -> io::Result<()> {
+    respond_with(stream, status, "", content)
+}
+
+/// The same with a header more, with its line end.
+///
+/// # Errors
+/// The browser has gone.
+pub fn respond_with(mut stream: impl Write, status: &str, header: &str, content: &[u8]) -> io::Result<()> {
     let length = content.len();
     write!(
         stream,
-        "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\nReferrer-Policy: no-referrer\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
+        "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\n\
+         Referrer-Policy: no-referrer\r\nContent-Length: {length}\r\n{header}Connection: close\r\n\r\n"
     )?;
     stream.write_all(content)
 }
@@ -133,7 +146,9 @@ mod tests {
 
     /// What a server that always says "here" answers to a request.
     fn answered(request: impl Fn(&str, &str) -> String) -> String {
-        let address = serve(0, |request, stream| respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes())).unwrap();
+        let address =
+            serve(0, |request, stream| respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes()))
+                .unwrap();
         let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
         let mut stream = TcpStream::connect(host).unwrap();
         // Where the server has heard enough it closes, and the rest cannot be sent.
@@ -156,11 +171,16 @@ mod tests {
 
     #[test]
     fn only_pages_of_this_server_ask_for_more_than_pages() {
-        let post = |origin: &str, host: &str, token: &str| format!("POST /{token}/call HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: 1\r\n\r\nx");
+        let post = |origin: &str, host: &str, token: &str| {
+            format!("POST /{token}/call HTTP/1.1\r\nHost: {host}\r\n{origin}Content-Length: 1\r\n\r\nx")
+        };
         for origin in ["", "Origin: http://elsewhere.example\r\n", "Origin: null\r\n"] {
             assert!(answered(|host, token| post(origin, host, token)).starts_with("HTTP/1.1 403 "), "{origin}");
         }
-        assert!(answered(|host, token| post(&format!("Origin: http://{host}\r\n"), host, token)).ends_with("here: POST /call"));
+        assert!(
+            answered(|host, token| post(&format!("Origin: http://{host}\r\n"), host, token))
+                .ends_with("here: POST /call")
+        );
     }
 
     #[test]

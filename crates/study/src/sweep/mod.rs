@@ -2,11 +2,13 @@
 
 mod design;
 mod factor;
+mod part;
 mod record;
 mod sample;
 mod table;
 
 use std::io;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -23,6 +25,7 @@ use cotree_fmu::model::Model;
 
 pub use design::{Design, DesignError};
 pub use factor::{DesignFactor, FactorError, Values};
+pub use part::{JoinError, Part, PartError, join};
 pub use record::{RecordError, SweepRecord, begin, write};
 pub use sample::Sampling;
 
@@ -38,6 +41,8 @@ pub struct Sweep {
     pub experiment: Experiment,
     pub measures: Vec<Measure>,
     pub design: Design,
+    /// Which of the runs are made.
+    pub part: Part,
     /// What its table and its picture are in.
     pub units: Units,
 }
@@ -102,7 +107,12 @@ impl Sweep {
         self.compiled.description.variables.iter().position(|variable| variable.name == measure.variable)
     }
 
-    /// Runs the members from `first` on and hands their outcomes over in their order, some at a time, until all are done or `stop` is set. Says which of them are
+    /// The runs of this part.
+    pub fn runs(&self) -> Range<usize> {
+        self.part.runs(self.design.len())
+    }
+
+    /// Runs the members of the part from `first` on and hands their outcomes over in their order, some at a time, until all are done or `stop` is set. Says which of them are
     /// less accurate than their tolerance.
     ///
     /// # Errors
@@ -120,9 +130,10 @@ impl Sweep {
         let run = Run { description, experiment: self.points(), settings: Vec::new(), inputs: None, reported };
         let ensemble = Ensemble::new(run, model, threads, stop).map_err(io::Error::other)?;
         let (mut next, mut size, mut inaccurate) = (first, ensemble.threads(), None);
-        while next < self.design.len() && !ensemble.is_stopped() {
+        let last = self.runs().end;
+        while next < last && !ensemble.is_stopped() {
             let begin = Instant::now();
-            let end = self.design.len().min(next + size);
+            let end = last.min(next + size);
             let members: Vec<Settings> = (next..end).map(|index| self.design.settings(index)).collect();
             let ended = ensemble.run(&members, Vec::new, Accumulator::add_all);
             if ensemble.is_stopped() {

@@ -2,6 +2,7 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use cotree::files::Draft;
@@ -19,6 +20,8 @@ pub struct SweepRecord {
     /// Bytes before the table itself.
     head: u64,
     done: usize,
+    /// The runs that it is to have.
+    runs: Range<usize>,
 }
 
 /// Why a table cannot be continued.
@@ -66,13 +69,21 @@ impl SweepRecord {
         let part = PathBuf::from(name);
         let failed = |error: io::Error| RecordError::File { path: part.clone(), error };
         let first = format!("# {}\n", fingerprint(sweep));
-        let head = first.len() as u64;
+        // The mark of a part stays: `join` reads it.
+        let head = if sweep.part.is_whole() { first.len() as u64 } else { 0 };
         if !part.exists() {
             let file = OpenOptions::new().read(true).write(true).create_new(true).open(&part).map_err(failed)?;
             let mut out = BufWriter::new(file);
             out.write_all(first.as_bytes()).map_err(failed)?;
             begin(&mut out, sweep).and_then(|()| out.flush()).map_err(failed)?;
-            return Ok(SweepRecord { out, part, place: place.to_owned(), head, done: 0 });
+            return Ok(SweepRecord {
+                out,
+                part,
+                place: place.to_owned(),
+                head,
+                done: sweep.runs().start,
+                runs: sweep.runs(),
+            });
         }
         if !resume {
             return Err(RecordError::Unfinished(part));
@@ -83,10 +94,10 @@ impl SweepRecord {
         };
         // A last line that was cut off is written anew.
         file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
-        Ok(SweepRecord { out: BufWriter::new(file), part, place: place.to_owned(), head, done })
+        Ok(SweepRecord { out: BufWriter::new(file), part, place: place.to_owned(), head, done, runs: sweep.runs() })
     }
 
-    /// How many runs have been kept.
+    /// The run that comes next: all before it in this part have been kept.
     pub fn done(&self) -> usize {
         self.done
     }
@@ -114,7 +125,7 @@ impl SweepRecord {
             let values: Result<Vec<f64>, std::num::ParseFloatError> = values.collect();
             values.map(Ok).map_err(|error| failed(io::Error::new(io::ErrorKind::InvalidData, error)))
         };
-        reader.into_records().take(self.done).map(outcome).collect()
+        reader.into_records().take(self.done - self.runs.start).map(outcome).collect()
     }
 
     /// Keeps outcomes.
@@ -144,7 +155,8 @@ impl SweepRecord {
 fn kept(file: &File, first: &str, sweep: &Sweep) -> io::Result<Option<(usize, u64)>> {
     let factors = factors(sweep);
     let mut lines = BufReader::new(file);
-    let (mut line, mut end, mut done) = (Vec::new(), 0, 0);
+    let runs = sweep.runs();
+    let (mut line, mut end, mut done) = (Vec::new(), 0, runs.start);
     for expected in [first.to_owned(), format!("{}\n", heading(sweep))] {
         line.clear();
         end += lines.read_until(b'\n', &mut line)? as u64;
@@ -158,7 +170,7 @@ fn kept(file: &File, first: &str, sweep: &Sweep) -> io::Result<Option<(usize, u6
         if line.last() != Some(&b'\n') {
             return Ok(Some((done, end)));
         }
-        if done == sweep.design.len() || !line.starts_with(given(sweep, &factors, done).as_bytes()) {
+        if done == runs.end || !line.starts_with(given(sweep, &factors, done).as_bytes()) {
             return Ok(None);
         }
         end += length as u64;
@@ -202,5 +214,18 @@ fn row(sweep: &Sweep, factors: &[f64], run: usize, outcome: &Outcome) -> String 
 fn fingerprint(sweep: &Sweep) -> String {
     let cotree::model::Experiment { start, stop, step, tolerance } = sweep.experiment;
     let (guid, runs) = (&sweep.compiled.program.guid, sweep.design.len());
-    format!("sweep of {guid}: {runs} runs, {start:?} s to {stop:?} s by {step:?} s, tolerance {tolerance:?}")
+    let mark =
+        format!("sweep of {guid}: {runs} runs, {start:?} s to {stop:?} s by {step:?} s, tolerance {tolerance:?}");
+    match sweep.part.is_whole() {
+        true => mark,
+        // Parts lie apart, so that their rows cannot tell whether the runs are the same.
+        false => format!("{mark}, values {:016x}, part {}", digest(sweep), sweep.part),
+    }
+}
+
+/// A digest of the values of all runs: FNV-1a.
+fn digest(sweep: &Sweep) -> u64 {
+    let values = (0..sweep.design.len()).flat_map(|run| sweep.design.values(run));
+    let bytes = values.flat_map(|value| value.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |digest, byte| (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -126,6 +126,8 @@ async function renewMotion() {
 function takeMotion(frame) {
   const { contentWindow: page, contentDocument: inner } = frame, before = motion.frame?.contentWindow?.cotree;
   if (before && page.cotree && inner.documentElement.dataset.ready === "yes") page.cotree.restore({ ...before.keep(), values: [], pose: null });
+  const { theme } = document.documentElement.dataset;
+  if (theme) inner.documentElement.dataset.theme = theme;
   motion.frame?.remove();
   frame.className = "";
   motion.frame = frame;
@@ -374,7 +376,7 @@ function listenToButtons() {
   $("size").addEventListener("change", takeTrade);
   for (const button of document.querySelectorAll("[data-wish]")) button.addEventListener("click", () => chooseWish(button.dataset.wish));
   for (const button of document.querySelectorAll("[data-save]")) button.addEventListener("click", async () => { $("save").open = false; await SAVES[button.dataset.save](); });
-  $("theme").addEventListener("click", () => { const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme:dark)").matches; root.dataset.theme = dark ? "light" : "dark"; });
+  $("theme").addEventListener("click", () => { const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme:dark)").matches; root.dataset.theme = dark ? "light" : "dark"; motion.frame?.contentDocument.documentElement.setAttribute("data-theme", root.dataset.theme); });
   let rest = 0;
   $("text").addEventListener("input", () => { put($("text").value); clearTimeout(rest); rest = setTimeout(commit, REST); });
   $("text").addEventListener("change", () => { clearTimeout(rest); commit(); });
