@@ -107,7 +107,21 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_page",
         "crates/page/src",
-        &["motionless", "page", "accuracy", "icon", "documentation", "overview", "moving", "sketch", "film", "export"],
+        &[
+            "motionless",
+            "page",
+            "accuracy",
+            "icon",
+            "documentation",
+            "overview",
+            "moving",
+            "sketch",
+            "film",
+            "export",
+            "desk",
+            "pull",
+            "serve",
+        ],
     ),
     ("cotree_cli", "crates/cli/src", &[]),
 ];

@@ -64,7 +64,7 @@ def check_value(name: str, value: Any) -> None:
     if value is None or isinstance(value, float | str):
         return
     # numpy counts its durations among the integers; arrays of JAX and others without dimensions are numbers, too.
-    is_time = getattr(getattr(value, "dtype", None), "kind", "") in "mM" and hasattr(value, "dtype")
+    is_time = getattr(getattr(value, "dtype", None), "kind", "") in ("m", "M")
     is_number = isinstance(value, numbers.Real) or getattr(value, "ndim", None) == 0
     if is_time or not is_number:
         raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
@@ -214,9 +214,9 @@ def inputs(given: Any, what: str = "inputs") -> Columns | None:
 
 def _unit_of_time(what: str, column: Any) -> float:
     """Seconds of one unit of these times, where they are an array of xarray that says one."""
-    written = getattr(column, "attrs", {}).get("units", "s") if hasattr(column, "dims") else "s"
-    if column.dtype.kind == "m" if hasattr(column, "dtype") and hasattr(column.dtype, "kind") else False:
+    if not hasattr(column, "dims") or column.dtype.kind == "m":
         return 1.0
+    written = column.attrs.get("units", "s")
     try:
         return _cotree.seconds(f"1 {written}")
     except ValueError as error:
