@@ -493,7 +493,10 @@ fn what_is_wrong_with_keys_of_signals_is_said() {
         (pid(""), "has no gain"),
         (pid("derivative = \"kd\"\n"), "has a derivative, but no `filter`"),
         (pid("integral = \"ki\"\nmax = \"2 N\"\n"), "neither `tracking` nor `proportional`"),
-        (pid("integral = \"ki\"\nproportional = \"-kp\"\nmax = \"2 N\"\n"), "`proportional/integral` of pid `push`"),
+        (
+            pid("integral = \"ki\"\nproportional = \"-kp\"\nmax = \"2 N\"\n"),
+            "`tracking` (`proportional/integral` unless it is given",
+        ),
         (pid("proportional = \"kp\"\nmin = 3\nmax = 2\n"), "`max - min` of pid `push`"),
         (pid("proportional = \"kp\"\noffset = 2\n"), "has `offset`, but is not sampled"),
         (pid("proportional = \"kp\"\nintegral = \"kp\"\n"), "`integral` of pid `push` makes a value"),

@@ -96,7 +96,8 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
 fn other_side(mechanism: &Mechanism, own: &Unilateral) -> Option<String> {
     let Owner::Joint(joint) = own.owner else { return None };
     let part = mechanism.joints.get(joint.0)?;
-    if part.component().name != "contact" || part.value("axis").is_none() {
+    let has_sides = part.component().keys.iter().any(|key| key.name == "side");
+    if !has_sides || part.value("axis").is_none() {
         return None;
     }
     let side = if part.choice("side") == Some("right") { "left" } else { "right" };
