@@ -17,8 +17,8 @@ use crate::{ROOT, Target};
 const CALLS: usize = 200;
 /// A call that takes the processor longer is reported.
 const LONGEST: Duration = Duration::from_secs(10);
-/// A call may do a fifth of the work that an importer's may, which takes half a minute at most.
-const WORK: u64 = 1_000_000_000;
+/// A call may do a twenty-fifth of the work that an importer's may, which takes half a minute at most: some calls of one input are that much.
+const WORK: u64 = 200_000_000;
 
 /// A wheel that is driven the faster the faster it turns, behind a freewheel.
 const RUNAWAY: &str = r#"
