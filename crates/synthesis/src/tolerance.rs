@@ -103,7 +103,7 @@ impl Dimensioned {
     /// The errors at a position by all dimensions: one or two parts.
     fn slopes(&self, places: &Places) -> Vec<[f64; NAMES.len()]> {
         let point = &places.all[POINT];
-        let by = |of: &dyn Fn(usize) -> f64| std::array::from_fn(|i| of(i));
+        let by = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
         match self.measured {
             Measured::Place => vec![by(&|i| point.by[i].re), by(&|i| point.by[i].im)],
             Measured::Across => {
