@@ -219,7 +219,8 @@ fn limits_are_bounds_of_the_search() {
     let good = found.iter().find(|own| is_good(own, &path, &limits)).expect("a four-bar within all limits");
     assert!(good.follower.largest < 2e-3, "{}", good.follower.largest);
     let narrow = LinkageLimits { length: Some([0.05, 0.25]), ..limits.clone() };
-    let found = bounded_followers(&path, &narrow, Wish::Accuracy, std::slice::from_ref(&good.follower), &PathEffort::default());
+    let found =
+        bounded_followers(&path, &narrow, Wish::Accuracy, std::slice::from_ref(&good.follower), &PathEffort::default());
     let own = found.iter().find(|own| is_good(own, &path, &narrow)).expect("a shorter one");
     assert!(own.follower.rms > good.follower.rms);
     let verdict = judge(&own.follower.linkage, &own.follower.poses, false);
