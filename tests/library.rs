@@ -60,6 +60,7 @@ mod scene;
 mod scene_reference;
 mod second_order;
 mod series;
+mod several_frictions;
 mod short_forces;
 mod signals;
 mod simulate_hand_made;

@@ -720,6 +720,36 @@ fn brakes_share_a_weight_in_one_way_of_many() {
     assert!(message.contains("without `brake0.friction`, which `--mode` makes idle"), "{message}");
 }
 
+/// The flattest ladder that stands: both ends are about to slide. The moments about the foot, and the friction at floor and wall, against the program's search.
+#[test]
+fn a_ladder_stands_where_both_its_ends_are_about_to_slide() {
+    let ladder = |floor: f64, wall: f64, up: f64, begin: f64| {
+        format!(
+            "name = \"ladder\"\ngravity = [0, -9.81]\n[ground.points]\nbase = [0, 0]\n[bodies.ladder]\nmass = 12\ninertia = 16\npoints = {{ low = [-2.5, 0], high = [2.5, 0], man = [{:?}, 0] }}\n[joints.floor_pad]\ntype = \"contact\"\nbetween = [\"ground.base\", \"ladder.low\"]\naxis = [1, 0]\nfriction = {{ mu = {floor:?} }}\n[joints.wall_pad]\ntype = \"contact\"\nbetween = [\"ground.base\", \"ladder.high\"]\naxis = [0, 1]\nside = \"left\"\nfriction = {{ mu = {wall:?} }}\n[loads.man]\ntype = \"force\"\non = \"ladder.man\"\nvector = [0, \"-70[kg]*9.81[m/s2]\"]\n[initial]\n\"ladder.angle\" = {begin:?}\n\"ladder.x\" = {:?}\n\"ladder.y\" = {:?}\n",
+            up - 2.5, -2.5 * begin.cos(), 2.5 * begin.sin()
+        )
+    };
+    for (floor, wall, up) in [(0.5, 0.3, 3.5), (0.4, 0.2, 2.0), (0.6, 0.1, 4.5), (0.35, 0.5, 3.0)] {
+        // Floor: N + mu_w W = weight, W = mu_f N; moments about the foot: W sin + mu_w W cos = (12 2.5 + 70 up) g cos/5.
+        let weight = 82.0 * 9.81;
+        let pushed = floor * weight / (1.0 + floor * wall);
+        let tangent = (12.0 * 2.5 + 70.0 * up) * 9.81 / (5.0 * pushed) - wall;
+        let angle = tangent.atan();
+        let ends = [("floor_pad.friction", "slides-"), ("wall_pad.friction", "slides-")];
+        let ways = [("slides-", "slides-"), ("slides-", "slides+"), ("slides+", "slides-"), ("slides+", "slides+")];
+        let found = ways.iter().filter_map(|&(low, high)| {
+            let asked = [(ends[0].0, low), (ends[1].0, high)];
+            let statics = study(&ladder(floor, wall, up, angle + 0.03), &asked).equilibrium().ok()?;
+            Some((statics.value("ladder.angle").unwrap(), statics.stability == Stability::Held))
+        });
+        let found: Vec<(f64, bool)> = found.collect();
+        assert!(found.iter().any(|(own, held)| (own - angle).abs() < 1e-9 && *held), "{angle} {found:?}");
+        // It stands a little steeper, and not a little flatter.
+        assert!(study(&ladder(floor, wall, up, angle + 1e-4), &[]).equilibrium().is_ok());
+        assert!(study(&ladder(floor, wall, up, angle - 1e-4), &[]).equilibrium().is_err());
+    }
+}
+
 /// A box that is pushed at its ear rests where the runtime finds that it does, on one foot, on both or on neither.
 #[test]
 fn random_boxes_rest_where_the_runtime_lets_them() {

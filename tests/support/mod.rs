@@ -14,6 +14,7 @@ pub mod linkage;
 pub mod loads;
 pub mod motion;
 pub mod one_freedom;
+pub mod one_freedom_with_friction;
 pub mod one_sided;
 pub mod parts;
 pub mod point;

@@ -7,6 +7,7 @@
 //! stands, for which its gap counts from a held value that is set anew at every instant at which it is open; what sticks is held in the same way. So a closed freewheel is a closed contact, which
 //! drifts no more than others, an open one counts in no projection, and being caught is an impact without a rebound.
 
+use super::ahead::{Ahead, LOOKS};
 use super::modes::{Choices, MOST_TRIALS};
 use crate::constraints::reciprocals::is_within;
 use crate::failure::Failure;
@@ -19,7 +20,7 @@ use crate::program::{Contact, Contacts, Slip};
 /// of those that the accelerations give it.
 pub(crate) const TOUCHING: f64 = 1e-11;
 /// Forces within a step are known to so many tolerances of what is usual.
-const FOUND: f64 = 10.0;
+pub(crate) const FOUND: f64 = 10.0;
 /// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
 const TWICE: f64 = 1e-6;
 /// A flight that is lower than rounding errors of a gap has no end that can be found: its time is this many times the root of 8 eps L / a.
@@ -41,11 +42,13 @@ pub(crate) struct ContactValues {
     /// Changes of rates, then multipliers, of an impact.
     change: Vec<f64>,
     /// a, then lambda.
-    solved: Vec<f64>,
+    pub(super) solved: Vec<f64>,
     /// By how much the rate of each loop equation has to fall.
     asked: Vec<f64>,
     /// What is undecided.
-    choices: Choices,
+    pub(super) choices: Choices,
+    /// Where a mode leads.
+    pub(super) ahead: Ahead,
     /// True for contacts that have hit in the last impact.
     pub hit: Vec<bool>,
     /// True for contacts that take part in the last impact.
@@ -87,6 +90,7 @@ impl ContactValues {
             solved: vec![0.0; n + m],
             asked: vec![0.0; m],
             choices: Choices::with_capacity(count + sums),
+            ahead: Ahead::new(model, count),
             hit: vec![false; count],
             pressing: vec![false; count],
             before: zeros(),
@@ -346,14 +350,15 @@ impl ContactValues {
         })
     }
 
-    /// The modes in which what is open does not go in, what is closed presses, what sticks does so by no more than its level, and what begins to slip goes on.
+    /// The modes in which what is open does not go in, what is closed presses, what sticks does so by no more than its level, and what begins to slip goes on. Of several that fit where margins
+    /// are zero, it is the one that the motion does not leave: the rates of these margins tell (see [`Ahead`]).
     fn choose(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.list_of_modes(context, turns);
         let trials = self.choices.trials();
         if trials > MOST_TRIALS {
             return Err(context.failure(&self.choices, TOO_MANY));
         }
-        let mut locked = false;
+        let (mut locked, mut best) = (false, None);
         // Where something begins to push or to move, it is less than rounding errors of what is usual.
         for (begins, trial) in
             [true, false].into_iter().flat_map(|begins| (0..trials).map(move |trial| (begins, trial)))
@@ -369,21 +374,68 @@ impl ContactValues {
                 locked = true;
                 continue;
             }
-            if self.locks.is_empty() || self.any_sticks(context) {
-                return Ok(());
+            if !self.is_idle_held(context) {
+                continue;
             }
-            // Friction that locks may permit another motion.
-            for other in 0..trials {
-                let is_new = self.choices.set(other, context.data, context.state.parameters_mut());
-                self.accelerate(context);
-                locked |= is_new && self.is_locked() && self.is_mode(context, begins);
+            let lasts = self.lasts(context);
+            if lasts == LOOKS {
+                return self.settle(context, (trial, begins), locked);
             }
-            self.choices.set(trial, context.data, context.state.parameters_mut());
-            self.accelerate(context);
-            return if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { Ok(()) };
+            if best.is_none_or(|(longest, _)| lasts > longest) {
+                best = Some((lasts, (trial, begins)));
+            }
+        }
+        if let Some((_, found)) = best {
+            return self.settle(context, found, locked);
         }
         context.state.parameters_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, if locked { LOCKS } else { NO_MODE }))
+    }
+
+    /// Takes a mode that fits, unless friction that locks permits another motion.
+    fn settle(&mut self, context: &mut Place, (trial, begins): (usize, bool), mut locked: bool) -> Result<(), Failure> {
+        self.choices.set(trial, context.data, context.state.parameters_mut());
+        self.accelerate(context);
+        if self.locks.is_empty() || self.any_sticks(context) {
+            return Ok(());
+        }
+        for other in 0..self.choices.trials() {
+            let is_new = self.choices.set(other, context.data, context.state.parameters_mut());
+            self.accelerate(context);
+            locked |= is_new && self.is_locked() && self.is_mode(context, begins);
+        }
+        self.choices.set(trial, context.data, context.state.parameters_mut());
+        self.accelerate(context);
+        if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { Ok(()) }
+    }
+
+    /// True if other parts hold everything that neither sticks nor slips, or takes its full share at rest: it would be held twice if it stuck, too.
+    fn is_idle_held(&mut self, context: &mut Place) -> bool {
+        let count = self.gaps.len();
+        let idle = |own: &Self, context: &Place, index: usize| {
+            let (is_slip, direction) = (context.slip(index).is_some(), context.direction(index));
+            is_slip
+                && own.choices.includes(index)
+                && context.rubs(index)
+                && !context.is_closed(index)
+                && direction.abs() != 1.0
+        };
+        if !(0..count).any(|index| idle(self, context, index)) {
+            return true;
+        }
+        let mut all_held = true;
+        for index in 0..count {
+            if idle(self, context, index) {
+                let direction = context.direction(index);
+                let own = &context.data.all[index];
+                own.slips(context.state.parameters_mut(), Some(0.0));
+                self.accelerate(context);
+                all_held &= self.twice;
+                own.slips(context.state.parameters_mut(), (direction != 0.0).then_some(direction));
+            }
+        }
+        self.accelerate(context);
+        all_held
     }
 
     /// What is undecided.
@@ -414,12 +466,12 @@ impl ContactValues {
             if !rubs || !rests {
                 data.all[index].slips(parameters, rubs.then_some(self.rates[index].signum()));
             } else if direction != 0.0 {
-                self.choices.rest(index, [-direction, direction]);
+                self.choices.rest(index, [-direction.signum(), direction.signum()], self.restitutions[index]);
             } else if turns(index) {
                 let multiplier = self.solved[context.model.coordinates() + data.all[index].constraint as usize];
-                self.choices.slips(index, [multiplier.signum(), -multiplier.signum()]);
+                self.choices.slips(index, [multiplier.signum(), -multiplier.signum()], self.restitutions[index]);
             } else {
-                self.choices.rest(index, [1.0, -1.0]);
+                self.choices.rest(index, [1.0, -1.0], self.restitutions[index]);
             }
             for (place, parameter) in data.all[index].signs().enumerate().filter(|_| rubs) {
                 let turned = turns(count + slip.sums as usize + place);
@@ -443,34 +495,59 @@ impl ContactValues {
     /// True if what is open does not go in, what is closed presses, and friction obeys its law, within rounding errors: of the accelerations that there are if something may only begin to move, else
     /// of usual ones.
     fn is_mode(&self, context: &Place, begins: bool) -> bool {
+        let sizes = self.sizes(context);
+        let holds = self.choices.concerned().any(|index| context.is_closed(index));
+        let fits = |index: usize| match self.margin(context, index, &sizes) {
+            Some(margin) if self.is_idle(context, index) => holds && margin.value >= -CANCELLED * margin.size,
+            Some(margin) if self.leaves[index] && margin.moves => margin.value >= -self.slack(context, index),
+            Some(margin) => margin.value >= -CANCELLED * if begins { margin.begins } else { margin.size },
+            None => true,
+        };
+        let is_number = self.solved.iter().all(|value| value.is_finite());
+        is_number && self.choices.concerned().all(fits) && self.have_signs(context, sizes.force)
+    }
+
+    /// The largest force and acceleration of those concerned.
+    pub(super) fn sizes(&self, context: &Place) -> Sizes {
         let multipliers = &self.solved[context.model.coordinates()..];
         let concerned = || self.choices.concerned();
-        let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
-        let fastest = concerned().fold(0.0, |most, index| maximum(most, self.accelerations[index].abs()));
-        let holds = concerned().any(|index| context.is_closed(index));
-        // What has been found to slip is where the method has its force, to within the tolerance.
+        Sizes {
+            force: concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs())),
+            acceleration: concerned().fold(0.0, |most, index| maximum(most, self.accelerations[index].abs())),
+        }
+    }
+
+    /// What must not be negative of something in the present mode: none of what does not rub because its contact is open.
+    pub(super) fn margin(&self, context: &Place, index: usize, sizes: &Sizes) -> Option<Margin> {
+        let multipliers = &self.solved[context.model.coordinates()..];
+        let (force, acceleration) = (context.force(index, multipliers), self.accelerations[index]);
+        let (scale, direction) = (context.scale(index), context.direction(index));
+        let presses = |value: f64| Some(Margin { value, size: sizes.force, begins: sizes.force, moves: false });
+        let moves = |value: f64| Some(Margin { value, size: scale, begins: sizes.acceleration, moves: true });
+        match (context.slip(index), context.is_closed(index)) {
+            (None, true) => presses(force),
+            (None, false) => moves(acceleration),
+            (Some(_), _) if !context.rubs(index) => None,
+            (Some(_), true) => presses(self.restitutions[index] * context.level(index, multipliers) - force.abs()),
+            (Some(_), false) if self.is_idle(context, index) => moves(-acceleration.abs()),
+            (Some(_), false) => moves(direction * acceleration),
+        }
+    }
+
+    /// True for friction that neither sticks nor slips although it could: other parts hold it.
+    pub(super) fn is_idle(&self, context: &Place, index: usize) -> bool {
+        context.slip(index).is_some() && !context.is_closed(index) && context.direction(index) == 0.0
+    }
+
+    /// What has been found to slip is where the method has its force, to within the tolerance.
+    pub(super) fn slack(&self, context: &Place, index: usize) -> f64 {
         let size = self.accelerations.iter().fold(0.0, |most, own| maximum(most, own.abs()));
-        let slack = |index: usize| maximum(CANCELLED, FOUND * self.tolerance) * maximum(size, context.scale(index));
-        let fits = |index: usize| {
-            let usual = if begins { fastest } else { context.scale(index) };
-            let (force, least) = (context.force(index, multipliers), -CANCELLED * usual);
-            match (context.slip(index), context.is_closed(index)) {
-                (None, true) => force >= -CANCELLED * largest,
-                (None, false) => self.accelerations[index] >= least,
-                (Some(slip), _) if slip.on.is_some_and(|on| !context.is_closed(on as usize)) => true,
-                (Some(_), true) => {
-                    force.abs() <= self.restitutions[index] * context.level(index, multipliers) + CANCELLED * largest
-                }
-                (Some(_), false) if context.direction(index) == 0.0 => {
-                    holds && self.accelerations[index].abs() <= -least
-                }
-                (Some(_), false) if self.leaves[index] => {
-                    context.direction(index) * self.accelerations[index] >= -slack(index)
-                }
-                (Some(_), false) => context.direction(index) * self.accelerations[index] >= least,
-            }
-        };
-        self.solved.iter().all(|value| value.is_finite()) && concerned().all(fits) && self.have_signs(context, largest)
+        self.found() * maximum(size, context.scale(index))
+    }
+
+    /// The share to which an instant that was found knows forces and accelerations.
+    pub(super) fn found(&self) -> f64 {
+        maximum(CANCELLED, FOUND * self.tolerance)
     }
 
     /// True where friction permits no accelerations that follow from it steadily.
@@ -484,7 +561,7 @@ impl ContactValues {
     }
 
     /// Accelerations and reactions in the present mode, the second derivatives of the gaps, what presses and what must be positive.
-    fn accelerate(&mut self, context: &mut Place) {
+    pub(super) fn accelerate(&mut self, context: &mut Place) {
         self.trials += 1;
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
@@ -505,15 +582,30 @@ impl ContactValues {
     }
 }
 
-/// Where something is decided.
-struct Place<'a> {
-    model: &'a Model,
-    data: &'a Contacts,
-    machine: &'a mut Machine,
-    state: &'a mut State,
+/// The largest of those concerned.
+pub(super) struct Sizes {
+    pub force: f64,
+    pub acceleration: f64,
 }
 
-const TOO_MANY: &str = "more than 4096 combinations of what may be open or closed, stick or slip are possible at once";
+/// What must not be negative: a reaction, what a friction could hold more, or an acceleration if it `moves`.
+pub(super) struct Margin {
+    pub value: f64,
+    /// A usual size, and that of what there is at the instant.
+    pub size: f64,
+    begins: f64,
+    pub moves: bool,
+}
+
+/// Where something is decided.
+pub(super) struct Place<'a> {
+    pub model: &'a Model,
+    data: &'a Contacts,
+    machine: &'a mut Machine,
+    pub state: &'a mut State,
+}
+
+const TOO_MANY: &str = "more than 32768 combinations of what may be open or closed, stick or slip are possible at once";
 const NO_IMPACT: &str = "no impulses fit their impact: together with the loops they hold something twice, or friction would gain energy from it";
 const NO_MODE: &str = "none of their modes (open or closed, sticks or slips) fits the motion: together with the loops they hold something twice, or friction locks the mechanism as it moves";
 const TWO_MOTIONS: &str = "two motions are possible here, one of which friction locks: rigid bodies with Coulomb's law do not decide between them (Painleve); less friction does";
@@ -530,6 +622,11 @@ impl Place<'_> {
 
     fn is_closed(&self, index: usize) -> bool {
         is_closed(self.data, self.state, index)
+    }
+
+    /// True unless its contact is open.
+    fn rubs(&self, index: usize) -> bool {
+        self.slip(index).is_some_and(|slip| slip.on.is_none_or(|on| self.is_closed(on as usize)))
     }
 
     fn direction(&self, index: usize) -> f64 {

@@ -2,6 +2,7 @@
 //!
 //! What happens changes held values only; between instants they are constant, so that every method integrates as if they were inputs at rest. Nothing here remembers anything.
 
+mod ahead;
 pub(crate) mod contact;
 pub(crate) mod modes;
 pub(crate) mod onset;

@@ -4,23 +4,33 @@
 
 use crate::program::{Contact, Contacts};
 
-/// More combinations than these are not tried: six things that may stick or slip either way have fewer.
-pub(crate) const MOST_TRIALS: usize = 4096;
+/// More combinations than these are not tried: four contacts whose friction sticks, slips either way, or is held by the others, have fewer.
+pub(crate) const MOST_TRIALS: usize = 1 << 15;
+/// So many options has something at most.
+const OPTIONS: usize = 6;
 
 /// Something undecided, with its options.
 #[derive(Clone, Copy, Debug)]
 struct Choice {
     what: What,
-    /// None of what is held by something else, which does not rub: how they would share is not determined.
-    options: [Option<f64>; 4],
+    /// None of friction whose motion other parts hold, and that takes no share.
+    options: [Option<f64>; OPTIONS],
     count: usize,
+}
+
+impl Choice {
+    fn of(what: What, given: &[Option<f64>]) -> Self {
+        let mut options = [None; OPTIONS];
+        options[..given.len()].copy_from_slice(given);
+        Self { what, options, count: given.len() }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
 enum What {
     /// 1 if it is closed, else 0.
     Closed(usize),
-    /// 0 if it sticks, 1 or -1 if it slips, or none if it does not rub.
+    /// 0 if it sticks, 1 or -1 if it slips, a level at rest by that while it slips if other parts hold it and it takes its full share, or none if it does not rub.
     Slips(usize),
     /// A sign, by the place of its parameter.
     Sign(usize),
@@ -44,37 +54,29 @@ impl Choices {
     /// A contact may be closed or open, more likely as it `closes`.
     pub fn contact(&mut self, index: usize, closes: bool) {
         let likely = f64::from(u8::from(closes));
-        self.all.push(Choice {
-            what: What::Closed(index),
-            options: [Some(likely), Some(1.0 - likely), None, None],
-            count: 2,
-        });
+        self.all.push(Choice::of(What::Closed(index), &[Some(likely), Some(1.0 - likely)]));
     }
 
     /// Something sticks or slips, in the order in which that is likely.
-    pub fn slip(&mut self, index: usize, [first, second, third]: [f64; 3]) {
-        let options = [Some(first), Some(second), Some(third), None];
-        self.all.push(Choice { what: What::Slips(index), options, count: 3 });
+    pub fn slip(&mut self, index: usize, options: [f64; 3]) {
+        self.all.push(Choice::of(What::Slips(index), &options.map(Some)));
     }
 
-    /// Something that has been found to slip does so, one way or the other.
-    pub fn slips(&mut self, index: usize, [first, second]: [f64; 2]) {
-        self.all.push(Choice { what: What::Slips(index), options: [Some(first), Some(second), None, None], count: 2 });
+    /// Something that has been found to slip does so, one way or the other, unless others still hold it: then it takes its full share, which is its level at rest, `ratio` times that while it slips.
+    pub fn slips(&mut self, index: usize, [first, second]: [f64; 2], ratio: f64) {
+        let all = [first, second, ratio * first, ratio * second].map(Some);
+        self.all.push(Choice::of(What::Slips(index), if ratio == 1.0 { &all[..2] } else { &all }));
     }
 
-    /// The same of what rests, which something else may hold.
-    pub fn rest(&mut self, index: usize, [first, second]: [f64; 2]) {
-        let options = [Some(0.0), None, Some(first), Some(second)];
-        self.all.push(Choice { what: What::Slips(index), options, count: 4 });
+    /// The same of what rests, which may also stick, or be held by other parts without any share.
+    pub fn rest(&mut self, index: usize, [first, second]: [f64; 2], ratio: f64) {
+        let all = [Some(0.0), None, Some(first), Some(second), Some(ratio * first), Some(ratio * second)];
+        self.all.push(Choice::of(What::Slips(index), if ratio == 1.0 { &all[..4] } else { &all }));
     }
 
     /// A sign of what presses, more likely this one.
     pub fn sign(&mut self, parameter: usize, likely: f64) {
-        self.all.push(Choice {
-            what: What::Sign(parameter),
-            options: [Some(likely), Some(-likely), None, None],
-            count: 2,
-        });
+        self.all.push(Choice::of(What::Sign(parameter), &[Some(likely), Some(-likely)]));
     }
 
     /// How many combinations there are.

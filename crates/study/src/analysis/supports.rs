@@ -117,6 +117,7 @@ fn in_mode(
     point: OperatingPoint,
     asked: &[AskedPart],
 ) -> Result<Outcome, AnalysisFailure> {
+    let mechanism = &*formulated.equations.system.mechanism;
     let verges = asked.iter().filter_map(|own| match own.wanted {
         WantedMode::Slides(way) => Some((own.index, way.unwrap_or_default())),
         WantedMode::Holds | WantedMode::LetsGo | WantedMode::Idle => None,
@@ -125,31 +126,46 @@ fn in_mode(
     let found = match sharing(formulated, variation, &point)? {
         None => attempt(formulated, variation, point),
         Some(sharing) if verges.is_empty() => return share(formulated, variation, point, sharing),
-        Some(sharing) => return Err(sharing.has_no_verge()),
+        Some(shared) => {
+            // What carries all that it can has no share to be found.
+            let mut others = point.clone();
+            verges.iter().for_each(|&(index, _)| others.set_parameter(mask(mechanism, index, false)));
+            let [all, left] = [&point, &others].map(|point| ranked(formulated, variation, point));
+            // If the others hold it still, nothing is about to slide.
+            if left?[1] == all?[1] || sharing(formulated, variation, &others)?.is_some() {
+                return Err(shared.has_no_verge());
+            }
+            share(formulated, variation, point, shared)?
+        }
     };
-    Ok(match found {
-        found if verges.is_empty() => found,
+    match found {
+        found if verges.is_empty() => Ok(found),
         Outcome::Rests(Rest { point, .. }) => verge(formulated, variation, point, &verges),
         Outcome::Slides(_, point) => verge(formulated, variation, *point, &verges),
-        Outcome::Fails(failure) => Outcome::Fails(failure),
-    })
+        Outcome::Fails(failure) => Ok(Outcome::Fails(failure)),
+    }
 }
 
-/// Searches for where these hold all that they can, against sliding this way; and holds them there.
+/// Searches for where these hold all that they can, against sliding this way; and holds them there: by those that stick, as many as are not held twice, and by the full force of the others.
 fn verge(
     formulated: &Formulated,
     variation: &Variation,
     mut point: OperatingPoint,
     verges: &[(usize, f64)],
-) -> Outcome {
+) -> Result<Outcome, AnalysisFailure> {
     verges.iter().for_each(|&(index, way)| carry_all(formulated, &mut point, index, way));
     let mut outcome = attempt(formulated, variation, point);
     if let Outcome::Rests(Rest { point, .. }) = &mut outcome {
         let here = closures(formulated, point);
-        let verges = here.iter().filter(|own| verges.iter().any(|(index, _)| *index == own.index));
-        verges.for_each(|own| stick(formulated, point, own));
+        for own in here.iter().filter(|own| verges.iter().any(|(index, _)| *index == own.index)) {
+            let mut stuck = point.clone();
+            stick(formulated, &mut stuck, own);
+            if !is_held_twice(formulated, variation, &stuck)? {
+                *point = stuck;
+            }
+        }
     }
-    outcome
+    Ok(outcome)
 }
 
 /// Lets what carries all that it can stick where it is, with the same force.

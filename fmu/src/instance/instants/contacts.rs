@@ -8,7 +8,7 @@ use super::super::{Computed, Instance, InstanceError};
 use super::importer::APART;
 use super::{Distance, Instants};
 use crate::failure::Failure;
-use crate::hybrid::contact::{TOUCHING, direction, is_closed};
+use crate::hybrid::contact::{FOUND, TOUCHING, direction, is_closed};
 use crate::hybrid::onset::CHECKS;
 use crate::machine::{CANCELLED, ROUNDING};
 use crate::math::{maximum, minimum};
@@ -24,6 +24,8 @@ const PULLS: f64 = 1e-9;
 const LEAST_FORCE: f64 = 1e-14;
 /// A gap is far if it exceeds so many times the largest rate in three places of a step, times the step: to close and open between two of these places, which are apart by 0.54 of the step at most, it would have to be fifteen times as fast.
 const FAR: f64 = 4.0;
+/// So many changes of mode at one instant do not end: each of a few parts changes once or twice.
+const MOST_CHANGES: u32 = 64;
 
 impl Instance {
     /// True if the reaction of a contact counts, or of what sticks, the acceleration of a freewheel, or the sign of what presses.
@@ -137,9 +139,8 @@ impl Instance {
             false => own.contacts.locks.fill(1.0),
         }
         let layout = model.layout();
+        let none = ROUNDING * self.largest_reaction() + LEAST_FORCE;
         let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
-        let largest = multipliers.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let none = ROUNDING * largest + LEAST_FORCE;
         for (index, contact) in data.all.iter().enumerate() {
             let Some(slip) = &contact.slip else { continue };
             let direction = direction(data, &self.now.state, index);
@@ -215,6 +216,7 @@ impl Instance {
             own && contacts.has_changed(data, state, index)
         };
         let stops = (0..data.all.len()).any(sticks);
+        let resolved = resolved.and_then(|()| self.count_changes(&mut own, data));
         self.instants = Some(own);
         self.computed = Computed::default();
         resolved.map_err(InstanceError::Solver)?;
@@ -348,22 +350,72 @@ impl Instance {
 }
 
 impl Instance {
-    /// Something that has begun to slide, and slides back where the excesses were last evaluated.
-    pub(super) fn find_turned(&self, own: &Instants) -> Option<usize> {
+    /// Something whose mode the motion contradicts where the excesses were last evaluated.
+    pub(super) fn find_contradicted(&self, own: &Instants) -> Option<usize> {
         let first = self.model.program().instants.events.len();
-        (first..own.armed.len()).find(|&event| self.slides_back(own, event))
+        (first..own.armed.len()).find(|&event| self.is_contradicted(own, event))
     }
 
-    /// True if an event is something that has begun to slide, and slides against that way by more than the tolerance.
-    pub(super) fn slides_back(&self, own: &Instants, event: usize) -> bool {
+    /// True for what could not be armed since it last changed, and is against its mode by more than the tolerance: it slides back, sticks by more than its level, or pulls. Less, and it has been so for less
+    /// than the method resolves.
+    pub(super) fn is_contradicted(&self, own: &Instants, event: usize) -> bool {
         let program = self.model.program();
         let index = event - program.instants.events.len();
-        let data = program.instants.contacts.as_ref().filter(|data| index < data.all.len());
-        data.is_some_and(|data| {
-            let slides = data.all[index].slip.is_some() && !is_closed(data, &self.now.state, index);
-            // Less, and it has begun to slide for less than the method resolves.
-            let least = self.now.tolerance * row_of(program, &data.all[index]).scale;
-            slides && !own.armed[event] && own.indicators[index] > least
+        let Some(data) = program.instants.contacts.as_ref().filter(|data| index < data.all.len()) else { return false };
+        let (contact, tolerance) = (&data.all[index], self.now.tolerance);
+        let is_closed = is_closed(data, &self.now.state, index);
+        let least = match is_closed {
+            true => LEAST_FORCE + FOUND * maximum(CANCELLED, tolerance) * self.largest_reaction(),
+            false => tolerance * row_of(program, contact).scale,
+        };
+        let excess = match &contact.slip {
+            Some(slip) if is_closed => {
+                let reaction = |row: u32| self.machine.registers()[self.model.layout().reactions() + row as usize];
+                reaction(contact.constraint).abs() - own.contacts.restitutions[index] * reaction(slip.level)
+            }
+            None if !is_closed => return false,
+            Some(_) | None => own.indicators[index],
+        };
+        !own.armed[event] && excess > least
+    }
+
+    /// The largest of all multipliers in the registers.
+    fn largest_reaction(&self) -> f64 {
+        let layout = self.model.layout();
+        let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
+        multipliers.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+    }
+
+    /// Counts the changes of mode at one instant.
+    ///
+    /// # Errors
+    /// They do not end.
+    fn count_changes(&self, own: &mut Instants, data: &Contacts) -> Result<(), Failure> {
+        let state = &self.now.state;
+        let changed = |index: &usize| own.contacts.has_changed(data, state, *index);
+        if !(0..data.all.len()).any(|index| changed(&index)) {
+            return Ok(());
+        }
+        let time = state.time();
+        let changes = &mut own.changes;
+        if changes.count == 0 || time > changes.since + ROUNDING * maximum(time.abs(), 1.0) {
+            (changes.since, changes.count) = (time, 0);
+            changes.who.fill(false);
+        }
+        changes.count += 1;
+        for index in 0..data.all.len() {
+            changes.who[index] |= own.contacts.has_changed(data, state, index);
+        }
+        if changes.count <= MOST_CHANGES {
+            return Ok(());
+        }
+        changes.count = 0;
+        let who = data.all.iter().zip(&changes.who).filter(|(_, changes)| **changes);
+        let names = who.map(|(contact, _)| contact.name.clone()).collect();
+        Err(Failure::Contact {
+            time,
+            names,
+            why: "their modes (open or closed, sticks or slips) change again and again at one instant",
         })
     }
 }

@@ -110,7 +110,7 @@ impl Instance {
         own.seen = first.filter(|_| own.record.is_some()).map(|found| self.seen_before(own, step, found));
         if first.is_none() && !own.indicators.is_empty() {
             self.evaluate_sides(own, (step, step), 1.0);
-            first = self.find_turned(own).map(|event| (self.turn(own, step, event), event));
+            first = self.find_contradicted(own).map(|event| (self.turn(own, step, event), event));
             if first.is_none() {
                 own.overlooked = own.overlooked.take().or_else(|| self.find_overlooked(own));
             }
@@ -119,13 +119,13 @@ impl Instance {
         Searched { step, first }
     }
 
-    /// When something that has begun to slide, and slides back at the end of a step, does so by more than the tolerance.
+    /// When something whose mode the motion contradicts at the end of a step begins to be against it by more than the tolerance.
     fn turn(&mut self, own: &mut Instants, step: [f64; 2], event: usize) -> f64 {
         let (mut before, mut after) = (0.0, 1.0);
         for _ in 0..DEEPEST {
             let middle = 0.5 * (before + after);
             self.evaluate_sides(own, (step, step), middle);
-            if self.slides_back(own, event) { after = middle } else { before = middle }
+            if self.is_contradicted(own, event) { after = middle } else { before = middle }
         }
         between(step, after)
     }

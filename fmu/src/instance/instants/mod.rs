@@ -104,6 +104,7 @@ pub(super) struct Instants {
     done_before: u64,
     /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
     turned: Option<(f64, usize)>,
+    changes: Changes,
     /// The excess of each event, then of each contact, in the parts of the last step.
     excesses: Vec<[f64; PARTS + 1]>,
     searched: Option<Searched>,
@@ -120,6 +121,14 @@ pub(super) struct Instants {
     happened: bool,
     /// What has happened since it was last asked for, if anybody asks.
     record: Option<Vec<Happening>>,
+}
+
+/// How often modes have changed since a time that is the present instant, and whose.
+#[derive(Clone, Debug)]
+struct Changes {
+    since: f64,
+    count: u32,
+    who: Vec<bool>,
 }
 
 /// The least gap at a time, and the largest rate of one.
@@ -187,6 +196,7 @@ impl Instants {
             done_before: 0,
             seen: None,
             turned: None,
+            changes: Changes { since: 0.0, count: 0, who: vec![false; instants.contacts().len()] },
             happened: false,
             record: None,
         }))
