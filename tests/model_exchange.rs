@@ -223,7 +223,7 @@ impl Master {
         while time < end - 1e-6 * h {
             let mut length = h.min(end - time);
             let signs = self.signs(time, &states);
-            let mut changed = |own: &mut Self, length: f64| {
+            let changed = |own: &mut Self, length: f64| {
                 let states = own.step(time, &states, length);
                 own.signs(time + length, &states) != signs
             };

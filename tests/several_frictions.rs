@@ -338,7 +338,7 @@ fn count(seeds: std::ops::Range<u64>) -> Count {
 fn check(seeds: std::ops::Range<u64>) {
     let all = count(seeds);
     println!(
-        "{} runs, {} refused, {} wrong; errors {:.1e?}\n{:#?}\n{:#?}",
+        "{} runs, {} refused, {} wrong; errors {:?}\n{:#?}\n{:#?}",
         all.runs,
         all.refused.len(),
         all.wrong.len(),

@@ -726,10 +726,12 @@ fn a_ladder_stands_where_both_its_ends_are_about_to_slide() {
     let ladder = |floor: f64, wall: f64, up: f64, begin: f64| {
         format!(
             "name = \"ladder\"\ngravity = [0, -9.81]\n[ground.points]\nbase = [0, 0]\n[bodies.ladder]\nmass = 12\ninertia = 16\npoints = {{ low = [-2.5, 0], high = [2.5, 0], man = [{:?}, 0] }}\n[joints.floor_pad]\ntype = \"contact\"\nbetween = [\"ground.base\", \"ladder.low\"]\naxis = [1, 0]\nfriction = {{ mu = {floor:?} }}\n[joints.wall_pad]\ntype = \"contact\"\nbetween = [\"ground.base\", \"ladder.high\"]\naxis = [0, 1]\nside = \"left\"\nfriction = {{ mu = {wall:?} }}\n[loads.man]\ntype = \"force\"\non = \"ladder.man\"\nvector = [0, \"-70[kg]*9.81[m/s2]\"]\n[initial]\n\"ladder.angle\" = {begin:?}\n\"ladder.x\" = {:?}\n\"ladder.y\" = {:?}\n",
-            up - 2.5, -2.5 * begin.cos(), 2.5 * begin.sin()
+            up - 2.5,
+            -2.5 * begin.cos(),
+            2.5 * begin.sin()
         )
     };
-    for (floor, wall, up) in [(0.5, 0.3, 3.5), (0.4, 0.2, 2.0), (0.6, 0.1, 4.5), (0.35, 0.5, 3.0)] {
+    for (floor, wall, up) in [(0.5_f64, 0.3_f64, 3.5_f64), (0.4, 0.2, 2.0), (0.6, 0.1, 4.5), (0.35, 0.5, 3.0)] {
         // Floor: N + mu_w W = weight, W = mu_f N; moments about the foot: W sin + mu_w W cos = (12 2.5 + 70 up) g cos/5.
         let weight = 82.0 * 9.81;
         let pushed = floor * weight / (1.0 + floor * wall);
