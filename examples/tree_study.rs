@@ -3,6 +3,9 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
+/// The folder of the whole project.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
 use std::time::Instant;
 
 use cotree::equations::Equations;

@@ -89,8 +89,11 @@ fn wheel(random: &mut Random) -> Case {
         let way = if rates[0] == 0.0 { "" } else { "direction = \"clockwise\"\n" };
         parts += &format!("[joints.free]\ntype = \"one_way\"\nbetween = [\"ground\", \"wheel\"]\n{way}");
     }
-    let begin =
-        if random.next() % 2 == 0 { 0.0 } else { random.between(0.5, 3.0) * if rates[1] == 0.0 { -1.0 } else { 1.0 } };
+    let begin = if random.next().is_multiple_of(2) {
+        0.0
+    } else {
+        random.between(0.5, 3.0) * if rates[1] == 0.0 { -1.0 } else { 1.0 }
+    };
     let names = ["wheel.angle", "wheel.omega"];
     let moving = Moving {
         slides: Box::new(move |t, _, _, direction| (law.at(t) - direction * level) / inertia),
@@ -111,12 +114,12 @@ fn wheel(random: &mut Random) -> Case {
 /// A slider with friction, and stops, a wall or a rope.
 fn slider(random: &mut Random) -> Case {
     let (mass, level) = (random.between(0.5, 4.0), random.between(1.0, 8.0));
-    let ratio = if random.next() % 2 == 0 { 1.0 } else { random.between(1.0, 1.6) };
+    let ratio = if random.next().is_multiple_of(2) { 1.0 } else { random.between(1.0, 1.6) };
     let law = Law::random(random, 1.2 * level);
     let (high, low) = (random.between(0.02, 0.4), -random.between(0.02, 0.4));
-    let restitution = if random.next() % 2 == 0 { 0.0 } else { random.between(0.1, 0.7) };
+    let restitution = if random.next().is_multiple_of(2) { 0.0 } else { random.between(0.1, 0.7) };
     let kind = random.next() % 3;
-    let stiffness = if random.next() % 2 == 0 { 0.0 } else { random.between(1.0, 30.0) };
+    let stiffness = if random.next().is_multiple_of(2) { 0.0 } else { random.between(1.0, 30.0) };
     let limits = if kind == 0 {
         format!("limits = {{ min = {low:?}, max = {high:?}, restitution = {restitution:?} }}\n")
     } else {
@@ -136,7 +139,7 @@ fn slider(random: &mut Random) -> Case {
         ),
         _ => String::new(),
     };
-    let begin = if random.next() % 2 == 0 { 0.0 } else { random.between(-2.0, 2.0) };
+    let begin = if random.next().is_multiple_of(2) { 0.0 } else { random.between(-2.0, 2.0) };
     let names = ["rail.s", "rail.v"];
     let force = move |t: f64, s: f64| law.at(t) - stiffness * s;
     let moving = Moving {
@@ -160,7 +163,7 @@ fn feet(random: &mut Random) -> Case {
     let (mass, height) = (random.between(1.0, 6.0), random.between(0.02, 0.1));
     let count = 2 + (random.next() % 3) as usize;
     let [mu, other] = [0, 1].map(|_| random.between(0.1, 0.6));
-    let ratios = [0, 1].map(|_| if random.next() % 2 == 0 { 1.0 } else { random.between(1.0, 1.5) });
+    let ratios = [0, 1].map(|_| if random.next().is_multiple_of(2) { 1.0 } else { random.between(1.0, 1.5) });
     let (mus, ratios) = if count == 2 { ([mu, other], ratios) } else { ([mu; 2], [ratios[0]; 2]) };
     let law = Law::random(random, 0.35 * mass * GRAVITY);
     let [left, right] = [-random.between(0.5, 0.8), random.between(0.5, 0.8)];
@@ -176,7 +179,7 @@ fn feet(random: &mut Random) -> Case {
         );
     }
     parts += &format!("[loads.push]\ntype = \"force\"\non = \"box\"\nvector = [\"{}\", 0]\n", law.text());
-    let begin = if random.next() % 2 == 0 { 0.0 } else { random.between(-2.0, 2.0) };
+    let begin = if random.next().is_multiple_of(2) { 0.0 } else { random.between(-2.0, 2.0) };
     let names = ["box.x", "box.vx"];
     let initial = format!(
         "\"box.x\" = 0.0\n\"box.y\" = {height:?}\n\"box.angle\" = 0.0\n\"box.vx\" = {begin:?}\n\"box.vy\" = 0.0\n\"box.omega\" = 0.0"
@@ -275,8 +278,10 @@ fn crank(random: &mut Random) -> Case {
     Case { scene: scene(&parts, &initial, names), names, begin: [begin, 0.0], moving }
 }
 
-const KINDS: [(&str, fn(&mut Random) -> Case); 4] =
-    [("wheel", wheel), ("slider", slider), ("feet", feet), ("crank", crank)];
+/// Makes a random case of one kind.
+type Maker = fn(&mut Random) -> Case;
+
+const KINDS: [(&str, Maker); 4] = [("wheel", wheel), ("slider", slider), ("feet", feet), ("crank", crank)];
 
 fn case(seed: u64) -> (&'static str, Case) {
     let (name, kind) = KINDS[(seed % 4) as usize];

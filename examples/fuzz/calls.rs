@@ -68,7 +68,7 @@ impl Calls {
         let mut folders: Vec<_> =
             fs::read_dir(models).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
         folders.sort();
-        let scenes = folders.iter().filter_map(|folder| Scene::read(&folder.join("scene.toml")).ok());
+        let scenes = folders.iter().filter_map(|folder| Scene::read(folder.join("scene.toml")).ok());
         let programs = scenes.chain(Scene::from_toml(RUNAWAY).ok()).filter_map(|scene| compile(&scene).ok());
         let models = programs.filter_map(|compiled| Model::new(compiled.program).ok());
         Self { models: models.filter(|model| !model.program().instants.is_empty()).map(Arc::new).collect() }

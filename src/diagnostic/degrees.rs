@@ -52,7 +52,7 @@ mod tests {
     fn a_column_is_judged_as_a_whole() {
         assert_eq!(among(&[0.0, 30.0, 60.0]), Some(30.0));
         assert_eq!(among(&[0.0, 12.0, 24.0]), Some(24.0));
-        assert_eq!(among(&[0.0, 6.283, 12.566]), None);
+        assert_eq!(among(&[0.0, TAU, 2.0 * TAU]), None);
         assert_eq!(among(&[0.0, 1.0, 2.0]), None);
         assert_eq!(among(&[]), None);
     }

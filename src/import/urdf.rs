@@ -79,7 +79,7 @@ impl<'a> UrdfReader<'a> {
         let mut parents: BTreeMap<&str, &Element> = BTreeMap::new();
         for joint in root.all("joint") {
             let [parent, child] = [self.link_of(joint, "parent")?, self.link_of(joint, "child")?];
-            for name in [parent, child].into_iter().filter(|name| !links.contains_key(name)) {
+            if let Some(name) = [parent, child].into_iter().find(|name| !links.contains_key(name)) {
                 return Err(joint.refuse(format!("{}: there is no link `{name}`", joint.called())));
             }
             if let Some(other) = parents.insert(child, joint) {

@@ -200,7 +200,7 @@ impl<'a> MjcfReader<'a> {
         if kind == JointMotion::Ball || kind == JointMotion::Free {
             let pose = self.model.bodies[within.body].pose;
             joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
-            if joint.armature != 0.0 && kind == JointMotion::Free || joint.damping != 0.0 && kind == JointMotion::Free {
+            if kind == JointMotion::Free && (joint.armature != 0.0 || joint.damping != 0.0) {
                 self.refuse_or_leave(
                     element,
                     "joint",

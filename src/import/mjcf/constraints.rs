@@ -7,6 +7,9 @@ use crate::import::refusal::{Fallible, Refusal};
 use crate::import::robot::{BodyPoint, Closure, ClosureKind, Follower, JointMotion, PointSpring, Tendon};
 use crate::import::xml::Element;
 
+/// A site: the index of its body, and its pose in it.
+type PlacedSite = (usize, Isometry3<f64>);
+
 impl<'a> MjcfReader<'a> {
     pub fn constraints(&mut self, root: &'a Element) -> Fallible<()> {
         for section in root.all("equality") {
@@ -76,7 +79,7 @@ impl<'a> MjcfReader<'a> {
         self.relaxed_world(own.parent) * own.pose * moved
     }
 
-    fn sites_of(&self, element: &'a Element) -> Fallible<Option<[(usize, Isometry3<f64>); 2]>> {
+    fn sites_of(&self, element: &'a Element) -> Fallible<Option<[PlacedSite; 2]>> {
         match (element.get("site1"), element.get("site2")) {
             (Some(first), Some(second)) => {
                 Ok(Some([self.site_named(element, first)?, self.site_named(element, second)?]))

@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(join(&[two.clone(), one.clone()], &place).unwrap(), 3);
         assert_eq!(std::fs::read_to_string(&place).unwrap(), "run,a,failure\n0,1.0,\n1,2.0,\n2,3.0,\n");
         let refused = |paths: &[PathBuf]| join(paths, &folder.path().join("none.csv")).unwrap_err();
-        assert!(matches!(refused(&[one.clone()]), JoinError::Missing(list) if list == "2"));
+        assert!(matches!(refused(std::slice::from_ref(&one)), JoinError::Missing(list) if list == "2"));
         assert!(matches!(refused(&[one.clone(), one.clone(), two.clone()]), JoinError::Twice(..)));
         let other = file("3", "w, part 2/2", "1,2.0,\n2,3.0,\n");
         assert!(matches!(refused(&[one.clone(), other]), JoinError::Other(..)));
