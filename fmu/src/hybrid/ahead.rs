@@ -51,10 +51,10 @@ impl ContactValues {
         self.ahead.start.copy_from(context.state);
         let first = maximum(NEAREST, RESOLVED * shortest(context.state.time()));
         let mut passed = LOOKS;
-        for look in 0..LOOKS {
-            self.follow_mode(context, first * FURTHER.powi(look as i32));
+        for step in 0..LOOKS {
+            self.follow_mode(context, first * FURTHER.powi(step as i32));
             match self.falls(context) {
-                Some(true) => passed = look,
+                Some(true) => passed = step,
                 Some(false) => (),
                 None => continue,
             }

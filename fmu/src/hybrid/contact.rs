@@ -379,21 +379,21 @@ impl ContactValues {
             }
             let lasts = self.lasts(context);
             if lasts == LOOKS {
-                return self.settle(context, (trial, begins), locked);
+                return self.accept(context, (trial, begins), locked);
             }
             if best.is_none_or(|(longest, _)| lasts > longest) {
                 best = Some((lasts, (trial, begins)));
             }
         }
         if let Some((_, found)) = best {
-            return self.settle(context, found, locked);
+            return self.accept(context, found, locked);
         }
         context.state.parameters_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, if locked { LOCKS } else { NO_MODE }))
     }
 
     /// Takes a mode that fits, unless friction that locks permits another motion.
-    fn settle(&mut self, context: &mut Place, (trial, begins): (usize, bool), mut locked: bool) -> Result<(), Failure> {
+    fn accept(&mut self, context: &mut Place, (trial, begins): (usize, bool), mut locked: bool) -> Result<(), Failure> {
         self.choices.set(trial, context.data, context.state.parameters_mut());
         self.accelerate(context);
         if self.locks.is_empty() || self.any_sticks(context) {
