@@ -18,6 +18,7 @@ const CRATES: [Crate; 8] = [
             "linalg",
             "tape",
             "program",
+            "contain",
             "failure",
             "model",
             "machine",
