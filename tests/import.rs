@@ -305,7 +305,7 @@ fn what_cannot_be_read_is_refused_with_every_reason() {
         ("{}".to_owned(), vec!["not JSON of pylinkage"]),
         (odd, vec!["type `servo`, which is not supported", "joint `nowhere`, which is not there"]),
         ("{\"joints\": [], \"links\": []}".to_owned(), vec!["no link that moves"]),
-        (String::new(), vec!["neither"]),
+        (String::new(), vec!["it is empty"]),
     ] {
         fs::write(folder.path().join("odd.txt"), &text).unwrap();
         let output = cotree(folder.path(), &["import", "odd.txt"]);

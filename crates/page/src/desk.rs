@@ -1,6 +1,6 @@
 //! From a text to what a drawing page asks about it: what is wrong, the page that moves, linkages, the FMU. An answer is bytes: a JSON text, a page or an FMU; or what is wrong, as JSON.
 //!
-//! The WebAssembly module in `tools/front` answers with these inside a page, the server of [`crate::serve`] beside it.
+//! The WebAssembly module in `tools/front` answers with these inside a page, the server in the folder `serve` beside it.
 
 use cotree::export::FmiVersion;
 use cotree::export::runtime::Runtime;
