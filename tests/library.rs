@@ -11,6 +11,7 @@ mod backlash;
 mod barrier;
 mod body_shapes;
 mod book;
+mod coincidences;
 mod component_laws;
 mod component_models;
 mod component_motions;

@@ -1,9 +1,12 @@
 //! Derivatives of expressions.
+//!
+//! A rate along a motion is the one on the right: the rate of what holds from that instant on. Where the sides of `min(t, 1)` meet it is 0, and that of `max(0, t - 1)` is 1; so the pieces of all
+//! laws that change over at one instant are those that follow it, whichever way round a law is written.
 
 use std::collections::HashMap;
 
 use super::term::build;
-use super::{Arena, Expr, ExprNode, Order, Symbol};
+use super::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 
 impl Arena {
     /// d expr / d symbol.
@@ -15,7 +18,7 @@ impl Arena {
     /// d roots / d symbol; shared subexpressions are differentiated once.
     pub fn derivatives(&mut self, roots: &[Expr], symbol: Symbol) -> Vec<Expr> {
         let of_symbol = |_: &mut Arena, s: Symbol| if s == symbol { Expr::ONE } else { Expr::ZERO };
-        let known = self.chain_all(roots, &of_symbol);
+        let known = self.chain_all(roots, &of_symbol, |_, _, _| None);
         roots.iter().map(|root| known[root]).collect()
     }
 
@@ -35,18 +38,63 @@ impl Arena {
             };
             next.map_or(Expr::ZERO, |next| arena.symbol(next))
         };
-        self.chain(expr, &rate)
+        self.chain_all(&[expr], &rate, Arena::rate_from_here)[&expr]
+    }
+
+    /// The rate from an instant on of what is smaller, larger, a size or chosen by a comparison, if it depends on which piece follows; the sides of a comparison may be equal there.
+    fn rate_from_here(&mut self, inner: Expr, known: &HashMap<Expr, Expr>) -> Option<Expr> {
+        match self.node(inner) {
+            ExprNode::Binary(function @ (Binary::Min | Binary::Max), a, b) => {
+                let [da, db] = [a, b].map(|side| known[&side]);
+                let equal = self.binary(function, da, db);
+                let [least, most] = if function == Binary::Min { [da, db] } else { [db, da] };
+                Some(self.piece([a, b], [least, equal, most]))
+            }
+            ExprNode::Unary(Unary::Abs, a) => {
+                let rate = known[&a];
+                let [back, size] = [self.negate(rate), self.unary(Unary::Abs, rate)];
+                Some(self.piece([a, Expr::ZERO], [back, size, rate]))
+            }
+            ExprNode::Select(condition, then, otherwise) => {
+                let ExprNode::Binary(function @ (Binary::Less | Binary::LessEqual), a, b) = self.node(condition) else {
+                    return None;
+                };
+                let [then, otherwise, da, db] = [then, otherwise, a, b].map(|part| known[&part]);
+                // A comparison of sums may be one of what is left between them.
+                let follows = self.compare(function, da, db);
+                let equal = self.select(follows, then, otherwise);
+                Some(self.piece([a, b], [then, equal, otherwise]))
+            }
+            _ => None,
+        }
+    }
+
+    /// The first where a < b, the second where they are equal, else the third.
+    fn piece(&mut self, [a, b]: [Expr; 2], [below, equal, above]: [Expr; 3]) -> Expr {
+        let is_above = self.compare(Binary::Less, b, a);
+        let rest = self.select(is_above, above, equal);
+        let is_below = self.compare(Binary::Less, a, b);
+        self.select(is_below, below, rest)
     }
 
     /// The chain rule, given the derivative of each symbol.
     fn chain(&mut self, expr: Expr, of_symbol: &dyn Fn(&mut Arena, Symbol) -> Expr) -> Expr {
-        self.chain_all(&[expr], of_symbol)[&expr]
+        self.chain_all(&[expr], of_symbol, |_, _, _| None)[&expr]
     }
 
-    /// The derivatives of all subexpressions.
-    fn chain_all(&mut self, roots: &[Expr], of_symbol: &dyn Fn(&mut Arena, Symbol) -> Expr) -> HashMap<Expr, Expr> {
+    /// The derivatives of all subexpressions; `special` has a rule of its own for some, given those of their operands.
+    fn chain_all(
+        &mut self,
+        roots: &[Expr],
+        of_symbol: &dyn Fn(&mut Arena, Symbol) -> Expr,
+        special: impl Fn(&mut Arena, Expr, &HashMap<Expr, Expr>) -> Option<Expr>,
+    ) -> HashMap<Expr, Expr> {
         let mut known: HashMap<Expr, Expr> = HashMap::new();
         for inner in self.reachable(roots.iter().copied()) {
+            if let Some(derivative) = special(self, inner, &known) {
+                known.insert(inner, derivative);
+                continue;
+            }
             let derivative = match self.node(inner) {
                 ExprNode::Constant(_) => Expr::ZERO,
                 ExprNode::Symbol(symbol) => of_symbol(self, symbol),

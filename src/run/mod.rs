@@ -98,13 +98,42 @@ impl Run<'_> {
         &self,
         instance: &mut Instance,
         times: impl IntoIterator<Item = f64>,
-        mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Finish, RunError> {
+        let mut log = Vec::new();
+        let ended = self.go_through(instance, times, &mut log, report)?;
+        Ok(finish(instance, (log, ended)))
+    }
+
+    /// As [`Run::start`]; `log` is given what has happened also where the run ends in an error.
+    ///
+    /// # Errors
+    /// As of [`Run::start`].
+    pub fn start_logged(
+        &self,
+        model: Arc<Model>,
+        log: &mut Vec<Logged>,
+        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+    ) -> Result<Finish, RunError> {
+        let instance = &mut Instance::new(model);
+        let ended = self.go_through(instance, points(self.experiment), log, report);
+        log.extend(logged(instance));
+        Ok(finish(instance, (log.clone(), ended?)))
+    }
+
+    /// Goes from one communication point to the next; the event that ends the run before the last one, and when.
+    fn go_through(
+        &self,
+        instance: &mut Instance,
+        times: impl IntoIterator<Item = f64>,
+        log: &mut Vec<Logged>,
+        mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
+    ) -> Result<Option<(String, f64)>, RunError> {
         self.begin(instance)?;
         let Experiment { start, stop, .. } = self.experiment;
         let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
         let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
-        let mut log = logged(instance);
+        log.extend(logged(instance));
         for time in times {
             let mut ended = None;
             while ended.is_none()
@@ -123,10 +152,10 @@ impl Run<'_> {
             }
             report(time, &values)?;
             if ended.is_some() {
-                return Ok(finish(instance, (log, ended)));
+                return Ok(ended);
             }
         }
-        Ok(finish(instance, (log, None)))
+        Ok(None)
     }
 
     /// The initial state.

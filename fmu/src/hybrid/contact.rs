@@ -23,6 +23,8 @@ pub(crate) const TOUCHING: f64 = 1e-11;
 pub(crate) const FOUND: f64 = 10.0;
 /// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
 const TWICE: f64 = 1e-6;
+/// Impacts at one instant that follow each other: as often a ball between two others loses its speed to rounding errors.
+const MOST_ROUNDS: usize = 1000;
 /// A flight that is lower than rounding errors of a gap has no end that can be found: its time is this many times the root of 8 eps L / a.
 const SHORTEST_FLIGHT: f64 = 10.0;
 
@@ -69,6 +71,8 @@ pub(crate) struct ContactValues {
     touches: Vec<bool>,
     leaves: Vec<bool>,
     dead: Vec<bool>,
+    /// Who touches, while only some of them collide.
+    touching: Vec<bool>,
 }
 
 impl ContactValues {
@@ -103,6 +107,7 @@ impl ContactValues {
             touches: vec![false; count],
             leaves: vec![false; count],
             dead: vec![false; count],
+            touching: vec![false; count],
         }
     }
 
@@ -167,15 +172,57 @@ impl ContactValues {
             self.touches[index] = is_contact && (closed || turns(index) || is_near);
             self.leaves[index] = closed && turns(index);
         }
+        if self.comes(context) {
+            self.collide_all(context)?;
+            self.end_bounces(context, shortest)?;
+        }
+        self.decide(context, turns)
+    }
+
+    /// True if anything that touches and is open comes nearer.
+    fn comes(&self, context: &Place) -> bool {
         let hits = |index: usize| {
             let comes = self.rates[index] < -self.least_rate(context, index);
             comes && self.touches[index] && !context.is_closed(index)
         };
-        if (0..self.gaps.len()).any(hits) {
-            self.collide(context)?;
-            self.end_bounces(context, shortest)?;
+        (0..self.gaps.len()).any(hits)
+    }
+
+    /// What touches collides at once. Where no such impulses exist, those that move apart take no part, or a freewheel and a rebounding stop collide one after the other: then as often as what
+    /// touches still comes nearer. Without friction, and with one restitution, those that do not move apart always have impulses, which take energy (Glocker 2001, section 8).
+    fn collide_all(&mut self, context: &mut Place) -> Result<(), Failure> {
+        let Err(failure) = self.collide(context) else { return Ok(()) };
+        self.touching.copy_from_slice(&self.touches);
+        for _ in 0..MOST_ROUNDS {
+            self.measure(context.model, context.machine, context.state);
+            self.before.copy_from_slice(&self.rates);
+            for index in 0..self.touches.len() {
+                self.touches[index] = self.touching[index] && self.rates[index] <= self.least_rate(context, index);
+            }
+            let done = self.collide(context).or_else(|failure| {
+                self.leave_freewheels(context).then_some(()).ok_or(failure)?;
+                self.collide(context)
+            });
+            self.touches.copy_from_slice(&self.touching);
+            if done.is_err() {
+                return Err(failure);
+            }
+            if !self.comes(context) {
+                return Ok(());
+            }
         }
-        self.decide(context, turns)
+        Err(failure)
+    }
+
+    /// Open freewheels take no part for now; false if there are none.
+    fn leave_freewheels(&mut self, context: &Place) -> bool {
+        let mut any = false;
+        for index in 0..self.touches.len() {
+            if self.touches[index] && context.data.all[index].of_rate && !context.is_closed(index) {
+                (self.touches[index], any) = (false, true);
+            }
+        }
+        any
     }
 
     /// True if something has hit, or is in another mode than before.
@@ -321,19 +368,63 @@ impl ContactValues {
     /// A series of ever shorter bounces ends here where the next flight would last less than the share `shortest` of the time in which a fall takes a scale: what is left out is lower than the square of
     /// that, and the impulse of the closing keeps what the flights would have kept.
     fn end_bounces(&mut self, context: &mut Place, shortest: f64) -> Result<(), Failure> {
-        self.accelerate(context);
-        for index in (0..self.gaps.len()).filter(|&index| self.hit[index]) {
+        self.accelerate_after(context);
+        for index in 0..self.gaps.len() {
             let (rate, acceleration, scale) = (self.rates[index], self.accelerations[index], context.scale(index));
             let fall = (scale / acceleration.abs()).sqrt();
             let shortest = maximum(shortest, SHORTEST_FLIGHT * (8.0 * f64::EPSILON).sqrt()) * fall;
-            self.dead[index] = acceleration < 0.0 && 2.0 * rate < shortest * acceleration.abs();
+            let flies = self.hit[index] || self.leaves_by_impact(context, index);
+            self.dead[index] = flies && acceleration < 0.0 && 2.0 * rate < shortest * acceleration.abs();
         }
-        if self.dead.contains(&true) {
+        if (0..self.gaps.len()).any(|index| self.dead[index] && self.hit[index]) {
             // The same impact again, from the rates before it.
             context.state.rates_mut().copy_from_slice(&self.rest);
-            self.collide(context)?;
+            self.collide_all(context)?;
+        }
+        if (0..self.gaps.len()).any(|index| self.dead[index] && self.leaves_by_impact(context, index)) {
+            self.bring_to_rest(context);
         }
         Ok(())
+    }
+
+    /// True for what touches and moves apart after an impact of something else.
+    fn leaves_by_impact(&self, context: &Place, index: usize) -> bool {
+        let is_contact = context.slip(index).is_none() && !context.data.all[index].of_rate;
+        is_contact && self.touches[index] && self.rates[index] > self.least_rate(context, index)
+    }
+
+    /// Accelerations after an impact, as far as its rates tell them: whoever moves apart is open, whoever has hit without a rebound is closed.
+    fn accelerate_after(&mut self, context: &mut Place) {
+        for index in 0..self.gaps.len() {
+            let opens = self.leaves_by_impact(context, index);
+            let stays = self.pressing[index] && self.hit[index] && self.rates[index] <= self.least_rate(context, index);
+            if opens || stays {
+                context.close(index, stays);
+            }
+        }
+        self.accelerate(context);
+        context.state.parameters_mut().copy_from_slice(&self.kept);
+    }
+
+    /// Impacts that pass a motion from one contact to another and back, as a rocking block's, end here where the flights between them would be too short: what moves apart by less rests, and what
+    /// touches without a rebound goes on resting. What the impulses would take until then is taken at once, whichever sign that has.
+    fn bring_to_rest(&mut self, context: &mut Place) {
+        for index in 0..self.gaps.len() {
+            let is_contact = context.slip(index).is_none() && self.touches[index];
+            let rests = self.rates[index].abs() <= self.least_rate(context, index);
+            if is_contact {
+                context.close(index, rests || self.dead[index]);
+            }
+        }
+        self.before.copy_from_slice(&self.rates);
+        self.rest.copy_from_slice(context.state.rates());
+        self.strike(context);
+        context.state.parameters_mut().copy_from_slice(&self.kept);
+        if !context.state.rates().iter().all(|rate| rate.is_finite()) {
+            // Together they hold something twice: they go on one after the other.
+            context.state.rates_mut().copy_from_slice(&self.rest);
+            self.measure(context.model, context.machine, context.state);
+        }
     }
 
     /// Which of those that touch and do not move apart are closed, and what sticks or slips. What has been found to slip does so, unless no such mode fits: what only touches its level stays.

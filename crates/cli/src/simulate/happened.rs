@@ -25,10 +25,10 @@ struct Told {
 
 impl SimulateCommand {
     /// A line for everything that has happened: CSV with the impulses of impacts.
-    pub(super) fn write_log(&self, finish: &Finish) -> Result<(), Failure> {
+    pub(super) fn write_log(&self, log: &[Logged]) -> Result<(), Failure> {
         let Some(path) = &self.log else { return Ok(()) };
         let mut text = "time,name,what,impulse\n".to_owned();
-        for Logged { time, name, what } in &finish.log {
+        for Logged { time, name, what } in log {
             let impulse = if let What::Impact { impulse, .. } = what { format!("{impulse:?}") } else { String::new() };
             text += &format!("{time:?},{name},{},{impulse}\n", what.word());
         }

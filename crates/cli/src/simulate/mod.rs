@@ -139,9 +139,6 @@ impl SimulateCommand {
         }
         self.draw(&run, &record, overlay.as_ref(), &shown, format)?;
         self.conclude((&record, ended.as_ref().ok()), rows, format)?;
-        if let Ok(finish) = &ended {
-            self.write_log(finish)?;
-        }
         if let (Ok(finish), true, false) = (&ended, self.summary, self.json) {
             self.say_happened(finish, &shown)?;
         }
@@ -177,7 +174,8 @@ impl SimulateCommand {
         let every = request::thinning(self)?;
         let mut progress = RunProgress::new(simulate::count(run.experiment));
         let (mut points, mut rows, mut gaps) = (0, 0, Gaps::default());
-        let ended = run.start(model, |time, values| {
+        let mut log = Vec::new();
+        let ended = run.start_logged(model, &mut log, |time, values| {
             progress.step(time);
             points += 1;
             if (points - 1) % every != 0 {
@@ -192,6 +190,7 @@ impl SimulateCommand {
             writer.as_mut().map_or(Ok(()), |writer| writer.row(&row))
         });
         progress.end();
+        self.write_log(&log)?;
         let ended = match ended {
             // What was worked out before the solver gave up is worth having.
             Err(RunError::Instance(error)) if rows > 0 => Err(self.cut_short(error, rows)),

@@ -154,6 +154,9 @@ impl Instance {
                 own.excesses[event][part] = own.excess(event);
             }
         }
+        if piece[0] == step[0] && (0..own.excesses.len()).any(|event| self.hides_flight(own, (step, piece), event)) {
+            return false;
+        }
         onset::CHECKS.iter().all(|&share| {
             self.evaluate_sides(own, (step, piece), share);
             let mut counting = (0..own.excesses.len()).filter(|event| !self.is_over(*event));
@@ -161,6 +164,19 @@ impl Instance {
                 let (values, found) = (&own.excesses[event], own.excess(event));
                 onset::fits(values, share, found) || own.is_contact(event) && onset::stays_away(values, share, found)
             })
+        })
+    }
+
+    /// True for a contact that has just been left, with no rate, and seems to go in at once, but is apart earlier: its flight ends before the first place.
+    fn hides_flight(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), event: usize) -> bool {
+        let (begin, least) = (own.excesses[event][0], self.resting(event, step));
+        // What leaves with a rate is seen to.
+        if !self.has_left(own, event) || begin < -least || !onset::begins_at_once(&own.excesses[event]) {
+            return false;
+        }
+        (1..=DEEPEST).any(|halvings| {
+            self.evaluate_sides(own, (step, piece), 0.5_f64.powi(halvings) / PARTS as f64);
+            own.excess(event) < -least
         })
     }
 

@@ -307,7 +307,8 @@ impl Instance {
             self.happen(None)?;
         }
         loop {
-            let tick = self.next_tick(self.time())?;
+            // Counted from what is done: an instant that is found within rounding errors of a tick must not leave it behind.
+            let tick = self.next_tick(self.now.happened.ticked)?;
             let (target, ticks) = if is_later(tick, time) { (time, false) } else { (tick, true) };
             if let Some(own) = &mut self.instants {
                 own.limit = if each_ends { target } else { tick };
@@ -315,6 +316,11 @@ impl Instance {
             match self.first_event(target)? {
                 Some((at, event)) => {
                     self.reach(at)?;
+                    if !is_later(tick, at) {
+                        // A step that is taken again up to here is so before anything changes.
+                        self.go_on_anew();
+                        self.tick()?;
+                    }
                     self.happen(Some(event))?;
                 }
                 None => {
@@ -378,7 +384,8 @@ impl Instance {
 
     /// When the next tick is, if there are any \[s\].
     pub(crate) fn next_event_time(&mut self) -> Result<Option<f64>, InstanceError> {
-        let after = if self.now.phase == Phase::Exchange { self.now.happened.ticked } else { self.time() };
+        let is_done = matches!(self.now.phase, Phase::Exchange | Phase::Running);
+        let after = if is_done { self.now.happened.ticked } else { self.time() };
         Ok(Some(self.next_tick(after)?).filter(|tick| tick.is_finite()))
     }
 

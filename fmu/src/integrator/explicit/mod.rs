@@ -88,6 +88,10 @@ impl Integrator for Explicit {
     fn yields(_: &Settings) -> bool {
         false
     }
+
+    fn cross(&mut self) {
+        self.known = false;
+    }
 }
 
 impl Explicit {
