@@ -588,5 +588,6 @@ fn a_comparison_that_jumps_everywhere_is_too_much_work() {
     let failure = instance.step_to(0.1).unwrap_err();
     assert!(failure.is_unfinished(), "{failure}");
     let again = instance.step_to(0.1).unwrap_err();
-    assert_eq!(failure.to_string(), again.to_string());
+    // The step that begins the run has been taken by then: a little less is left to do, so the search comes a little further.
+    assert!(again.is_unfinished() && again.to_string().contains("as much work is done"), "{again}");
 }

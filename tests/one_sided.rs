@@ -700,11 +700,6 @@ fn what_is_wrong_with_limits_is_said() {
         .replace("[initial]", "[drivers.motor]\njoint = \"pivot\"\nangle = \"1.5 + 3*t\"\n[initial]");
     let driven = fault(&driven);
     assert!(driven.contains("would stop what drivers move"), "{driven}");
-    for (scene, name) in [(ball(0.5), "pad"), (slider_crank(1.5, 15.0), "guide")] {
-        let event = format!("[events.late]\nwhen = \"t > 1\"\nremove = [\"{name}\"]\n[outputs]");
-        let stays = fault(&scene.replace("[outputs]", &event));
-        assert!(stays.contains("would stay") && stays.contains(name), "{stays}");
-    }
     let unknown = fault(&ball(0.5).replace("\"pad.mode\"", "\"rail.mode\""));
     assert!(unknown.contains("`rail.mode`"), "{unknown}");
 }

@@ -91,7 +91,7 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
     // Series know nothing of friction that sticks.
-    if program.is_driven() || ["clutch_start", "stick_slip", "worm_hoist"].contains(&name) {
+    if program.is_driven() || ["barrier", "clutch_start", "stick_slip", "worm_hoist"].contains(&name) {
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);

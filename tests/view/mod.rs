@@ -48,7 +48,7 @@ fn a_stored_run_plays_and_the_scrubber_moves_the_bodies() {
     assert_eq!(verdict["back"], true, "{verdict}");
     assert_eq!(verdict["sliders"], 0, "{verdict}");
     assert_eq!(verdict["restored"], true, "{verdict}");
-    assert_stored(&verdict, "cotree view SCENE.toml --runtimes target/runtimes");
+    assert_stored(&verdict, "cotree view SCENE.toml --serve");
 }
 
 /// The page has no empty panel, and says which commands bring the solver.
@@ -587,7 +587,7 @@ fn the_documentation_of_an_fmu_moves() {
         assert_eq!((&verdict["moved"], &verdict["played"]), (&true.into(), &true.into()), "{verdict}");
         assert_eq!(verdict["sliders"].as_u64().unwrap() > 0, sliders > 0, "{verdict}");
         match sliders {
-            0 => assert_stored(&verdict, "cotree export SCENE.toml --runtimes target/runtimes"),
+            0 => assert_stored(&verdict, "cotree view SCENE.toml --serve"),
             _ => assert_eq!((&verdict["told"], &verdict["panel"]), (&"".into(), &true.into()), "{verdict}"),
         }
     }
