@@ -272,7 +272,7 @@ pub struct TranslationalRow {
     pub reaction: Vec<Direction>,
     /// The part of the through variable that is no reaction.
     pub through: Force,
-    /// The rotor inertia that resists the acceleration along the only direction of the motion space [kg].
+    /// The rotor inertia that resists the acceleration along the only direction of the motion space \[kg\].
     pub armature: Expr,
 }
 

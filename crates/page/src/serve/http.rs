@@ -11,7 +11,7 @@ use cotree::scene::Scene;
 
 /// A browser that says nothing for so long has gone.
 pub const HEARTBEAT: Duration = Duration::from_secs(5);
-/// Longest request with its headers [bytes]: browsers send a few hundred, and cookies of other pages of this machine.
+/// Longest request with its headers \[bytes\]: browsers send a few hundred, and cookies of other pages of this machine.
 pub const LARGEST_HEAD: u64 = 1 << 16;
 /// Largest content of a request [bytes]: two scenes, each with its escapes.
 const LARGEST_BODY: u64 = 4 * Scene::LARGEST;
