@@ -26,8 +26,8 @@ enum Mode {
 
 /// Short beside the way to a corner of the level, within which a step is of first order.
 const STEP: f64 = 1e-4;
-/// The last stage of a step lies on this side of a law that jumps at its end.
-const BEFORE: f64 = 1.0 - 1e-12;
+/// The last stage of a step lies so long before its end, on this side of a law that jumps there \[s\].
+const BEFORE: f64 = 1e-11;
 const HALVINGS: u32 = 60;
 /// A flight that is shorter ends a series of bounces \[s\].
 const SHORTEST: f64 = 1e-7;
@@ -38,7 +38,7 @@ impl Moving {
         let one = slope(t, s, v);
         let two = slope(t + 0.5 * h, s + 0.5 * h * one[0], v + 0.5 * h * one[1]);
         let three = slope(t + 0.5 * h, s + 0.5 * h * two[0], v + 0.5 * h * two[1]);
-        let four = slope(t + BEFORE * h, s + h * three[0], v + h * three[1]);
+        let four = slope(t + h - BEFORE, s + h * three[0], v + h * three[1]);
         let mean = [0, 1].map(|i| (one[i] + 2.0 * two[i] + 2.0 * three[i] + four[i]) / 6.0);
         [t + h, s + h * mean[0], v + h * mean[1]]
     }
