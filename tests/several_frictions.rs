@@ -376,7 +376,9 @@ fn an_integrator_outside_sees_them_break_away() {
     for seed in 0..24 {
         let (kind, case) = case(seed);
         // Its steps do not end where a law jumps.
-        if is_redundant(&case) || case.moving.jumps[0] < STOP && case.scene.contains("if(t < ") && !case.scene.contains(", 0, 0.0)") {
+        if is_redundant(&case)
+            || case.moving.jumps[0] < STOP && case.scene.contains("if(t < ") && !case.scene.contains(", 0, 0.0)")
+        {
             continue;
         }
         let mut outside = Instance::new(model(&case.scene));
