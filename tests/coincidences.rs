@@ -1,4 +1,4 @@
-//! What happens at one instant: ticks beside events and impacts, laws that change over together, jumps of laws in time, impacts that follow each other over several contacts. Against closed forms, by every method.
+//! What happens at one instant: ticks beside events and impacts, laws that change over together, impacts that follow each other over several contacts. Against closed forms, by every method.
 
 use crate::support::run::{model, started, value};
 use cotree_fmu::program::Engine;
@@ -56,40 +56,6 @@ fn no_tick_is_lost_beside_an_event_or_an_impact() {
                     assert!(found[2].abs() < 1e-9, "{found:?}");
                 }
             }
-        }
-    }
-}
-
-/// A torque that is turned off jumps at an instant that is known beforehand: no tolerance moves it.
-#[test]
-fn a_jump_of_a_law_in_time_is_exact() {
-    let text = r#"
-name = "switched_off"
-[bodies.wheel]
-mass = 1
-inertia = 3
-[joints.axle]
-type = "revolute"
-between = ["ground", "wheel"]
-[loads.shoe]
-type = "torque"
-between = ["ground", "wheel"]
-value = "if(t < 0.03, -200, 0)"
-[initial]
-"axle.omega" = 12
-[outputs]
-variables = ["axle.angle"]
-[experiment]
-stop = 0.3
-"#;
-    let model = model(text);
-    for engine in ENGINES {
-        for tolerance in [1e-3, 1e-6, 1e-10] {
-            let mut instance = started(&model, engine, 0.3, tolerance);
-            instance.step_to(0.3).unwrap();
-            // Until 30 ms 12 t - (200/3) t^2 / 2, then with 10 rad/s.
-            let found = value(&mut instance, "axle.angle");
-            assert!((found - 3.03).abs() < 1e-11, "{engine:?} {tolerance}: {found}");
         }
     }
 }

@@ -103,7 +103,7 @@ fn what_newcomers_write_is_told_what_to_write() {
             "each point has a name",
         ),
         ("angle = \"2*pi*t\"", "omega = \"2*pi\"", "scene::driver_motion", "`angle = \"(2*pi)*t\"`"),
-        ("angle = \"2*pi*t\"", "speed = 3", "scene::driver_motion", "`angle = \"2*pi*t\"`"),
+        ("angle = \"2*pi*t\"", "speed = 3", "scene::driver_motion", "`angle = \"3*t\"`"),
     ] {
         let found = faults(&with(old, new));
         let is_said = |fault: &Fault| fault.code == code && fault.help.contains(help);

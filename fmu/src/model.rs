@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::events::times;
 use crate::math;
 use crate::program::check::Fault;
 use crate::program::{Constraint, FollowerOrder, Layout, Program, Role};
@@ -25,8 +24,6 @@ pub struct Model {
     imposed: Vec<bool>,
     /// Inputs that drivers follow and whose rates are needed, in order.
     followed: Vec<usize>,
-    /// The switching functions of laws that time alone moves.
-    time_switches: Vec<usize>,
 }
 
 impl Model {
@@ -64,8 +61,7 @@ impl Model {
             }
         }
         let followed = program.inputs_with_rates();
-        let time_switches = times::of_time(&program, &layout);
-        Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed, time_switches }
+        Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed }
     }
 
     /// The program.
@@ -76,11 +72,6 @@ impl Model {
     /// Where things lie in the register file.
     pub fn layout(&self) -> &Layout {
         &self.layout
-    }
-
-    /// The switching functions of laws that time alone moves: their places among the results of the laws.
-    pub(crate) fn time_switches(&self) -> &[usize] {
-        &self.time_switches
     }
 
     /// Rows of the active constraints.

@@ -161,10 +161,7 @@ pub fn program(
     }
     moving.indicators = motion_indicators(equations, &moving.solved);
     let laws = if driven { equations.states.clone() } else { equations.law_values() };
-    // A level of friction is a law as that of a load is; what presses is no law of the scene.
-    let levels = if driven { Vec::new() } else { equations.levels() };
-    let levels = levels.into_iter().flat_map(|(_, level)| [level.free, level.share]).collect();
-    let values = [laws, levels, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
+    let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
     moving.laws = steep(&mut equations.system.arena, &values);
     if !driven {
         moving.read_the_motion(equations);

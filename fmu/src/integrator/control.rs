@@ -3,7 +3,7 @@
 use crate::constraints::domains::outside_soon;
 use crate::constraints::projection::largest_gap;
 use crate::context::{Context, Settings};
-use crate::events::{Objection, Overlooked, times};
+use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
 use crate::integrator::range::Range;
 use crate::model::Model;
@@ -16,7 +16,7 @@ pub(crate) const STRETCH: f64 = 1.01;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
 /// Times nearer to zero than this are spaced as if they were there \[s\].
-pub(crate) const EARLY: f64 = 1e-6;
+const EARLY: f64 = 1e-6;
 
 /// What rounding errors open loops by in a step at most, in units of the scales.
 const ROUNDING: f64 = 1e-10;
@@ -87,7 +87,7 @@ pub(crate) trait Method {
     fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Self::Step) -> Trial;
 
     /// The step is to be tried with another length.
-    fn shorten(&mut self, context: &mut Context, run: &mut Run, step: &mut Self::Step, h: f64);
+    fn shorten(&mut self, context: &Context, run: &mut Run, step: &mut Self::Step, h: f64);
 
     /// No length does that is long enough, because of this.
     fn give_up(&mut self, context: &mut Context, run: &Run, cause: Option<Failure>) -> Result<Progress, Failure>;
@@ -138,39 +138,31 @@ pub(crate) struct Attempt {
     natural: f64,
     /// Does the step end at a limit? A step cut short is no evidence against the natural length.
     limited: bool,
-    /// Where the next step begins if a law switches in time at the end of this one: on the other side.
-    switch: Option<f64>,
     /// How long after the step a law is steep that an attempt has overlooked.
     until_steep: f64,
 }
 
 impl Attempt {
-    fn new(context: &mut Context, run: &Run, horizon: Horizon) -> Self {
+    fn new(context: &Context, run: &Run, horizon: Horizon) -> Self {
         let step = Self {
             end: run.last.end_time,
             horizon,
             rejected: false,
             natural: run.last.natural,
             limited: false,
-            switch: None,
             until_steep: f64::INFINITY,
         };
         step.with(context, run, run.last.natural)
     }
 
     /// This attempt with another length. A step that ends before a law gets steep is not stretched into it.
-    fn with(self, context: &mut Context, run: &Run, natural: f64) -> Self {
+    fn with(self, context: &Context, run: &Run, natural: f64) -> Self {
         let (time, limit) = (run.last.end_time, self.horizon.limit);
         let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
         let natural = within(natural, shortest(time), longest);
         let stretch = if self.until_steep.is_finite() { 1.0 } else { STRETCH };
-        let furthest = limit.min(time + stretch * natural);
-        let span = [time, furthest];
-        if let Some([before, behind]) = times::next(context.model, context.machine, &run.signals.origin, span) {
-            return Self { end: before, natural, limited: true, switch: Some(behind), ..self };
-        }
-        let limited = furthest >= limit;
-        Self { end: if limited { limit } else { time + natural }, natural, limited, switch: None, ..self }
+        let limited = time + stretch * natural >= limit;
+        Self { end: if limited { limit } else { time + natural }, natural, limited, ..self }
     }
 
     /// True if the step goes beyond the communication point that is wanted.
@@ -231,22 +223,6 @@ pub(crate) trait Integrator {
 
     /// Does another method, which passes singular poses, take over as soon as one may be near?
     fn yields(settings: &Settings) -> bool;
-
-    /// A law switches where the next step begins: nothing of what is known from before holds there.
-    fn cross(&mut self);
-}
-
-/// Goes on from the other side of a switch in time that lies where the next step begins.
-fn cross_switch<M: Integrator>(method: &mut M, context: &mut Context, run: &mut Run, horizon: Horizon) {
-    let time = run.last.end_time;
-    let span = [time, horizon.limit.min(time + shortest(time))];
-    if let Some([_, behind]) = times::next(context.model, context.machine, &run.signals.origin, span) {
-        if run.last.start_time == run.last.end_time {
-            run.last.start_time = behind;
-        }
-        run.last.end_time = behind;
-        method.cross();
-    }
 }
 
 impl<M: Integrator> Method for M {
@@ -258,10 +234,6 @@ impl<M: Integrator> Method for M {
         if run.begins_at_pose() {
             return Ok(Proposal::Nothing(Progress::Declined));
         }
-        cross_switch(self, context, run, horizon);
-        if run.last.end_time >= horizon.target {
-            return Ok(Proposal::Nothing(Progress::Stepped));
-        }
         self.begin(context, run)?;
         if run.singular.is_close(self.range().start()) && is_refused(context, run) {
             return Ok(Proposal::Nothing(Progress::Declined));
@@ -270,15 +242,10 @@ impl<M: Integrator> Method for M {
     }
 
     fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Attempt) -> Trial {
-        let trial = self.try_step(context, run, step);
-        if let (Trial::Done, Some(behind)) = (&trial, step.switch) {
-            run.last.end_time = behind;
-            self.cross();
-        }
-        trial
+        self.try_step(context, run, step)
     }
 
-    fn shorten(&mut self, context: &mut Context, run: &mut Run, step: &mut Attempt, h: f64) {
+    fn shorten(&mut self, context: &Context, run: &mut Run, step: &mut Attempt, h: f64) {
         run.last.natural = h;
         *step = Attempt { rejected: true, ..step.with(context, run, h) };
     }

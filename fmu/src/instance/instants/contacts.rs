@@ -7,7 +7,6 @@ use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
 use super::importer::APART;
 use super::{Distance, Instants};
-use crate::events::times;
 use crate::failure::Failure;
 use crate::hybrid::contact::{FOUND, TOUCHING, direction, is_closed};
 use crate::hybrid::onset::CHECKS;
@@ -202,12 +201,8 @@ impl Instance {
         let Some(mut own) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, contacts, .. } = &mut *own;
-        // Where laws switch at this instant those pieces count that follow it.
-        let (clock, now) = (model.layout().time(), state.time());
-        state.registers_mut()[clock] = times::after(&model, &mut self.machine, state);
         let resolved =
             contacts.resolve(&model, &mut self.machine, (state, [tolerance, shortest]), |index| due[first + index]);
-        state.registers_mut()[clock] = now;
         let happened = &mut self.now.happened;
         for index in (0..data.all.len()).filter(|&index| contacts.has_changed(data, state, index)) {
             happened.counts[first + index] = happened.counts[first + index].saturating_add(1);

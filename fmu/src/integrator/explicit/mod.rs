@@ -88,10 +88,6 @@ impl Integrator for Explicit {
     fn yields(_: &Settings) -> bool {
         false
     }
-
-    fn cross(&mut self) {
-        self.known = false;
-    }
 }
 
 impl Explicit {

@@ -33,11 +33,6 @@ impl Memory {
         self.step = 0.0;
     }
 
-    /// The motion is known up to here, and goes on differently.
-    pub fn cross(&mut self) {
-        self.anchored = false;
-    }
-
     pub fn copy_from(&mut self, other: &Self) {
         let Self { anchor, anchored, smooth, contraction, step, error } = other;
         self.anchor.clone_from(anchor);

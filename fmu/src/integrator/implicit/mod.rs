@@ -123,11 +123,6 @@ impl Integrator for Implicit {
     fn yields(settings: &Settings) -> bool {
         settings.engine == Engine::Taylor
     }
-
-    fn cross(&mut self) {
-        self.known = false;
-        self.memory.cross();
-    }
 }
 
 /// Why a step is not accepted.
