@@ -316,7 +316,7 @@ fn what_cannot_be_read_is_refused_with_every_reason() {
         assert!(!folder.path().join("odd.toml").exists());
     }
     fs::write(folder.path().join("odd.txt"), [0xff, 0xfe, 0]).unwrap();
-    assert!(stderr(&cotree(folder.path(), &["import", "odd.txt"])).contains("not a text"));
+    assert!(stderr(&cotree(folder.path(), &["import", "odd.txt"])).contains("neither a file"));
     fs::write(folder.path().join("four_bar.toml"), "mine").unwrap();
     let output = cotree(folder.path(), &["import", &example("four_bar.pmks")]);
     assert!(stderr(&output).contains("exists already"), "{}", stderr(&output));

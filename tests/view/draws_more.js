@@ -21,7 +21,10 @@ for (const [name, to] of [["spring", [.3, .3]], ["damper", [0, .3]], ["load", [.
 use("slot"); await drag(end(), [end()[0] + .1, end()[1]]); seen.slot = drawing.good && drawing.sketch.geometry.joints.some(({ hold }) => hold === "slot");
 draw.goBack(-1); await settled();
 use("slider"); await drag(end(), [end()[0] + .1, end()[1]]); seen.slider = drawing.good && drawing.sketch.geometry.bodies.some(({ name }) => name === "block");
-use("remove"); await press(end()); seen.removed = drawing.sketch.geometry === null || !drawing.sketch.geometry.bodies.some(({ name }) => name === "bar");
+const joints = drawing.sketch.geometry.joints.length;
+use("remove"); await press(end()); seen.unpinned = drawing.sketch.geometry.joints.length === joints - 1;
+const start = draw.points().find(({ name, owner }) => owner === "bar" && name === "a").at;
+use("remove"); await press([.5 * (start[0] + end()[0]), .5 * (start[1] + end()[1])]); seen.removed = drawing.sketch.geometry === null || !drawing.sketch.geometry.bodies.some(({ name }) => name === "bar");
 seen.faults = drawing.faults.filter(({ severity, code }) => severity === "error" && code !== "scene::no_bodies").map(({ message }) => message);
 // A fault at its place: a click selects it in the text.
 draw.edit(before.replace('density = "1 kg/m"', 'density = "1 kg/furlong"'), ""); await settled();

@@ -16,7 +16,7 @@ send("pointerup", [.3, .1]);
 seen.path = draw.wish.path.length;
 seen.pathTask = draw.taskText();
 await draw.find();
-seen.paths = draw.wish.answers.length;
+seen.paths = $("answers").children.length;
 seen.error = draw.wish.answers[0]?.error;
 $("answers").children[0]?.click(); await settled();
 seen.pathGood = drawing.good;
