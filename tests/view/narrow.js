@@ -1,3 +1,5 @@
+// A lesson is marked as ready in its first line, before the rest of it is read.
+while (page.document.readyState !== "complete") await wait(20);
 frame.width = 390;
 page.document.querySelectorAll("details").forEach(part => { part.open = true; });
 await wait(300);
