@@ -339,6 +339,268 @@ fn a_free_ball_falls_on_the_floor() {
     close(y, -0.5 * 9.81, 1e-9);
 }
 
+/// A wheel (a cylinder about the hinges) and a box that stands on an incline as steep as the angle of friction allows or not; corners inside the outline are none.
+#[test]
+fn cylinders_and_boxes_touch_planes() {
+    let text = |tilt: f64, geom: &str| {
+        format!(
+            r#"<mujoco><default><geom friction="0.5"/></default><worldbody><geom name="floor" type="plane" size="1 1 1" euler="0 {tilt} 0"/>
+      <body name="own" pos="0 0 0.1"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint axis="0 1 0"/>{geom}</body></worldbody></mujoco>"#
+        )
+    };
+    let slope = 10f64.to_radians();
+    let wheel = scene(&text(10.0, r#"<geom type="cylinder" size="0.1 0.02" euler="90 0 0" mass="2"/>"#));
+    assert_eq!(wheel.matches("\"contact\"").count(), 1, "{wheel}");
+    // A disc that is laid on the incline rolls: 2/3 g sin.
+    let laid = wheel.replace("\"own.y\" = 0.1", &format!("\"own.y\" = {:?}", 0.1 / slope.cos()));
+    let [ax] = run(&laid, 0.5, ["own.ax"]);
+    close(ax, 2.0 / 3.0 * 9.81 * slope.sin() * slope.cos(), 1e-7);
+    let box_of = |tilt: f64| scene(&text(tilt, r#"<geom type="box" size="0.1 0.2 0.1" mass="2"/>"#));
+    assert_eq!(box_of(0.0).matches("\"contact\"").count(), 4, "{}", box_of(0.0));
+    let [y, vx] = run(&box_of(0.0), 0.3, ["own.y", "own.vx"]);
+    assert!((y - 0.1).abs() < 1e-9 && vx.abs() < 1e-9, "{y} {vx}");
+    let oblique = scene(&text(0.0, r#"<geom name="g" type="cylinder" size="0.1 0.2" euler="20 0 0"/>"#));
+    assert!(
+        oblique.contains("left out, although it can act: 1 x contact of a plane with a cylinder that is oblique")
+            && oblique.contains("`floor_g`"),
+        "{oblique}"
+    );
+}
+
+/// Rates that are zero in the file are given, too: a scene chooses those that it is not given.
+#[test]
+fn a_start_has_all_rates() {
+    let text = r#"<mujoco><compiler angle="radian"/><option gravity="0 0 0"/><worldbody><body name="a"><joint name="j" axis="0 -1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 0.4 0 0"/>
+      <body name="b" pos="0.4 0 0"><joint name="k" axis="0 1 0"/><geom type="capsule" size="0.03" fromto="0 0 0 0.2 0 0"/></body></body></worldbody>
+      <keyframe><key qpos="0.3 -0.4" qvel="0 1"/></keyframe></mujoco>"#;
+    let [omega, other] = run(&scene(text), 1e-9, ["j.omega", "b.omega"]);
+    assert!(omega.abs() < 1e-7 && (other + 1.0).abs() < 1e-7, "{omega} {other}");
+}
+
+/// Couplings of joints that have no body in common, of a hinge and a slide elsewhere, and of two slides.
+#[test]
+fn couplings_are_linear_wherever_their_joints_are() {
+    let link = |name: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="1"/><origin xyz="0 0 0.2"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>"#
+        )
+    };
+    let joint = |name: &str, kind: &str, parent: &str, child: &str, axis: &str, mimic: &str| {
+        format!(
+            r#"<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="0.1 0 0.4"/><axis xyz="{axis}"/>{mimic}</joint>"#
+        )
+    };
+    let links: String = ["a", "b", "c", "d", "e", "f"].into_iter().map(link).collect();
+    let text = format!(
+        r#"<robot name="chain"><link name="base"/>{links}{}{}{}{}{}{}</robot>"#,
+        joint("ja", "continuous", "base", "a", "0 1 0", ""),
+        joint("jb", "continuous", "a", "b", "0 1 0", r#"<mimic joint="ja" multiplier="-2" offset="0.1"/>"#),
+        joint("jc", "continuous", "b", "c", "0 -1 0", r#"<mimic joint="jb" multiplier="0.5"/>"#),
+        joint("jd", "prismatic", "c", "d", "1 0 0", r#"<mimic joint="ja" multiplier="0.2" offset="0.05"/>"#),
+        joint("je", "prismatic", "base", "e", "0 0 1", r#"<mimic joint="jd" multiplier="-3"/>"#),
+        joint("jf", "continuous", "e", "f", "0 1 0", r#"<mimic joint="je" multiplier="0.7" offset="-0.2"/>"#),
+    );
+    let own = scene(&text);
+    let [energy] = run(&own, 1e-9, ["energy.total"]);
+    let [a, b, c, d, e, f, after] = run(&own, 0.4, ["q_ja", "q_jb", "q_jc", "q_jd", "q_je", "q_jf", "energy.total"]);
+    assert!(a.abs() > 0.1, "it moves: {a}");
+    let (b_known, d_known) = (0.1 - 2.0 * a, 0.05 + 0.2 * a);
+    for (value, known) in
+        [(b, b_known), (c, 0.5 * b_known), (d, d_known), (e, -3.0 * d_known), (f, -0.2 - 2.1 * d_known)]
+    {
+        assert!((value - known).abs() < 1e-8, "{a} {b} {c} {d} {e} {f}");
+    }
+    assert!((after - energy).abs() < 1e-7, "{energy} {after}");
+}
+
+/// MuJoCo has one default for all kinds of actuators, and `ctrl` and `act` have numbers for those that are left out.
+#[test]
+fn actuators_share_defaults_and_places_in_keyframes() {
+    let text = |actuators: &str| {
+        format!(
+            r#"<mujoco><default><general ctrlrange="-1 1" gear="3"/></default><worldbody><body name="a"><joint name="j" axis="0 0 1"/><geom size="0.1"/></body></worldbody>
+      <actuator>{actuators}</actuator><keyframe><key ctrl="0.1 0.2 0.3" act="0.4 0.5"/></keyframe></mujoco>"#
+        )
+    };
+    let three = r#"<motor name="m" joint="j"/><muscle name="pull" joint="j"/><intvelocity name="v" joint="j" kp="2" actrange="-1 1"/>"#;
+    let options = ImportOptions { leave_out: vec!["pull".to_owned()], ..ImportOptions::default() };
+    let own = imported("robot.xml", &text(three), &options).unwrap();
+    for line in [
+        "m = { start = 0.1, min = -1.0, max = 1.0 }",
+        "v = { start = 0.3, min = -1.0, max = 1.0 }",
+        "v_act = { start = 0.5",
+        "3.0*(",
+    ] {
+        assert!(own.contains(line), "no {line}\n{own}");
+    }
+    let short = three.replace("<muscle name=\"pull\" joint=\"j\"/>", "");
+    assert!(refused(&text(&short), &options).contains("`ctrl` has 3 numbers, but the model has 2"));
+    let mixed = text(three).replace("gear=\"3\"", "gainprm=\"3\"").replace(" kp=\"2\"", "");
+    assert!(
+        imported("robot.xml", &mixed, &options).unwrap_err().contains("`gainprm` from the default of another kind")
+    );
+}
+
+/// What acts along a joint that closes a loop is the scene's, with the signs of the file: a four-bar whose closing hinge has a spring, a damper and a limit is the one whose
+/// closing hinge is another one.
+#[test]
+fn joints_that_close_loops_keep_their_laws() {
+    let link = |name: &str, pose: &str| {
+        format!(
+            r#"<link name="{name}"><pose>{pose}</pose><inertial><pose>0.05 0 0.02 0 0 0</pose><mass>0.4</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial></link>"#
+        )
+    };
+    let joint = |name: &str, parent: &str, child: &str, pose: &str, laws: &str| {
+        format!(
+            r#"<joint name="{name}" type="revolute"><pose relative_to="__model__">{pose}</pose><parent>{parent}</parent><child>{child}</child><axis><xyz expressed_in="__model__">0 1 0</xyz>{laws}</axis></joint>"#
+        )
+    };
+    let laws = "<dynamics><damping>0.02</damping><spring_stiffness>0.8</spring_stiffness><spring_reference>0.3</spring_reference></dynamics>";
+    let sdf = |joints: &[String]| {
+        let links =
+            [link("crank", "0 0 0 0 0 0"), link("rod", "0.05 0 0.2 0 0 0"), link("rocker", "0.4 0 0 0 0 0")].concat();
+        format!(
+            r#"<sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity><model name="m">{links}{}</model></world></sdf>"#,
+            joints.concat()
+        )
+    };
+    let (a, b, d) = (
+        joint("a", "world", "crank", "0 0 0 0 0 0", ""),
+        joint("b", "crank", "rod", "0.05 0 0.2 0 0 0", ""),
+        joint("d", "world", "rocker", "0.4 0 0 0 0 0", ""),
+    );
+    let c = joint("c", "rod", "rocker", "0.45 0 0.3 0 0 0", laws);
+    // The rocker has its parent `world` first, so that c closes the loop; then c is in the tree, and d closes it.
+    let closing = scene(&sdf(&[a.clone(), b.clone(), d.clone(), c.clone()]));
+    let tree = scene(&sdf(&[a, b, c, d]));
+    assert!(closing.contains("torsion_spring") && closing.contains("damping = 0.02"), "{closing}");
+    let [first, second] = [closing, tree].map(|own| run(&own, 0.4, ["crank.angle", "rod.angle", "rocker.angle"]));
+    for (one, other) in first.iter().zip(second) {
+        assert!((one - other).abs() < 1e-8 && one.abs() > 0.01, "{first:?} {second:?}");
+    }
+}
+
+/// Robots of the kinds that are public: grippers with two four-bars, five-bars with meshes, acrobats, hoppers and fingers run; what a fluid or a slider-crank transmission moves is
+/// refused by name, and runs with what the message says.
+#[test]
+fn kinds_of_public_robots_run_or_are_refused_by_name() {
+    let gripper = {
+        let side = |s: &str, x: f64| {
+            format!(
+                r#"<body name="{s}_driver" pos="{x} 0 0.05"><joint name="{s}_driver" class="driver"/><inertial mass="0.009" pos="0 0 0.02" quat="1 0 0 0" diaginertia="2e-6 2e-6 1e-6"/>
+            <body name="{s}_coupler" pos="0 0 0.04"><joint name="{s}_coupler" class="coupler"/><inertial mass="0.014" pos="0 0 0.01" diaginertia="3e-6 3e-6 1e-6"/><geom type="mesh" mesh="pad" class="visual"/></body></body>
+          <body name="{s}_spring" pos="{} 0 0.05"><joint name="{s}_spring" class="spring"/><inertial mass="0.02" pos="0 0 0.02" diaginertia="3e-6 3e-6 1e-6"/>
+            <body name="{s}_follower" pos="0 0 0.04"><joint name="{s}_follower" class="follower"/><inertial mass="0.013" pos="0 0 0.01" diaginertia="2e-6 2e-6 1e-6"/></body></body>"#,
+                0.6 * x
+            )
+        };
+        format!(
+            r#"<mujoco model="gripper"><compiler angle="radian" meshdir="assets" autolimits="true"/><option cone="elliptic" impratio="10"/><asset><mesh name="pad" file="pad.stl"/></asset>
+        <default><default class="gripper"><joint axis="0 1 0"/><general biastype="affine"/>
+          <default class="visual"><geom contype="0" conaffinity="0" mass="0" group="2"/></default>
+          <default class="driver"><joint range="0 0.8" armature="0.005" damping="0.1" solreflimit="0.005 1"/></default>
+          <default class="follower"><joint range="-0.87 0.87" solreflimit="0.005 1"/></default>
+          <default class="spring"><joint range="-0.3 0.8" stiffness="0.05" springref="2.62" damping="0.00125"/></default>
+          <default class="coupler"><joint range="-1.57 1"/></default></default></default>
+        <worldbody><body name="base" childclass="gripper"><geom class="visual" type="mesh" mesh="pad"/>{}{}</body></worldbody>
+        <contact><exclude body1="base" body2="left_driver"/></contact>
+        <tendon><fixed name="split"><joint joint="left_driver" coef="0.5"/><joint joint="right_driver" coef="0.5"/></fixed></tendon>
+        <equality><connect anchor="0.01 0 0.03" body1="left_coupler" body2="left_follower" solimp="0.95 0.99 0.001" solref="0.005 1"/>
+          <connect anchor="-0.01 0 0.03" body1="right_coupler" body2="right_follower"/><joint joint1="right_driver" joint2="left_driver" polycoef="0 1 0 0 0"/></equality>
+        <actuator><general class="gripper" name="fingers" tendon="split" forcerange="-5 5" ctrlrange="0 255" gainprm="0.0018" biasprm="0 -1 -0.1"/></actuator></mujoco>"#,
+            side("left", -0.03),
+            side("right", 0.03).replace("class=\"driver\"", "class=\"driver\"")
+        )
+    };
+    let hopper = r#"<mujoco model="hopper"><compiler settotalmass="14"/><default><default class="hop"><joint type="hinge" axis="0 1 0" limited="true" damping=".05" armature=".2"/><geom type="capsule" material="self"/></default></default>
+      <option timestep="0.005"/><asset><material name="self" rgba="1 1 0 1"/></asset><worldbody><geom name="floor" type="plane" conaffinity="1" pos="48 0 0" size="50 1 .2"/>
+      <body name="torso" pos="0 0 1" childclass="hop"><joint name="rootx" type="slide" pos="0 0 0" axis="1 0 0" damping="0" armature="0" limited="false"/><joint name="rootz" type="slide" axis="0 0 1" damping="0" armature="0" limited="false"/>
+       <joint name="rooty" axis="0 1 0" damping="0" armature="0" limited="false"/><geom name="torso" fromto="0 0 -.05 0 0 .2" size="0.0653"/>
+       <body name="thigh" pos="0 0 -.2"><joint name="hip" range="-170 10"/><geom name="thigh" fromto="0 0 0 0 0 -.33" size="0.039"/>
+       <body name="calf" pos="0 0 -.33"><joint name="knee" range="5 150"/><geom name="calf" fromto="0 0 0 0 0 -.32" size="0.035"/>
+       <body name="foot" pos="0 0 -.32"><joint name="ankle" range="-45 45"/><geom name="foot" fromto="-.08 0 0 .17 0 0" size="0.04"/></body></body></body></body></worldbody>
+      <actuator><motor name="hip" joint="hip" gear="30" ctrllimited="true" ctrlrange="-1 1"/><motor name="knee" joint="knee" gear="40" ctrlrange="-1 1"/></actuator></mujoco>"#;
+    let finger = r#"<mujoco model="finger"><option gravity="0 0 -9.81" cone="elliptic"/><default><geom solimp="0 0.9 0.01" solref=".02 1"/><joint type="hinge" axis="0 -1 0"/><motor ctrllimited="true" ctrlrange="-1 1"/></default>
+      <worldbody><body name="proximal" pos="-.2 0 .4"><geom name="base" type="cylinder" fromto="0 -.033 0 0 .033 0" size=".034" mass="0"/><joint name="proximal" range="-110 110" ref="-90"/><geom name="prox" type="capsule" fromto="0 0 0 0 0 -.17" size=".03"/>
+       <body name="distal" pos="0 0 -.18"><joint name="distal" range="-110 110"/><geom name="dist" type="capsule" fromto="0 0 0 0 0 -.16" size=".028"/></body></body>
+       <body name="spinner" pos=".2 0 .4"><joint name="hinge" frictionloss=".1" damping=".5"/><geom name="cap" type="capsule" fromto=".04 0 .09 0 0 0" size=".04"/></body></worldbody>
+      <actuator><motor name="proximal" joint="proximal" gear="30"/><motor name="distal" joint="distal" gear="15"/></actuator></mujoco>"#;
+    let five_bar = r#"<mujoco><compiler angle="radian" autolimits="true"/><asset><mesh name="arm" file="arm.stl"/></asset><worldbody><body name="base"><inertial pos="0 0 0" mass="1" fullinertia="1 1 1 0 0 0"/>
+      <body name="left" pos="0 -0.05 0"><inertial pos="0 0 0.05" mass="0.1" fullinertia="1e-4 1e-4 1e-5 0 0 1e-7"/><joint name="l1" axis="1 1e-16 0" frictionloss="0.01" armature="0.005" range="-3 3"/><geom type="mesh" mesh="arm" contype="0"/>
+       <body name="left_fore" pos="0.01 -0.03 0.1"><inertial pos="0 0.03 0.05" mass="0.1" diaginertia="1e-4 1e-4 1e-5"/><joint name="l2" axis="1 0 -2e-16"/><site name="end_left" pos="0 0.08 0.1"/></body></body>
+      <body name="right" pos="0 0.05 0"><inertial pos="0 0 0.05" mass="0.1" diaginertia="1e-4 1e-4 1e-5"/><joint name="r1" axis="-1 0 0"/>
+       <body name="right_fore" pos="0.01 0.03 0.1"><inertial pos="0 -0.03 0.05" mass="0.1" diaginertia="1e-4 1e-4 1e-5"/><joint name="r2" axis="1 0 0"/><site name="end_right" pos="0 -0.08 0.1"/></body></body></body></worldbody>
+      <equality><connect site1="end_left" site2="end_right"/></equality></mujoco>"#;
+    let split = r#"<robot name="split"><link name="base"/>
+      <link name="a"><inertial><mass value="1"/><origin xyz="0.05 0.02 0"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="b1"><inertial><mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="b2"><inertial><mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="c"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="ja" type="continuous"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/></joint><joint name="jb" type="continuous"><parent link="a"/><child link="b1"/><origin xyz="0.02 0 0.2"/><axis xyz="0 1 0"/></joint>
+      <joint name="jc" type="continuous"><parent link="base"/><child link="c"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/></joint><joint name="jd" type="continuous"><parent link="c"/><child link="b2"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/></joint>
+      <gazebo><joint name="weld" type="fixed"><parent>b1</parent><child>b2</child></joint></gazebo></robot>"#;
+    let drake = r#"<sdf version="1.7"><model name="FourBar"><link name="A"><inertial><pose>2 0 0 0 0 0</pose><mass>20</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
+      <link name="B"><pose relative_to="joint_AB">0 0 0 0 0 0</pose><inertial><pose>2 0 0 0 0 0</pose><mass>20</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial><visual name="v"><geometry><cylinder><radius>.1</radius><length>4</length></cylinder></geometry></visual></link>
+      <joint name="joint_WA" type="revolute"><parent>world</parent><child>A</child><axis><xyz expressed_in="__model__">0 -1 0</xyz><initial_position>0.5</initial_position></axis></joint>
+      <joint name="joint_AB" type="revolute"><pose relative_to="A">4 0 0 0 0 0</pose><parent>A</parent><child>B</child><axis><xyz>0 -1 0</xyz><limit><effort>0</effort></limit></axis></joint></model></sdf>"#;
+    for (called, text, bodies) in [
+        ("gripper", gripper.as_str(), 8),
+        ("hopper", hopper, 4),
+        ("finger", finger, 3),
+        ("five-bar", five_bar, 4),
+        ("split", split, 4),
+        ("drake", drake, 2),
+    ] {
+        let own = scene(text);
+        assert!(own.matches("\n[bodies.").count() >= bodies, "{called}:\n{own}");
+        let [before] = run(&own, 1e-6, ["energy.total"]);
+        let [after] = run(&own, 0.02, ["energy.total"]);
+        assert!(before.is_finite() && after.is_finite(), "{called}");
+    }
+    let total: f64 = ["torso", "thigh", "calf", "foot"]
+        .map(|body| number(&scene(hopper), &format!("bodies.{body}"), "mass"))
+        .iter()
+        .sum();
+    close(total, 14.0, 1e-12);
+    // What is included comes from beside the file.
+    let acrobot = r#"<mujoco><include file="./common/materials.xml"/><default><joint damping=".05"/><geom type="capsule" mass="1"/></default><worldbody><geom name="floor" size="3 3 .2" type="plane" material="grid"/>
+      <body name="upper" pos="0 0 2"><joint name="shoulder" axis="0 1 0"/><geom name="bolt" fromto="0 -.1 0 0 .1 0" size=".05" mass="0"/><geom fromto="0 0 0 0 0 1" size=".05"/><body name="lower" pos="0 0 1"><joint name="elbow" axis="0 1 0"/><geom fromto="0 0 0 0 0 1" size=".049"/></body></body></worldbody>
+      <actuator><motor name="elbow" joint="elbow" gear="2" ctrllimited="true" ctrlrange="-1 1"/></actuator></mujoco>"#;
+    let materials = |path: &str| {
+        (path == "./common/materials.xml")
+            .then(|| b"<mujoco><asset><material name=\"grid\"/></asset></mujoco>".to_vec())
+    };
+    assert!(import_file("acrobot", "acrobot.xml", acrobot.as_bytes(), &ImportOptions::default(), &materials).is_ok());
+    assert!(refused(acrobot, &ImportOptions::default()).contains("`./common/materials.xml` cannot be read"));
+    let swimmer = hopper.replace("<option timestep=\"0.005\"/>", "<option density=\"3000\"/>");
+    let piston = finger.replace(
+        "<motor name=\"distal\" joint=\"distal\" gear=\"15\"/>",
+        "<general name=\"distal\" cranksite=\"s\" slidersite=\"t\" cranklength=\"0.1\"/>",
+    );
+    for (text, words, leave) in
+        [(swimmer, ["fluid", "--leave-out fluid"], "fluid"), (piston, ["slider-crank", "--leave-out distal"], "distal")]
+    {
+        let why = refused(&text, &ImportOptions::default());
+        words.iter().for_each(|word| assert!(why.contains(word), "no `{word}` in:\n{why}"));
+        let options = ImportOptions { leave_out: vec![leave.to_owned()], ..ImportOptions::default() };
+        assert!(imported("robot.xml", &text, &options).is_ok());
+    }
+}
+
+/// Too many of anything is one error at once, and long values are cut.
+#[test]
+fn files_that_are_no_mechanism_are_refused_at_once() {
+    let many: String = (0..1500)
+        .map(|i| format!("<body name=\"b{i}\"><joint name=\"j{i}\" axis=\"0 1 0\"/><geom size=\".1\"/></body>"))
+        .collect();
+    let why = refused(&format!("<mujoco><worldbody>{many}</worldbody></mujoco>"), &ImportOptions::default());
+    assert!(why.contains("1500 joints") && why.contains("--root"), "{why}");
+    let long = format!("<mujoco><worldbody><geom pos=\"{}\"/></worldbody></mujoco>", "0 ".repeat(100_000));
+    assert!(refused(&long, &ImportOptions::default()).len() < 300);
+    let lines: String =
+        (0..3000).map(|i| line("BARS", [f64::from(i), 0.0, f64::from(i + 1), f64::from(i % 7)])).collect();
+    let why = imported("sketch.dxf", &drawing(&lines), &ImportOptions::default()).unwrap_err();
+    assert!(why.contains("more than 1000 bodies") && why.starts_with("sketch.dxf:"), "{why}");
+}
+
 /// Pairs of codes and values of a drawing in millimetres.
 fn drawing(entities: &str) -> String {
     let text = format!("0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES {entities} 0 ENDSEC 0 EOF");

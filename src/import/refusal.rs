@@ -46,7 +46,7 @@ impl fmt::Display for Refusal {
         if let Some(place) = &self.place {
             write!(f, "{place}: ")?;
         }
-        f.write_str(&self.message)?;
+        f.write_str(&shortened(&self.message))?;
         match &self.help {
             Some(help) => write!(f, "\n  help: {help}"),
             None => Ok(()),
@@ -54,4 +54,28 @@ impl fmt::Display for Refusal {
     }
 }
 
+/// The most letters of a file that a message repeats at once.
+const LONGEST: usize = 100;
+
+/// With long values of the file cut: they stand between backticks.
+fn shortened(message: &str) -> String {
+    let cut = |(index, part): (usize, &str)| match part.char_indices().nth(LONGEST) {
+        Some((end, _)) if index % 2 == 1 => format!("{}...", &part[..end]),
+        _ => part.to_owned(),
+    };
+    message.split('`').enumerate().map(cut).collect::<Vec<_>>().join("`")
+}
+
 pub type Fallible<T> = Result<T, Refusal>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_values_are_cut() {
+        let long = Refusal::new(format!("`pos` is `{}`, but must be 3 numbers", "0 ".repeat(1_000_000))).to_string();
+        assert!(long.len() < 200 && long.starts_with("`pos` is `0 0") && long.ends_with("...`, but must be 3 numbers"));
+        assert_eq!(Refusal::new("`a` is `b`").to_string(), "`a` is `b`");
+    }
+}

@@ -5,6 +5,9 @@ use std::fmt::Write;
 
 use super::refusal::Refusal;
 
+/// How many names a line lists.
+const LISTED: usize = 5;
+
 /// Exact, approximated, left out; what is refused ends the import.
 #[derive(Clone, Debug, Default)]
 pub struct ImportReport {
@@ -16,8 +19,8 @@ pub struct ImportReport {
     pub approximated: Vec<String>,
     /// What has no effect on the motion, counted.
     idle: BTreeMap<String, usize>,
-    /// What may act and is never imported, counted.
-    missing: BTreeMap<String, usize>,
+    /// What may act and is never imported, with the names of each.
+    missing: BTreeMap<String, Vec<String>>,
     /// What acts and was left out, as the user asked.
     pub left_out: Vec<String>,
     /// What the reader should know beside.
@@ -34,8 +37,8 @@ impl ImportReport {
         *self.idle.entry(what.into()).or_default() += 1;
     }
 
-    pub fn missing(&mut self, what: impl Into<String>) {
-        *self.missing.entry(what.into()).or_default() += 1;
+    pub fn missing(&mut self, what: impl Into<String>, name: &str) {
+        self.missing.entry(what.into()).or_default().push(name.to_owned());
     }
 
     pub fn approximated(&mut self, what: impl Into<String>) {
@@ -78,8 +81,10 @@ impl ImportReport {
         if !self.idle.is_empty() {
             lines.push(format!("left out, no effect on the motion: {}", listed(&self.idle)));
         }
-        if !self.missing.is_empty() {
-            lines.push(format!("left out, although it can act: {}", listed(&self.missing)));
+        for (what, names) in &self.missing {
+            let first = names.iter().take(LISTED).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            let more = if names.len() > LISTED { ", ..." } else { "" };
+            lines.push(format!("left out, although it can act: {} x {what}: {first}{more}", names.len()));
         }
         lines.extend(self.left_out.iter().map(|line| format!("left out, although it acts: {line}")));
         lines.extend(self.notes.iter().cloned());

@@ -8,7 +8,8 @@ use super::Includes;
 use super::refusal::{Fallible, Refusal};
 use super::report::ImportReport;
 use super::robot::{
-    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointMotion, SpatialBody, SpatialJoint, SpatialModel,
+    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, SpatialBody, SpatialJoint,
+    SpatialModel,
 };
 use super::xml::{self, Element};
 
@@ -223,7 +224,7 @@ impl<'a> SdfReader<'a> {
                 "link" => {
                     let name = joined(&full, child.must("name")?);
                     self.frame(&name, child, &full, None)?;
-                    let known = ["pose", "inertial", "gravity"];
+                    let known = ["pose", "inertial", "gravity", "velocity_decay"];
                     for own in child.children.iter().filter(|own| !known.contains(&own.name.as_str())) {
                         self.report.idle(format!("<{}>", own.name));
                     }
@@ -260,8 +261,10 @@ impl<'a> SdfReader<'a> {
                 .ok_or_else(|| from.refuse(format!("{}: there is no link or frame `{at}`", from.called())))?;
             (pose, at) = (frame.pose * pose, frame.relative_to.clone());
         }
-        let element = self.frames.get(&at).map_or(from, |frame| frame.element);
-        Err(element.refuse(format!("the poses of `{name}` and `{at}` are relative to each other")))
+        let frame = self.frames.get(&at);
+        let element = frame.map_or(from, |frame| frame.element);
+        let other = frame.map_or(name, |frame| &frame.relative_to);
+        Err(element.refuse(format!("the poses of `{at}` and `{other}` are relative to each other")))
     }
 
     /// The link that a frame moves with; none is the world.
@@ -342,7 +345,33 @@ impl<'a> SdfReader<'a> {
             self.close(&mut model, (&name, &scope, element), [of(parent), of(child)])?;
         }
         self.followers(&mut model)?;
+        self.unknown();
         Ok(model)
+    }
+
+    /// What joints have that the reader does not know.
+    fn unknown(&mut self) {
+        const OF_JOINTS: &[&str] = &["parent", "child", "pose", "axis", "physics", "sensor"];
+        const OF_AXES: &[&str] = &["xyz", "dynamics", "limit", "initial_position", "use_parent_model_frame", "mimic"];
+        for (.., joint) in &self.joints {
+            let axes = joint.all("axis").flat_map(|axis| &axis.children).map(|own| (own, OF_AXES));
+            for (own, known) in joint.children.iter().map(|own| (own, OF_JOINTS)).chain(axes) {
+                if !known.contains(&own.name.as_str()) {
+                    let text = format!(
+                        "<{}> (line {}) of {} is not known and is left out",
+                        own.name,
+                        own.place.line,
+                        joint.called()
+                    );
+                    self.report.note(text);
+                }
+            }
+        }
+        for (_, link, _) in &self.links {
+            if link.child("velocity_decay").is_some() {
+                self.report.left_out.push(format!("`velocity_decay` of {}", link.called()));
+            }
+        }
     }
 
     /// Bodies from the roots outwards; returns the body of each link.
@@ -435,11 +464,7 @@ impl<'a> SdfReader<'a> {
         joint.anchor = world.inverse() * Point3::from(self.world(name, element)?.translation.vector);
         if let Some(axis) = element.child("axis") {
             joint.axis = self.axis((name, scope, element), axis, &world)?;
-            let dynamics = |key: &str| number(axis.child("dynamics").and_then(|own| own.child(key)), 0.0);
-            (joint.damping, joint.friction) = (dynamics("damping")?, dynamics("friction")?);
-            let stiffness = dynamics("spring_stiffness")?;
-            joint.spring = (stiffness != 0.0).then_some([stiffness, dynamics("spring_reference")?]);
-            joint.range = range(axis)?;
+            joint.laws = axis_laws(axis)?;
             joint.start = number(axis.child("initial_position"), 0.0)?;
             if let Some(limit) = axis.child("limit") {
                 for key in
@@ -474,7 +499,7 @@ impl<'a> SdfReader<'a> {
         };
         let kind = match element.must("type")? {
             "revolute" | "continuous" => ClosureKind::Hinge(axis(self)?),
-            "prismatic" => ClosureKind::Slide(axis(self)?, element.child("axis").map_or(Ok(None), range)?),
+            "prismatic" => ClosureKind::Slide(axis(self)?),
             "ball" => ClosureKind::Point,
             "fixed" => ClosureKind::Weld(world_of(model, parent).inverse() * world_of(model, child)),
             "gearbox" => return Err(gearbox(element)),
@@ -493,14 +518,8 @@ impl<'a> SdfReader<'a> {
             _ => [at(parent), at(child)],
         };
         let short = name.rsplit("::").next().unwrap_or(name).to_owned();
-        if let Some(axis) = element.child("axis") {
-            for key in ["damping", "friction", "spring_stiffness"] {
-                if number(axis.child("dynamics").and_then(|own| own.child(key)), 0.0)? != 0.0 {
-                    self.report.left_out.push(format!("`{key}` of joint `{short}`, which closes a loop"));
-                }
-            }
-        }
-        model.closures.push(Closure { name: short, place: element.place.clone(), kind, ends });
+        let laws = element.child("axis").map_or(Ok(JointLaws::default()), axis_laws)?;
+        model.closures.push(Closure { name: short, place: element.place.clone(), kind, ends, laws });
         Ok(())
     }
 
@@ -546,6 +565,22 @@ fn gearbox(element: &Element) -> Refusal {
 
 fn world_of(model: &SpatialModel, body: usize) -> Isometry3<f64> {
     if body == 0 { Isometry3::identity() } else { world_of(model, model.bodies[body].parent) * model.bodies[body].pose }
+}
+
+/// What acts along an axis.
+///
+/// # Errors
+/// What is not a number, limits that do not increase.
+pub fn axis_laws(axis: &Element) -> Fallible<JointLaws> {
+    let dynamics = |key: &str| number(axis.child("dynamics").and_then(|own| own.child(key)), 0.0);
+    let stiffness = dynamics("spring_stiffness")?;
+    Ok(JointLaws {
+        damping: dynamics("damping")?,
+        friction: dynamics("friction")?,
+        armature: 0.0,
+        spring: (stiffness != 0.0).then_some([stiffness, dynamics("spring_reference")?]),
+        range: range(axis)?,
+    })
 }
 
 /// The limits of an axis; far out there are none.

@@ -8,9 +8,10 @@ use super::options::ImportOptions;
 use super::refusal::{Fallible, Refusal};
 use super::report::ImportReport;
 use super::robot::{
-    Activation, BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointMotion, SpatialActuator, SpatialBody,
-    SpatialBushing, SpatialJoint, SpatialModel, Transmission,
+    Activation, BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, SpatialActuator,
+    SpatialBody, SpatialBushing, SpatialJoint, SpatialModel, Transmission,
 };
+use super::sdf;
 use super::xml::Element;
 
 struct UrdfReader<'a> {
@@ -101,6 +102,8 @@ impl<'a> UrdfReader<'a> {
             );
         }
         self.report.note(format!("link `{first}` is the root and is held as ground"));
+        // The ground needs no mass.
+        links[first].mark();
         self.bodies.insert(first, 0);
         let mut next = vec![first];
         while let Some(parent) = next.pop() {
@@ -157,8 +160,8 @@ impl<'a> UrdfReader<'a> {
         own.axis = Vector3::from(axis)
             .try_normalize(1e-12)
             .ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
-        own.damping = optional(joint.child("dynamics"), "damping", 0.0)?;
-        own.friction = optional(joint.child("dynamics"), "friction", 0.0)?;
+        own.laws.damping = optional(joint.child("dynamics"), "damping", 0.0)?;
+        own.laws.friction = optional(joint.child("dynamics"), "friction", 0.0)?;
         self.limits(joint, &mut own)?;
         if matches!(kind, JointMotion::Free | JointMotion::Planar) {
             own.free = Some((self.model.bodies[body].pose, Vector3::zeros(), Vector3::zeros()));
@@ -180,7 +183,7 @@ impl<'a> UrdfReader<'a> {
                     range[1]
                 )));
             }
-            own.range = Some(range);
+            own.laws.range = Some(range);
         }
         let effort = optional(limit, "effort", 0.0)?;
         if effort > 0.0 {
@@ -265,9 +268,9 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2]) {
+    fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2], laws: JointLaws) {
         let name = element.get("name").unwrap_or_default().to_owned();
-        self.model.closures.push(Closure { name, place: element.place.clone(), kind, ends });
+        self.model.closures.push(Closure { name, place: element.place.clone(), kind, ends, laws });
     }
 
     /// A joint as in SDF: its pose in the frame of its child.
@@ -308,7 +311,7 @@ impl<'a> UrdfReader<'a> {
                 .ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
         let kind = match joint.must("type")? {
             "revolute" | "continuous" => ClosureKind::Hinge(axis),
-            "prismatic" => ClosureKind::Slide(axis, None),
+            "prismatic" => ClosureKind::Slide(axis),
             "fixed" => ClosureKind::Weld(self.world(parent).inverse() * self.world(child)),
             "ball" => ClosureKind::Point,
             other => {
@@ -325,7 +328,13 @@ impl<'a> UrdfReader<'a> {
             ],
             _ => ends,
         };
-        self.close(joint, kind, ends);
+        const KNOWN: &[&str] = &["parent", "child", "pose", "axis", "physics", "sensor"];
+        for own in joint.children.iter().filter(|own| !KNOWN.contains(&own.name.as_str())) {
+            self.report
+                .note(format!("<{}> (line {}) of a joint is not known and is left out", own.name, own.place.line));
+        }
+        let laws = joint.child("axis").map_or(Ok(JointLaws::default()), sdf::axis_laws)?;
+        self.close(joint, kind, ends, laws);
         Ok(())
     }
 
@@ -345,7 +354,7 @@ impl<'a> UrdfReader<'a> {
         let kind = match joint.get("type").unwrap_or("revolute") {
             "revolute" | "continuous" => ClosureKind::Hinge(axis),
             "spherical" | "ball" => ClosureKind::Point,
-            "prismatic" => ClosureKind::Slide(axis, None),
+            "prismatic" => ClosureKind::Slide(axis),
             "fixed" => ClosureKind::Weld(pose * other.inverse()),
             other => {
                 return Err(
@@ -361,7 +370,9 @@ impl<'a> UrdfReader<'a> {
             _ => [(first, pose), (second, other)]
                 .map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
         };
-        self.close(joint, kind, ends);
+        let dynamics = |key: &str| optional(joint.child("dynamics"), key, 0.0);
+        let laws = JointLaws { damping: dynamics("damping")?, friction: dynamics("friction")?, ..JointLaws::default() };
+        self.close(joint, kind, ends, laws);
         Ok(())
     }
 
@@ -379,7 +390,7 @@ impl<'a> UrdfReader<'a> {
             BodyPoint { body: bodies[0], at: point("drake:ball_constraint_p_AP")? },
             BodyPoint { body: bodies[1], at: point("drake:ball_constraint_p_BQ")? },
         ];
-        self.close(own, ClosureKind::Point, ends);
+        self.close(own, ClosureKind::Point, ends, JointLaws::default());
         Ok(())
     }
 
@@ -435,6 +446,7 @@ impl<'a> UrdfReader<'a> {
                     place: link.place.clone(),
                     kind: ClosureKind::Point,
                     ends,
+                    laws: JointLaws::default(),
                 });
             }
         }
@@ -508,7 +520,7 @@ impl<'a> UrdfReader<'a> {
             "drake:ball_constraint",
             "drake:linear_bushing_rpy",
         ];
-        const IDLE: &[&str] = &["gazebo", "material", "sensor", "visual", "collision"];
+        const IDLE: &[&str] = &["gazebo", "material", "mujoco", "sensor", "visual", "collision"];
         for child in root.children.iter().filter(|child| !KNOWN.contains(&child.name.as_str())) {
             match IDLE.contains(&child.name.as_str()) {
                 true => self.report.idle(format!("<{}>", child.name)),
@@ -522,19 +534,24 @@ impl<'a> UrdfReader<'a> {
             self.report.idle(format!("<{}>", own.name));
         }
         let mut unread = Vec::new();
+        let idle = ["calibration", "safety_controller"];
+        for joint in root.all("joint") {
+            joint.attribute("name").map(|own| own.value());
+            joint.children.iter().filter(|own| idle.contains(&own.name.as_str())).for_each(Element::mark);
+        }
         root.all("link")
             .filter_map(|link| link.child("inertial"))
             .chain(root.all("joint"))
+            .chain(root.all("loop_joint"))
             .for_each(|own| own.unread(&mut unread));
         for (called, attribute) in unread {
             self.report.note(format!("`{attribute}` of {called} is not known and is left out"));
         }
         const OF_JOINTS: &[&str] = &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
-        const IDLE_OF_JOINTS: &[&str] = &["calibration", "safety_controller"];
         for own in
             root.all("joint").flat_map(|joint| &joint.children).filter(|own| !OF_JOINTS.contains(&own.name.as_str()))
         {
-            match IDLE_OF_JOINTS.contains(&own.name.as_str()) {
+            match idle.contains(&own.name.as_str()) {
                 true => self.report.idle(format!("<{}>", own.name)),
                 false => self
                     .report

@@ -14,6 +14,8 @@ use super::refusal::{Fallible, Refusal};
 const SNAP: f64 = 1e-5;
 /// Ends that are nearly joined are errors within so many of these.
 const NEAR: f64 = 100.0;
+/// The most bodies of a mechanism that somebody draws.
+const MOST: usize = 1000;
 /// The end nearest to a pin with one body only is named if it is within this share of the diagonal.
 const BESIDE: f64 = 0.05;
 
@@ -105,6 +107,8 @@ pub fn read(file: &str, text: &str, options: &ImportOptions) -> Fallible<Importe
 struct Sketch<'a> {
     drawing: &'a Drawing,
     options: &'a ImportOptions,
+    /// Is there a layer for bodies? Else those of layer 0 count.
+    has_links: bool,
     bodies: Vec<DrawnBody>,
     pins: Vec<[f64; 2]>,
     grounded: Vec<bool>,
@@ -120,6 +124,7 @@ impl<'a> Sketch<'a> {
         let mut sketch = Sketch {
             drawing,
             options,
+            has_links: drawing.entities.iter().any(|own| LayerRole::of(&own.layer, options) == LayerRole::Links),
             bodies: Vec::new(),
             pins: Vec::new(),
             grounded: Vec::new(),
@@ -146,12 +151,9 @@ impl<'a> Sketch<'a> {
         Ok(sketch)
     }
 
-    /// Is there a layer for bodies? Else those of layer 0 count.
     fn role(&self, entity: &DrawnEntity) -> LayerRole {
         let role = LayerRole::of(&entity.layer, self.options);
-        let has_links =
-            || self.drawing.entities.iter().any(|own| LayerRole::of(&own.layer, self.options) == LayerRole::Links);
-        if role == LayerRole::Ignored && entity.layer == "0" && !has_links() { LayerRole::Links } else { role }
+        if role == LayerRole::Ignored && entity.layer == "0" && !self.has_links { LayerRole::Links } else { role }
     }
 
     /// Bodies, guides and tracers by the layers of the entities.
@@ -182,6 +184,11 @@ impl<'a> Sketch<'a> {
     }
 
     fn body(&mut self, entity: &DrawnEntity) -> Fallible<()> {
+        if self.bodies.len() >= MOST {
+            return Err(Refusal::new(format!("it has more than {MOST} bodies: each line, polyline and block is one"))
+                .at(&entity.place)
+                .help("draw the mechanism alone on a layer LINKS, or name its layer with --layer NAME=links"));
+        }
         let is_slider = self.role(entity) == LayerRole::Sliders;
         let called = format!("{} of line {}", entity.kind, entity.place.line);
         let name = entity

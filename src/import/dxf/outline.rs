@@ -54,12 +54,25 @@ impl Outline {
         self.segments().map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Is a place within it, if it is closed? By the number of sides to the right; arcs count as their chords.
+    /// Is a place within it, if it is closed? By the number of sides to the right; arcs are polygons that keep within 2e-4 of their radius.
     pub fn surrounds(&self, [x, y]: [f64; 2]) -> bool {
-        let crossed = self
-            .segments()
-            .filter(|(a, b, _)| (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
-        self.closed && crossed.count() % 2 == 1
+        const PIECES: usize = 80;
+        let crosses = |a: [f64; 2], b: [f64; 2]| {
+            (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+        };
+        let of = |(a, b, bulge): ([f64; 2], [f64; 2], f64)| {
+            if bulge == 0.0 {
+                return usize::from(crosses(a, b));
+            }
+            // The ends are the corners themselves, so that no side is counted twice or not at all.
+            let place = |piece: usize| match piece {
+                0 => a,
+                PIECES => b,
+                _ => curve(a, b, bulge, piece as f64 / PIECES as f64).0,
+            };
+            (0..PIECES).filter(|&piece| crosses(place(piece), place(piece + 1))).count()
+        };
+        self.closed && self.segments().map(of).sum::<usize>() % 2 == 1
     }
 
     /// The integral of a density along it, by the parameter.
@@ -195,6 +208,31 @@ mod tests {
         let holed = plate(&[outline], &[([5.0, 7.5], 0.25)], 3.0);
         let hole = 3.0 * PI / 16.0;
         assert!(close(holed.mass, own.mass - hole) && close(holed.inertia, own.inertia - hole / 32.0), "{holed:?}");
+    }
+
+    /// A hole in the round end of a bar, about the middle of the arc's chord.
+    #[test]
+    fn arcs_surround_what_is_behind_their_chords() {
+        for turn in [0.0f64, 0.7, 2.0] {
+            let (sine, cosine) = turn.sin_cos();
+            let turned = |[x, y]: [f64; 2]| [cosine * x - sine * y, sine * x + cosine * y];
+            let bar = Outline {
+                corners: [[0.0, -5.0], [100.0, -5.0], [100.0, 5.0], [0.0, 5.0]].map(turned).to_vec(),
+                bulges: vec![0.0, 1.0, 0.0, 1.0],
+                closed: true,
+            };
+            for (at, inside) in [
+                ([100.0, 0.0], true),
+                ([104.9, 0.0], true),
+                ([-4.9, 0.1], true),
+                ([105.1, 0.0], false),
+                ([104.0, 4.0], false),
+            ] {
+                assert_eq!(bar.surrounds(turned(at)), inside, "{at:?} {turn}");
+            }
+            let own = plate(std::slice::from_ref(&bar), &[(turned([100.0, 0.0]), 2.0), (turned([0.0, 0.0]), 2.0)], 1.0);
+            assert!(close(own.mass, 1000.0 + 25.0 * PI - 8.0 * PI), "{own:?}");
+        }
     }
 
     #[test]

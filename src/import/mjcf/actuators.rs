@@ -20,19 +20,54 @@ impl ActuatorLaw {
     }
 }
 
+/// MuJoCo has one default for all kinds of actuators, which each of these elements in a default changes.
+const KINDS: &[&str] = &[
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+    "plugin",
+];
+/// Attributes that are of one kind, and set what the others read by other names.
+const LAWS: &[&str] =
+    &["gainprm", "biasprm", "gaintype", "biastype", "dyntype", "dynprm", "kp", "kv", "timeconst", "dampratio"];
+
 impl<'a> MjcfReader<'a> {
     pub fn actuators(&mut self, root: &'a Element) -> Fallible<()> {
         for section in root.all("actuator") {
             for element in &section.children {
+                let before = self.model.actuators.len();
+                let states = self.states_of(element)?;
                 self.actuator(element)?;
+                let imported = (self.model.actuators.len() > before).then_some(before);
+                self.controls.push((imported, states));
             }
         }
         Ok(())
     }
 
+    /// How many numbers a keyframe's `act` has for an actuator.
+    fn states_of(&self, element: &'a Element) -> Fallible<usize> {
+        let own = self.defaults.of(element, &element.name, None)?;
+        let has = |name: &str, without: &str| own.attribute(name).is_some_and(|own| own.value != without);
+        Ok(match element.name.as_str() {
+            "muscle" | "intvelocity" | "cylinder" => 1,
+            "general" | "plugin" if has("dyntype", "none") => own.number("actdim", 1.0)?.max(1.0) as usize,
+            "position" if own.number("timeconst", 0.0)? > 0.0 => 1,
+            _ => 0,
+        })
+    }
+
     fn actuator(&mut self, element: &'a Element) -> Fallible<()> {
         let kind = element.name.as_str();
         let own = self.defaults.of(element, kind, None)?;
+        let shared = self.defaults.of_any(element, KINDS)?;
         if !self.enabled.actuation {
             element.mark();
             self.report
@@ -60,14 +95,26 @@ impl<'a> MjcfReader<'a> {
             self.refuse_or_leave(element, kind, format!("actuator {} acts and has no counterpart", element.called()));
             return Ok(());
         };
+        let leading = match kind {
+            "motor" => None,
+            "velocity" | "damper" => Some("kv"),
+            "general" => Some("gainprm"),
+            _ => Some("kp"),
+        };
+        if leading.is_some_and(|name| own.attribute(name).is_none())
+            && let Some(other) = own.foreign(&shared, LAWS)
+        {
+            let why = format!("{} has `{other}` from the default of another kind of actuator", element.called());
+            return Err(element.refuse(why).help(format!("write it in a default of <{kind}>, or at the actuator")));
+        }
         let Some(transmission) = self.transmission(element)? else { return Ok(()) };
-        let gear = own.some("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?[0];
+        let gear = shared.some("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?[0];
         let control = match self.inherited(element, &own, &transmission)? {
             Some(range) => Some(range),
-            None if kind == "damper" => own.array::<2>("ctrlrange")?,
-            None => own.range("ctrlrange", "ctrllimited", self.settings.autolimits)?,
+            None if kind == "damper" => shared.array::<2>("ctrlrange")?,
+            None => shared.range("ctrlrange", "ctrllimited", self.settings.autolimits)?,
         };
-        let force = own.range("forcerange", "forcelimited", self.settings.autolimits)?;
+        let force = shared.range("forcerange", "forcelimited", self.settings.autolimits)?;
         let control = control.filter(|_| self.enabled.clamp);
         let ActuatorLaw { gain, rate_gain, bias, activation } = law;
         let name = element.get("name").unwrap_or_default().to_owned();
@@ -169,7 +216,7 @@ impl<'a> MjcfReader<'a> {
             return Ok(None);
         }
         let joint = &self.model.joints[terms[0].0];
-        let Some([low, high]) = joint.range.filter(|_| terms.len() == 1) else {
+        let Some([low, high]) = joint.laws.range.filter(|_| terms.len() == 1) else {
             return Err(Refusal::new(format!("{} inherits a range, but what it moves has none", element.called()))
                 .at(&element.place));
         };

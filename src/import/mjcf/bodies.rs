@@ -186,10 +186,11 @@ impl<'a> MjcfReader<'a> {
         if matches!(kind, JointMotion::Hinge | JointMotion::Slide) {
             self.one_coordinate(&own, within, &mut joint)?;
         }
-        joint.damping = if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 };
-        joint.friction = if self.enabled.frictionloss { own.number("frictionloss", 0.0)? } else { 0.0 };
-        joint.armature = own.number("armature", 0.0)?;
-        for (key, value) in [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
+        joint.laws.damping = if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 };
+        joint.laws.friction = if self.enabled.frictionloss { own.number("frictionloss", 0.0)? } else { 0.0 };
+        joint.laws.armature = own.number("armature", 0.0)?;
+        for (key, value) in
+            [("damping", joint.laws.damping), ("frictionloss", joint.laws.friction), ("armature", joint.laws.armature)]
         {
             if value < 0.0 {
                 return Err(
@@ -200,7 +201,7 @@ impl<'a> MjcfReader<'a> {
         if kind == JointMotion::Ball || kind == JointMotion::Free {
             let pose = self.model.bodies[within.body].pose;
             joint.free = Some((pose, Vector3::zeros(), Vector3::zeros()));
-            if kind == JointMotion::Free && (joint.armature != 0.0 || joint.damping != 0.0) {
+            if kind == JointMotion::Free && (joint.laws.armature != 0.0 || joint.laws.damping != 0.0) {
                 self.refuse_or_leave(
                     element,
                     "joint",
@@ -230,10 +231,11 @@ impl<'a> MjcfReader<'a> {
         let stiffness = own.number("stiffness", 0.0)?;
         let relaxed = own.number("springref", 0.0)? * unit;
         if stiffness != 0.0 && self.enabled.spring {
-            joint.spring = Some([stiffness, relaxed - joint.zero]);
+            joint.laws.spring = Some([stiffness, relaxed - joint.zero]);
         }
         let range = own.range("range", "limited", self.settings.autolimits)?;
-        joint.range = range.filter(|_| self.enabled.limit).map(|range| range.map(|value| value * unit - joint.zero));
+        joint.laws.range =
+            range.filter(|_| self.enabled.limit).map(|range| range.map(|value| value * unit - joint.zero));
         joint.effort = own.range("actuatorfrcrange", "actuatorfrclimited", self.settings.autolimits)?;
         Ok(())
     }

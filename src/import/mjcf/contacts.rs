@@ -1,4 +1,4 @@
-//! Contacts of planes of the world with spheres, ends of capsules and corners of boxes, and of spheres with each other.
+//! Contacts of planes of the world with spheres, capsules, boxes and cylinders, and of spheres with each other.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -6,7 +6,7 @@ use super::MjcfReader;
 use super::geometry::GeomShape;
 use crate::import::options::ContactChoice;
 use crate::import::refusal::Fallible;
-use crate::import::robot::{BodyPoint, ContactKind, SpatialContact};
+use crate::import::robot::{BodyPoint, ContactKind, ContactShape, SpatialContact};
 use crate::import::xml::Element;
 
 /// Pairs of more geoms than these are not counted.
@@ -28,17 +28,20 @@ pub struct ContactGeom {
 }
 
 impl ContactGeom {
-    /// Points and radii by which it touches a plane; none of a shape without corners.
-    fn balls(&self) -> Option<Vec<(Point3<f64>, f64)>> {
+    /// How it touches a plane; none of what has no corners and discs.
+    fn shape(&self) -> Option<ContactShape> {
         let at = |x: f64, y: f64, z: f64| self.pose * Point3::new(x, y, z);
         Some(match self.shape {
-            GeomShape::Sphere(radius) => vec![(at(0.0, 0.0, 0.0), radius)],
-            GeomShape::Capsule(radius, half) => [-half, half].map(|z| (at(0.0, 0.0, z), radius)).to_vec(),
+            GeomShape::Sphere(radius) => ContactShape::Balls(vec![at(0.0, 0.0, 0.0)], radius),
+            GeomShape::Capsule(radius, half) => {
+                ContactShape::Balls([-half, half].map(|z| at(0.0, 0.0, z)).to_vec(), radius)
+            }
             GeomShape::Box([a, b, c]) => {
                 let corners = (0..8).map(|bits| [1, 2, 4].map(|bit| if bits & bit == 0 { -1.0 } else { 1.0 }));
-                corners.map(|[x, y, z]| (at(a * x, b * y, c * z), 0.0)).collect()
+                ContactShape::Corners(corners.map(|[x, y, z]| at(a * x, b * y, c * z)).collect())
             }
-            GeomShape::Plane | GeomShape::Cylinder(..) | GeomShape::Ellipsoid(_) | GeomShape::File => return None,
+            GeomShape::Cylinder(radius, half) => ContactShape::Cylinder { pose: self.pose, radius, half },
+            GeomShape::Plane | GeomShape::Ellipsoid(_) | GeomShape::File => return None,
         })
     }
 }
@@ -133,18 +136,20 @@ impl<'a> MjcfReader<'a> {
     fn touch(&mut self, first: usize, second: usize, friction: f64) {
         let (a, b) = (self.geoms[first].clone(), self.geoms[second].clone());
         let (a, b) = if b.shape == GeomShape::Plane { (b, a) } else { (a, b) };
-        let called = |geom: &ContactGeom| if geom.name.is_empty() { "geom".to_owned() } else { geom.name.clone() };
+        let called = |geom: &ContactGeom| match geom.name.is_empty() {
+            true => format!("{}_geom", self.model.bodies[geom.body].name),
+            false => geom.name.clone(),
+        };
         let name = format!("{}_{}", called(&a), called(&b));
         if a.shape == GeomShape::Plane {
             let pose = self.world(a.body) * a.pose;
             let (at, normal) = (Point3::from(pose.translation.vector), pose * Vector3::z());
-            let Some(balls) = b.balls() else {
-                self.report.missing("contact of a plane with a cylinder, an ellipsoid or a mesh");
-                return;
-            };
-            for (centre, radius) in balls {
-                let kind = ContactKind::Plane(at, normal, BodyPoint { body: b.body, at: centre }, radius);
-                self.model.contacts.push(SpatialContact { name: name.clone(), kind, friction });
+            match b.shape() {
+                Some(shape) => {
+                    let kind = ContactKind::Plane { at, normal, body: b.body, shape };
+                    self.model.contacts.push(SpatialContact { name, kind, friction });
+                }
+                None => self.report.missing("contact of a plane with an ellipsoid or a mesh", &name),
             }
             return;
         }
@@ -155,6 +160,6 @@ impl<'a> MjcfReader<'a> {
             self.model.contacts.push(SpatialContact { name, kind, friction });
             return;
         }
-        self.report.missing("contact of two bodies other than planes and spheres");
+        self.report.missing("contact of two bodies other than planes and spheres", &name);
     }
 }

@@ -70,8 +70,8 @@ impl<'a> MjcfReader<'a> {
         let order: Vec<usize> = self.model.bodies.iter().flat_map(|body| body.joints.iter().copied()).collect();
         let total = |which: usize| order.iter().map(|&joint| self.model.joints[joint].kind.widths()[which]).sum();
         let (qpos, qvel) = (numbers("qpos", total(0))?, numbers("qvel", total(1))?);
-        let states = self.model.actuators.iter().filter(|own| own.activation != Activation::Direct).count();
-        let (ctrl, act) = (numbers("ctrl", self.model.actuators.len())?, numbers("act", states)?);
+        let states = self.controls.iter().map(|(_, states)| states).sum();
+        let (ctrl, act) = (numbers("ctrl", self.controls.len())?, numbers("act", states)?);
         let (mut position, mut velocity) = (0, 0);
         for &joint in &order {
             let [width, rates] = self.model.joints[joint].kind.widths();
@@ -83,12 +83,16 @@ impl<'a> MjcfReader<'a> {
             }
             (position, velocity) = (position + width, velocity + rates);
         }
-        let mut act = act.into_iter().flatten();
-        for (index, actuator) in self.model.actuators.iter_mut().enumerate() {
-            actuator.start = ctrl.as_ref().map_or(0.0, |own| own[index]);
-            if let Activation::Integrator(_, start) | Activation::Filter(_, _, start) = &mut actuator.activation {
-                *start = act.next().unwrap_or(0.0);
+        // Actuators that are left out have their numbers, too.
+        let mut state = 0;
+        for (index, &(actuator, states)) in self.controls.iter().enumerate() {
+            if let Some(actuator) = actuator.map(|own| &mut self.model.actuators[own]) {
+                actuator.start = ctrl.as_ref().map_or(0.0, |own| own[index]);
+                if let Activation::Integrator(_, start) | Activation::Filter(_, _, start) = &mut actuator.activation {
+                    *start = act.as_ref().map_or(0.0, |own| own[state]);
+                }
             }
+            state += states;
         }
         Ok(())
     }

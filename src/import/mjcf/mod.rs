@@ -65,6 +65,8 @@ struct MjcfReader<'a> {
     relaxed_joints: Vec<f64>,
     spatial_tendons: BTreeMap<String, [super::robot::BodyPoint; 2]>,
     fixed_tendons: BTreeMap<String, Tendon>,
+    /// For each actuator of the file, in order: its place in the model unless it is left out, and how many numbers `act` has for it.
+    controls: Vec<(Option<usize>, usize)>,
     /// Lines and columns of elements that are refused or left out as a whole.
     dropped: BTreeSet<(usize, usize)>,
 }
@@ -108,6 +110,7 @@ pub fn read(
         relaxed_joints: Vec::new(),
         spatial_tendons: BTreeMap::new(),
         fixed_tendons: BTreeMap::new(),
+        controls: Vec::new(),
         dropped: BTreeSet::new(),
     };
     reader.fluid(root)?;

@@ -45,6 +45,19 @@ impl<'a> Defaults<'a> {
     /// # Errors
     /// A class that the file does not define.
     pub fn of(&self, element: &'a Element, kind: &str, childclass: Option<&str>) -> Fallible<Resolved<'a>> {
+        self.chain(element, &[kind], childclass)
+    }
+
+    /// The same with the defaults of several kinds, which are one in MuJoCo.
+    ///
+    /// # Errors
+    /// A class that the file does not define.
+    pub fn of_any(&self, element: &'a Element, kinds: &[&str]) -> Fallible<Resolved<'a>> {
+        self.chain(element, kinds, None)
+    }
+
+    fn chain(&self, element: &'a Element, kinds: &[&str], childclass: Option<&str>) -> Fallible<Resolved<'a>> {
+        let counts = |child: &&Element| kinds.contains(&child.name.as_str());
         let mut chain = vec![element];
         let mut class = match (element.get("class"), childclass) {
             (Some(own), _) => Some(own.to_owned()),
@@ -58,13 +71,11 @@ impl<'a> Defaults<'a> {
         let mut outermost = true;
         while let Some(own) = class.and_then(|name| self.classes.get(&name)) {
             outermost &= own.parent.is_some();
-            chain.extend(own.element.children.iter().rev().filter(|child| child.name == kind));
+            chain.extend(own.element.children.iter().rev().filter(counts));
             class = own.parent.clone();
         }
         if outermost {
-            chain.extend(
-                self.main.iter().rev().flat_map(|main| main.children.iter().rev().filter(|child| child.name == kind)),
-            );
+            chain.extend(self.main.iter().rev().flat_map(|main| main.children.iter().rev().filter(counts)));
         }
         Ok(Resolved { element, chain })
     }
@@ -83,6 +94,11 @@ impl<'a> Resolved<'a> {
 
     pub fn get(&self, name: &str) -> Option<&'a str> {
         self.attribute(name).map(Attribute::value)
+    }
+
+    /// The first of some attributes that more defaults have and these do not.
+    pub fn foreign(&self, more: &Self, names: &'static [&'static str]) -> Option<&'static str> {
+        names.iter().copied().find(|name| self.attribute(name).is_none() && more.attribute(name).is_some())
     }
 
     /// # Errors

@@ -1,13 +1,8 @@
-//! Springs, tendons, actuators and contacts as loads and joints of the scene.
+//! Springs, tendons and actuators as loads and joints of the scene.
 
-use super::closing;
-use super::planar::LinkPoint;
-use super::write::{RobotWriter, number, pair};
-use super::{Activation, ContactKind, PointSpring, SpatialActuator, SpatialContact, Transmission};
+use super::write::{RobotWriter, number};
+use super::{Activation, PointSpring, SpatialActuator, Transmission};
 use crate::import::options::{ContactChoice, ImportOptions};
-
-/// How far the normal of a floor may be out of the plane.
-const IN_PLANE: f64 = 1e-6;
 
 impl RobotWriter<'_> {
     pub fn forces(&mut self, options: &ImportOptions) {
@@ -55,25 +50,15 @@ impl RobotWriter<'_> {
     fn joint_spring(&mut self, index: usize) {
         let planar = self.planar;
         let Some(joint) = planar.coordinates[index].joint().map(|joint| &planar.file.joints[joint]) else { return };
-        let Some([stiffness, relaxed]) = joint.spring.filter(|[stiffness, _]| *stiffness != 0.0) else { return };
+        let Some([stiffness, relaxed]) = joint.laws.spring.filter(|[stiffness, _]| *stiffness != 0.0) else { return };
         let own = self.joints[index].clone().unwrap_or_default();
-        let name = self.fresh(&format!("{own}_spring"), "load", "spring");
-        match planar.coordinates[index] {
-            super::planar::PlanarCoordinate::Turn { parent, child, sign, .. } => {
-                let ends = [parent, child].map(|link| self.links[link].clone());
-                self.load_text += &format!(
-                    "\n[loads.{name}]\ntype    = \"torsion_spring\"\nbetween = [\"{}\", \"{}\"]\nstiffness = {}\nangle   = {}\n",
-                    ends[0],
-                    ends[1],
-                    number(stiffness),
-                    number(sign * relaxed)
-                );
-            }
-            _ => {
-                let law = format!("-{}*({own}.s - {})", number(stiffness), number(relaxed));
-                self.effort(index, &name, &law);
-            }
+        if let super::planar::PlanarCoordinate::Turn { parent, child, sign, .. } = planar.coordinates[index] {
+            self.torsion_spring(&own, [parent, child], stiffness, sign * relaxed);
+            return;
         }
+        let name = self.fresh(&format!("{own}_spring"), "load", "spring");
+        let law = format!("-{}*({own}.s - {})", number(stiffness), number(relaxed));
+        self.effort(index, &name, &law);
         self.report.exact("spring of a joint");
     }
 
@@ -254,81 +239,6 @@ impl RobotWriter<'_> {
         match range {
             Some(_) => format!("({})", clamp(&state, range)),
             None => state,
-        }
-    }
-
-    /// Does any coordinate move a point along a direction?
-    fn approaches(&self, (link, at): LinkPoint, [x, y]: [f64; 2]) -> bool {
-        let planar = self.planar;
-        let height = |values: &[f64]| {
-            let own = closing::place_of(&closing::poses(planar, values)[link], planar.links[link].origin, at);
-            own[0] * x + own[1] * y
-        };
-        let mut values = vec![0.0; planar.coordinates.len()];
-        let rest = height(&values);
-        (0..values.len()).any(|index| {
-            values[index] = 0.3;
-            let moved = height(&values);
-            values[index] = 0.0;
-            (moved - rest).abs() > 1e-9 * planar.size
-        })
-    }
-
-    fn contact(&mut self, contact: &SpatialContact, options: &ImportOptions) {
-        let planar = self.planar;
-        let friction = match contact.friction {
-            mu if mu > 0.0 => format!("friction = {{ mu = {} }}\n", number(mu)),
-            _ => String::new(),
-        };
-        match &contact.kind {
-            ContactKind::Plane(at, normal, ball, radius) => {
-                let Some(point) = planar.point(ball) else { return };
-                if point.0 == 0 {
-                    return;
-                }
-                let along_normal = planar.plane.normal.dot(normal);
-                if along_normal.abs() > IN_PLANE {
-                    match along_normal.abs() > 1.0 - IN_PLANE {
-                        true => self.report.idle("contact with a plane that is parallel to the plane of motion"),
-                        false => self
-                            .report
-                            .left_out
-                            .push(format!("contact `{}`: its plane is oblique to the plane of motion", contact.name)),
-                    }
-                    return;
-                }
-                let [x, y] = planar.plane.components(normal);
-                if !self.approaches(point, [x, y]) {
-                    self.report.idle("contact with a plane that its point never approaches");
-                    return;
-                }
-                let name = self.fresh(&contact.name, "contact", "contact");
-                let [a, b] = self.ends([(0, planar.at(at)), point], &name);
-                self.joint_text += &format!(
-                    "\n[joints.{name}]\ntype    = \"contact\"\nbetween = [\"{a}\", \"{b}\"]\naxis    = {}\nradius  = {}\n{friction}",
-                    pair([y, -x]),
-                    number(*radius)
-                );
-                self.report.exact("contact with a plane, without rebound");
-            }
-            ContactKind::Balls(balls, radii) => {
-                if options.contacts != ContactChoice::All {
-                    self.report.missing("contact of two balls (--contacts all imports it)");
-                    return;
-                }
-                let [Some(a), Some(b)] = balls.each_ref().map(|ball| planar.point(ball)) else { return };
-                if a.0 == b.0 {
-                    return;
-                }
-                let name = self.fresh(&contact.name, "contact", "contact");
-                let [a, b] = self.ends([a, b], &name);
-                self.joint_text += &format!(
-                    "\n[joints.{name}]\ntype    = \"contact\"\nbetween = [\"{a}\", \"{b}\"]\ncircle  = {}\nradius  = {}\n{friction}",
-                    number(radii[0]),
-                    number(radii[1])
-                );
-                self.report.exact("contact of two balls, without rebound");
-            }
         }
     }
 }

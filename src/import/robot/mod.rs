@@ -4,6 +4,8 @@
 //! reference configuration, in which scene angles are zero and bodies unturned.
 
 mod closing;
+mod contacts;
+mod couplings;
 mod forces;
 mod planar;
 mod plane;
@@ -159,12 +161,7 @@ pub struct SpatialJoint {
     pub rate: f64,
     /// Where a free or planar joint starts, in the parent's frame, and its velocities: of the body's origin, and angular, in world axes.
     pub free: Option<(Isometry3<f64>, Vector3<f64>, Vector3<f64>)>,
-    pub damping: f64,
-    pub friction: f64,
-    pub armature: f64,
-    /// Stiffness, and the coordinate at which the spring is relaxed.
-    pub spring: Option<[f64; 2]>,
-    pub range: Option<[f64; 2]>,
+    pub laws: JointLaws,
     /// What all actuators together exert at most.
     pub effort: Option<[f64; 2]>,
 }
@@ -182,11 +179,7 @@ impl SpatialJoint {
             start: 0.0,
             rate: 0.0,
             free: None,
-            damping: 0.0,
-            friction: 0.0,
-            armature: 0.0,
-            spring: None,
-            range: None,
+            laws: JointLaws::default(),
             effort: None,
         }
     }
@@ -203,11 +196,8 @@ impl SpatialJoint {
 
     /// Does nothing act along it but what it leaves free?
     pub fn is_plain(&self) -> bool {
-        self.damping == 0.0
-            && self.friction == 0.0
-            && self.armature == 0.0
-            && self.spring.is_none()
-            && self.range.is_none()
+        let JointLaws { damping, friction, armature, spring, range } = self.laws;
+        damping == 0.0 && friction == 0.0 && armature == 0.0 && spring.is_none() && range.is_none()
     }
 }
 
@@ -225,6 +215,18 @@ pub struct Closure {
     pub place: FilePlace,
     pub kind: ClosureKind,
     pub ends: [BodyPoint; 2],
+    pub laws: JointLaws,
+}
+
+/// What acts along a joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct JointLaws {
+    pub damping: f64,
+    pub friction: f64,
+    pub armature: f64,
+    /// Stiffness, and the coordinate at which the spring is relaxed.
+    pub spring: Option<[f64; 2]>,
+    pub range: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Debug)]
@@ -233,8 +235,8 @@ pub enum ClosureKind {
     Point,
     /// A hinge about an axis, in the frame of the first body.
     Hinge(Vector3<f64>),
-    /// A slide along an axis, in the frame of the first body; its range.
-    Slide(Vector3<f64>, Option<[f64; 2]>),
+    /// A slide along an axis, in the frame of the first body.
+    Slide(Vector3<f64>),
     /// Two bodies move as one: the pose of the second in the frame of the first.
     Weld(Isometry3<f64>),
 }
@@ -316,7 +318,7 @@ pub enum Activation {
     Filter(f64, Option<[f64; 2]>, f64),
 }
 
-/// A ball on a plane of the world, or two balls.
+/// A solid on a plane of the world, or two balls.
 #[derive(Clone, Debug)]
 pub struct SpatialContact {
     pub name: String,
@@ -326,8 +328,22 @@ pub struct SpatialContact {
 
 #[derive(Clone, Debug)]
 pub enum ContactKind {
-    /// A point of the world and its normal; the centre and radius of the ball.
-    Plane(Point3<f64>, Vector3<f64>, BodyPoint, f64),
+    /// A point of the world and its normal, and what touches it.
+    Plane { at: Point3<f64>, normal: Vector3<f64>, body: usize, shape: ContactShape },
     /// Two centres and radii.
     Balls([BodyPoint; 2], [f64; 2]),
+}
+
+/// What touches a plane, in the frame of its body.
+#[derive(Clone, Debug)]
+pub enum ContactShape {
+    /// Balls of one radius about these centres: a sphere, or the ends of a capsule.
+    Balls(Vec<Point3<f64>>, f64),
+    Corners(Vec<Point3<f64>>),
+    /// About z of its pose.
+    Cylinder {
+        pose: Isometry3<f64>,
+        radius: f64,
+        half: f64,
+    },
 }

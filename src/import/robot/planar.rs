@@ -11,6 +11,8 @@ use crate::import::report::ImportReport;
 
 /// Loops that are open by more of the size are not closed: which way they close would be a guess.
 const OPEN: f64 = 1e-3;
+/// The most joints of a scene that is imported.
+const MOST: usize = 1000;
 /// Products of inertia with the normal, relative to the largest moment, with which a free body stays in the plane.
 const PRINCIPAL: f64 = 1e-6;
 
@@ -155,6 +157,12 @@ pub fn scene(
         report.refuse(refusal);
         return None;
     }
+    let joints = model.moving_joints().count();
+    if joints > MOST {
+        let refusal = Refusal::new(format!("it has {joints} joints, but a scene has at most {MOST}"));
+        report.refuse(refusal.help("--root BODY imports a part of the robot; --lock JOINT,... holds joints"));
+        return None;
+    }
     let world = poses(&model);
     let plane = match plane::find(&model, &world, options) {
         Ok(plane) => plane,
@@ -192,8 +200,9 @@ fn prepare(model: &mut SpatialModel, options: &ImportOptions, report: &mut Impor
         report.note(format!("joint `{name}` is held at {value:?}, as --lock says"));
     }
     hold_followers(model, report)?;
+    join_limits(model, report)?;
     for joint in &mut model.joints {
-        let Some([low, high]) = joint.range else { continue };
+        let Some([low, high]) = joint.laws.range else { continue };
         let inside = joint.start.clamp(low, high);
         if inside != joint.start {
             report.approximated(format!(
@@ -228,14 +237,38 @@ fn hold_followers(model: &mut SpatialModel, report: &mut ImportReport) -> Fallib
             None => {
                 let value = follower.offset + held;
                 lock(model, follower.joint, value)?;
-                report.note(format!(
-                    "`{}` holds joint `{}` at {value:?}",
-                    follower.name, model.joints[follower.joint].name
-                ));
+                let called = match follower.name.is_empty() {
+                    true => format!("the coupling in line {}", follower.place.line),
+                    false => format!("`{}`", follower.name),
+                };
+                report.note(format!("{called} holds joint `{}` at {value:?}", model.joints[follower.joint].name));
             }
         }
     }
     model.followers = kept;
+    Ok(())
+}
+
+/// The limits of a joint that follows another become limits of the other: two stops that hold one motion at once would share their force by chance.
+fn join_limits(model: &mut SpatialModel, report: &mut ImportReport) -> Fallible<()> {
+    // As often as there are followers, so that limits come through chains of them.
+    for _ in 0..model.followers.len() {
+        for follower in &model.followers {
+            let Some(leader) = follower.leader else { continue };
+            let Some(range) = model.joints[follower.joint].laws.range.take() else { continue };
+            let ends = range.map(|end| (end - follower.offset) / follower.ratio);
+            let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            let [least, most] = model.joints[leader].laws.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            let joined = [least.max(low), most.min(high)];
+            if joined[0] >= joined[1] {
+                let [one, other] = [follower.joint, leader].map(|joint| &model.joints[joint].name);
+                let message = format!("joint `{one}` follows `{other}`, and their limits leave no way to move");
+                return Err(Refusal::new(message).at(&follower.place));
+            }
+            model.joints[leader].laws.range = Some(joined);
+            report.exact("limit of a joint that follows another, as one of the other");
+        }
+    }
     Ok(())
 }
 
@@ -276,7 +309,7 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
         super::Transmission::Points(ends) => ends.iter().all(used),
     });
     model.contacts.retain(|own| match &own.kind {
-        super::ContactKind::Plane(_, _, ball, _) => used(ball),
+        super::ContactKind::Plane { body, .. } => inside[*body],
         super::ContactKind::Balls(balls, _) => balls.iter().all(used),
     });
     report.note(format!("only the subtree of `{}` is imported: {kept} of {all} bodies", model.bodies[root].name));
@@ -622,7 +655,7 @@ impl PlanarModel<'_> {
             self.closure_sources.push(source);
             self.closures.push(match &closure.kind {
                 ClosureKind::Point | ClosureKind::Hinge(_) => PlanarClosure::Pin(ends),
-                ClosureKind::Slide(axis, _) => {
+                ClosureKind::Slide(axis) => {
                     let [x, y] = self.plane.components(&(self.world[closure.ends[0].body] * axis));
                     let length = x.hypot(y);
                     PlanarClosure::Slide(ends, [x / length, y / length])

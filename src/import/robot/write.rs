@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use super::closing::{self, ClosedStart};
-use super::planar::{LinkPoint, PlanarClosure, PlanarCoordinate, PlanarFollower, PlanarModel};
-use super::{Closure, ClosureKind, JointMotion, SpatialJoint};
+use super::planar::{LinkPoint, PlanarClosure, PlanarCoordinate, PlanarModel};
+use super::{Closure, ClosureKind, JointLaws, JointMotion, SpatialJoint};
 use crate::import::options::ImportOptions;
 use crate::import::refusal::Refusal;
 use crate::import::report::ImportReport;
@@ -38,6 +38,8 @@ pub struct RobotWriter<'a> {
     points: Vec<Vec<(String, [f64; 2])>>,
     /// The same by their names.
     places: Vec<BTreeMap<String, [f64; 2]>>,
+    /// Massless bodies that couplings need.
+    pub wheel_text: String,
     pub inputs: String,
     pub states: String,
     pub joint_text: String,
@@ -63,6 +65,7 @@ pub fn scene(
         joints: Vec::new(),
         points: vec![Vec::new(); planar.links.len()],
         places: vec![BTreeMap::new(); planar.links.len()],
+        wheel_text: String::new(),
         inputs: String::new(),
         states: String::new(),
         joint_text: String::new(),
@@ -156,7 +159,7 @@ impl RobotWriter<'_> {
         if let Some(axis) = axis {
             text += &format!("axis    = {}\n", pair(axis));
         }
-        text += &self.joint_keys(joint, sign);
+        text += &self.joint_keys(&joint.laws, sign);
         self.joint_text += &text;
         let word = if axis.is_some() { "slide" } else { "hinge" };
         self.report.exact(word);
@@ -164,27 +167,27 @@ impl RobotWriter<'_> {
     }
 
     /// What acts along a joint.
-    fn joint_keys(&mut self, joint: &SpatialJoint, sign: f64) -> String {
+    fn joint_keys(&mut self, laws: &JointLaws, sign: f64) -> String {
         let mut text = String::new();
         let mut key = |name: &str, value: String, word: &str, report: &mut ImportReport| {
             text += &format!("{name:<7} = {value}\n");
             report.exact(word);
         };
-        if joint.damping != 0.0 {
-            key("damping", number(joint.damping), "damping", self.report);
+        if laws.damping != 0.0 {
+            key("damping", number(laws.damping), "damping", self.report);
         }
-        if joint.armature != 0.0 {
-            key("armature", number(joint.armature), "armature", self.report);
+        if laws.armature != 0.0 {
+            key("armature", number(laws.armature), "armature", self.report);
         }
-        if joint.friction != 0.0 {
+        if laws.friction != 0.0 {
             key(
                 "friction",
-                format!("{{ coulomb = {} }}", number(joint.friction)),
+                format!("{{ coulomb = {} }}", number(laws.friction)),
                 "dry friction, which sticks",
                 self.report,
             );
         }
-        if let Some([low, high]) = joint.range {
+        if let Some([low, high]) = laws.range {
             let [min, max] = if sign < 0.0 { [-high, -low] } else { [low, high] };
             key("limits", format!("{{ min = {}, max = {} }}", number(min), number(max)), "limits", self.report);
         }
@@ -199,7 +202,8 @@ impl RobotWriter<'_> {
         if joint.kind == JointMotion::Ball {
             return;
         }
-        let output = self.fresh(&format!("q_{name}"), "output", "q");
+        let named = if joint.name.is_empty() { name } else { &joint.name };
+        let output = self.fresh(&format!("q_{named}"), "output", "q");
         self.outputs.push(format!("{output} = \"{value}\""));
     }
 
@@ -214,92 +218,46 @@ impl RobotWriter<'_> {
                 ("weld", format!("angle   = {}\n", number(angle)), "loop closed by a weld")
             }
             PlanarClosure::Slide(_, along) => {
-                let mut more = format!("axis    = {}\n", pair(along));
-                if let ClosureKind::Slide(_, Some([min, max])) = file.kind {
-                    more += &format!("limits  = {{ min = {}, max = {} }}\n", number(min), number(max));
-                }
-                ("prismatic", more, "loop closed by a slide")
+                ("prismatic", format!("axis    = {}\n", pair(along)), "loop closed by a slide")
             }
         };
-        self.joint_text +=
-            &format!("\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n{more}", ends[0], ends[1]);
+        let sign = match &file.kind {
+            ClosureKind::Hinge(axis) => {
+                let axis = planar.world[file.ends[0].body] * axis;
+                if axis.dot(&planar.plane.normal) < 0.0 { -1.0 } else { 1.0 }
+            }
+            ClosureKind::Slide(_) | ClosureKind::Point | ClosureKind::Weld(_) => 1.0,
+        };
+        let keys = self.joint_keys(&file.laws, sign);
+        self.joint_text += &format!(
+            "\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{}\", \"{}\"]\n{more}{keys}",
+            ends[0], ends[1]
+        );
         self.report.exact(word);
-    }
-
-    /// A coupling of two joints: a gear on the body that both have in common, or a rack.
-    fn follower(&mut self, follower: &PlanarFollower) {
-        let planar = self.planar;
-        let file = &planar.file.followers[follower.source];
-        let (offset, ratio) = (follower.offset, follower.ratio);
-        let text = match (planar.coordinates[follower.joint], planar.coordinates[follower.leader]) {
-            (
-                PlanarCoordinate::Turn { parent: p1, child: c1, sign: s1, .. },
-                PlanarCoordinate::Turn { parent: p2, child: c2, sign: s2, .. },
-            ) => {
-                let same = s1 * s2 * ratio;
-                // The carrier, the two wheels and their relation: angles count from the carrier.
-                let gear = match (p1 == p2, c2 == p1, c1 == p2) {
-                    (true, ..) => Some((p1, c2, c1, same, s1 * offset)),
-                    (_, true, _) => Some((c2, p2, c1, -same, s1 * offset)),
-                    (.., true) => Some((c1, c2, p1, -same, -s1 * offset)),
-                    _ => None,
-                };
-                gear.map(|(carrier, a, b, ratio, angle)| {
-                    let names = [carrier, a, b].map(|link| self.links[link].clone());
-                    let on = if carrier == 0 { String::new() } else { format!("carrier = \"{}\"\n", names[0]) };
-                    let (ratio, angle) = (number(ratio), number(angle));
-                    format!(
-                        "type    = \"gear\"\nbetween = [\"{}\", \"{}\"]\n{on}ratio   = {ratio}\nangle   = {angle}\n",
-                        names[1], names[2]
-                    )
-                })
+        let Some([stiffness, relaxed]) = file.laws.spring.filter(|[stiffness, _]| *stiffness != 0.0) else { return };
+        match kind {
+            "revolute" => {
+                let links = planar.closures[index].ends().map(|(link, _)| link);
+                self.torsion_spring(&name, links, stiffness, sign * relaxed);
             }
-            (
-                PlanarCoordinate::Slide { parent, child, at, along, .. },
-                PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. },
-            ) if parent == other => Some(self.rack((parent, child, at, along), pinion, ratio * sign, offset, follower)),
-            (
-                PlanarCoordinate::Turn { parent: other, child: pinion, sign, .. },
-                PlanarCoordinate::Slide { parent, child, at, along, .. },
-            ) if parent == other => {
-                Some(self.rack((parent, child, at, along), pinion, sign / ratio, -offset / ratio, follower))
-            }
-            _ => None,
-        };
-        match text {
-            Some(text) => {
-                let name = self.fresh(&file.name, "coupling", "coupling");
-                self.joint_text += &format!("\n[joints.{name}]\n{text}");
-                self.report.exact("coupling of two joints");
-            }
-            None => self.report.refuse(
-                Refusal::new(format!(
-                    "`{}` couples joints that have no body in common, or two slides: neither a gear nor a rack does that",
-                    file.name
-                ))
-                .at(&file.place)
-                .help("--lock JOINT holds one of them"),
+            _ => self.report.refuse(
+                Refusal::new(format!("slide `{name}` closes a loop and has a spring, which is not imported"))
+                    .at(&file.place)
+                    .help("name its links the other way round, so that another joint closes the loop"),
             ),
         }
     }
 
-    fn rack(
-        &mut self,
-        (parent, child, at, along): (usize, usize, [f64; 2], [f64; 2]),
-        pinion: usize,
-        radius: f64,
-        displacement: f64,
-        follower: &PlanarFollower,
-    ) -> String {
-        let name = self.planar.file.followers[follower.source].name.clone();
-        let [carrier, rack] = [parent, child].map(|link| self.place(link, &name, at));
-        format!(
-            "type    = \"rack\"\nbetween = [\"{}\", \"{rack}\"]\ncarrier = \"{carrier}\"\naxis    = {}\nradius  = {}\ndisplacement = {}\n",
-            self.links[pinion],
-            pair(along),
-            number(radius),
-            number(displacement)
-        )
+    /// The spring of a hinge.
+    pub fn torsion_spring(&mut self, joint: &str, links: [usize; 2], stiffness: f64, angle: f64) {
+        let name = self.fresh(&format!("{joint}_spring"), "load", "spring");
+        let [from, to] = links.map(|link| self.links[link].clone());
+        self.load_text += &format!(
+            "\n[loads.{name}]\ntype    = \"torsion_spring\"\nbetween = [\"{from}\", \"{to}\"]\nstiffness = {}\nangle   = {}\n",
+            number(stiffness),
+            number(angle)
+        );
+        self.report.exact("spring of a joint");
     }
 
     fn head_lines(&mut self, start: &ClosedStart) {
@@ -367,6 +325,7 @@ impl RobotWriter<'_> {
         for link in 0..planar.links.len() {
             text += &self.link_text(link);
         }
+        text += &self.wheel_text;
         text += &self.joint_text;
         text += &self.load_text;
         text += &format!("\n# All angles count from the reference configuration of the file.\n[initial]\n{initial}");
@@ -410,10 +369,12 @@ impl RobotWriter<'_> {
         text
     }
 
-    /// Independent coordinates are given; bodies behind the others have guesses.
+    /// Independent coordinates are given, with all their rates if anything moves: a scene chooses the rates that it is not given. Bodies behind the other
+    /// coordinates have guesses.
     fn initial(&mut self, start: &ClosedStart) -> String {
         let planar = self.planar;
         let poses = closing::poses(planar, &start.values);
+        let moves = start.rates.iter().any(|rate| *rate != 0.0);
         let mut text = String::new();
         for (index, coordinate) in planar.coordinates.iter().enumerate() {
             let (value, rate, given) = (start.values[index], start.rates[index], start.independent[index]);
@@ -426,7 +387,7 @@ impl RobotWriter<'_> {
                     true => writeln!(text, "\"{variable}\" = {}", number(sign * value)),
                     false => writeln!(text, "\"{variable}\" = {{ guess = {} }}", number(about)),
                 };
-                if given && rate != 0.0 {
+                if given && moves {
                     let _ = writeln!(text, "\"{rate_of}\" = {}", number(sign * rate));
                 }
             };
@@ -448,7 +409,7 @@ impl RobotWriter<'_> {
                         true => writeln!(text, "\"{body}.{axis}\" = {}", number(at[part])),
                         false => writeln!(text, "\"{body}.{axis}\" = {{ guess = {} }}", number(at[part])),
                     };
-                    if given && speed != 0.0 {
+                    if given && moves {
                         let _ = writeln!(text, "\"{body}.v{axis}\" = {}", number(speed));
                     }
                 }
