@@ -4,6 +4,8 @@
 
 use cotree::export::FmiVersion;
 use cotree::export::runtime::Runtime;
+use cotree::import::{ImportOptions, import_file};
+use cotree::model::identifier;
 use cotree::scene::Faults;
 use serde_json::{Value, json};
 
@@ -40,6 +42,49 @@ pub fn answers(text: &str) -> Vec<u8> {
     sketch::answers(text).to_string().into_bytes()
 }
 
+/// The scene of a file of another program: a robot, a drawing or a linkage. It is the first of the files that the page was given, each as its name, its length and its bytes,
+/// with a zero byte after name and length; the others are those that it includes.
+///
+/// # Errors
+/// Everything that keeps it from being read.
+pub fn import(room: &[u8]) -> Answer {
+    let files = files(room).ok_or_else(|| failed(&"the files of the page are cut short"))?;
+    let [(main, bytes), others @ ..] = &files[..] else { return Err(failed(&"there is no file")) };
+    let included = |path: &str| {
+        let base = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned();
+        let own = others.iter().find(|(name, _)| name == path);
+        own.or_else(|| others.iter().find(|(name, _)| base(name) == base(path))).map(|(_, bytes)| bytes.to_vec())
+    };
+    let name = identifier(main.split('.').next().unwrap_or(main));
+    let imported = import_file(&name, main, bytes, &ImportOptions::default(), &included);
+    let imported = imported.map_err(|refusals| {
+        let fault = |refusal: &String| {
+            let (message, help) = refusal.split_once("\n  help: ").unwrap_or((refusal, ""));
+            let help = (!help.is_empty()).then_some(help);
+            json!({ "severity": "error", "message": message, "help": help })
+        };
+        json!({ "faults": refusals.iter().map(fault).collect::<Vec<_>>(), "omitted": 0 })
+    })?;
+    Ok(json!({ "scene": imported.scene, "notes": imported.notes }).to_string().into_bytes())
+}
+
+/// Files one after another.
+fn files(mut room: &[u8]) -> Option<Vec<(String, &[u8])>> {
+    let mut files = Vec::new();
+    while !room.is_empty() {
+        let mut word = || {
+            let (word, rest) = room.split_at(room.iter().position(|byte| *byte == 0)?);
+            room = &rest[1..];
+            Some(String::from_utf8_lossy(word).into_owned())
+        };
+        let (name, length) = (word()?, word()?.parse().ok()?);
+        let (bytes, rest) = room.split_at_checked(length)?;
+        files.push((name, bytes));
+        room = rest;
+    }
+    Some(files)
+}
+
 /// The models that a drawing can start from.
 pub fn gallery() -> Vec<u8> {
     let models =
@@ -68,4 +113,34 @@ fn faulty(faults: &Faults) -> Value {
 /// What is wrong beside the scene, as faults of one are told.
 pub fn failed(what: &impl ToString) -> Value {
     json!({ "faults": [{ "severity": "error", "message": what.to_string() }], "omitted": 0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn room(files: &[(&str, &str)]) -> Vec<u8> {
+        files.iter().flat_map(|(name, text)| format!("{name}\0{}\0{text}", text.len()).into_bytes()).collect()
+    }
+
+    /// An included file is one that was given together with the main one; without it, its name is in the answer.
+    #[test]
+    fn robots_are_imported_with_the_files_that_they_include() {
+        let arm = "<mujoco><include file=\"parts/weights.xml\"/><worldbody><body name=\"arm\"><joint name=\"pin\" axis=\"0 1 0\"/><geom size=\"0.1\"/></body></worldbody></mujoco>";
+        let weights = "<mujoco><default><geom density=\"2000\"/></default></mujoco>";
+        let answer = import(&room(&[("my arm.xml", arm), ("weights.xml", weights)])).unwrap();
+        let answer: Value = serde_json::from_slice(&answer).unwrap();
+        let scene = answer["scene"].as_str().unwrap();
+        assert!(scene.contains("name   = \"my_arm\"") && scene.contains("mass    = 8.377"), "{scene}");
+        assert!(answer["notes"][0].as_str().unwrap().starts_with("MJCF: 1 body"), "{answer}");
+        let alone = import(&room(&[("arm.xml", arm)])).unwrap_err();
+        assert!(
+            alone["faults"][0]["message"].as_str().unwrap().contains("`parts/weights.xml` cannot be read"),
+            "{alone}"
+        );
+        assert!(alone["faults"][0]["help"].as_str().unwrap().contains("beside"), "{alone}");
+        for cut in [&b"arm.xml"[..], b"arm.xml\x0050\0<muj", b""] {
+            assert!(import(cut).is_err());
+        }
+    }
 }

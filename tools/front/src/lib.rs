@@ -73,6 +73,13 @@ pub extern "C" fn front_answers() -> i32 {
     answer(Ok(desk::answers(&text())))
 }
 
+/// The scene of a robot, a drawing or a linkage of another program. The room has its file and those that it includes, as [`desk::import`] reads them.
+#[unsafe(no_mangle)]
+pub extern "C" fn front_import() -> i32 {
+    let room = DESK.with_borrow_mut(|desk| std::mem::take(&mut desk.room));
+    answer(desk::import(&room))
+}
+
 /// The models that a drawing can start from.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_gallery() -> i32 {

@@ -29,6 +29,7 @@ impl Calls {
             "front_look" => Ok(desk::look(&text())),
             "front_page" => desk::page(&text()),
             "front_answers" => Ok(desk::answers(&text())),
+            "front_import" => desk::import(body),
             "front_gallery" => Ok(desk::gallery()),
             "front_fmu?2" => self.desk.fmu(&text(), FmiVersion::V2),
             "front_fmu?3" => self.desk.fmu(&text(), FmiVersion::V3),

@@ -380,9 +380,31 @@ function listenToButtons() {
   let rest = 0;
   $("text").addEventListener("input", () => { put($("text").value); clearTimeout(rest); rest = setTimeout(commit, REST); });
   $("text").addEventListener("change", () => { clearTimeout(rest); commit(); });
-  $("open").addEventListener("change", async () => { const [file] = $("open").files; if (file) { drawing.fits = true; edit(await file.text(), `${file.name} opened`); } $("open").value = ""; });
+  $("open").addEventListener("change", async () => { await openFiles([...$("open").files]); $("open").value = ""; });
+  const carries = event => event.dataTransfer?.types.includes("Files");
+  addEventListener("dragover", event => { if (carries(event)) { event.preventDefault(); document.body.classList.add("dropping"); } });
+  for (const name of ["dragleave", "drop"]) addEventListener(name, event => { if (name === "drop" || !event.relatedTarget) document.body.classList.remove("dropping"); });
+  addEventListener("drop", event => { if (carries(event)) { event.preventDefault(); openFiles([...event.dataTransfer.files]); } });
   addEventListener("resize", paint);
 }
+/** The largest file of another program that is read [bytes]. */
+const LARGEST_FILE = 50 * 2 ** 20;
+/** Opens a scene, or imports a file of another program: of several files the one that no other names is imported, and the others are what it includes. */
+async function openFiles(files) {
+  if (!files.length) return;
+  if (files.reduce((sum, { size: own }) => sum + own, 0) > LARGEST_FILE) { say("the files are larger than 50 MB"); return; }
+  if (files.length === 1 && /\.toml$/i.test(files[0].name)) { drawing.fits = true; forgetWish(); edit(await files[0].text(), `${files[0].name} opened`); return; }
+  const texts = await Promise.all(files.map(file => file.text()));
+  const first = Math.max(0, files.findIndex(({ name }, k) => !texts.some((text, other) => other !== k && text.includes(name))));
+  const parts = await Promise.all([files[first], ...files.filter((_, k) => k !== first)].map(async file => [bytesOf(`${file.name}\0${file.size}\0`), new Uint8Array(await file.arrayBuffer())]));
+  const { failed, bytes } = await front.ask("front_import", new Uint8Array(await new Blob(parts.flat()).arrayBuffer()));
+  const answer = JSON.parse(textOf(bytes)), { name } = files[first];
+  if (failed) { showFaults(answer); say(`${name} cannot be imported: the text stays as it is. Files that it includes are opened together with it`); return; }
+  drawing.fits = true;
+  forgetWish();
+  edit(answer.scene, `${name} imported: ${answer.notes[0] ?? ""}. The head of the text says what is exact, approximated and left out`);
+}
+
 async function fillGallery() {
   const models = await front.json("front_gallery", ""), list = $("gallery");
   for (const { name } of models) list.append(new Option(name.replaceAll("_", " "), name));
@@ -418,4 +440,4 @@ async function open() {
 }
 open().catch(fault => { say(fault.message); document.documentElement.dataset.ready = "no"; });
 // For tests, and for whoever wants to look closer in the browser's console.
-window.cotreeDraw = { sheetSvg, sheetPng, drawing, tool, view, wish, motion, front, TOOLS, pixel, metre, points, edit, put, commit, goBack, choose, chooseWish, taskText, find, exportFmu, shareAddress, moved };
+window.cotreeDraw = { sheetSvg, sheetPng, drawing, tool, view, wish, motion, front, TOOLS, pixel, metre, points, edit, put, commit, goBack, choose, chooseWish, taskText, find, exportFmu, shareAddress, openFiles, moved };
