@@ -215,7 +215,7 @@ const LIMITS: &[TaskKey] = &[
     TaskKey(
         "bars",
         ValueForm::Bars,
-        "6: six-bars too; if absent, only where `within` is given and no four-bar is so accurate. For paths and functions",
+        "6: six-bars too; if absent, only where `within` is given and no four-bar is so accurate. For paths, poses and functions",
     ),
     TaskKey("prefer", ValueForm::Preference, "with `within`: \"size\" (shortest bars; if absent) or \"transmission\""),
 ];
@@ -889,14 +889,18 @@ impl TaskReader<'_> {
         let bars = self.number(node, "`bars`", &Unit::default())?;
         match kind? {
             _ if bars == 4.0 => Some(4),
-            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } if bars == 6.0 => Some(6),
-            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } => {
+            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } | TaskKind::Poses { .. }
+                if bars == 6.0 =>
+            {
+                Some(6)
+            }
+            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } | TaskKind::Poses { .. } => {
                 let message = format!("`bars` is {}, but must be 4 or 6", number(bars, 0.0));
                 self.wrong(node, message, "write `bars = 6` for six-bars too")
             }
-            TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Stroke { .. } => {
+            TaskKind::Function { .. } | TaskKind::Stroke { .. } => {
                 let message =
-                    "six-bars are found for paths and for functions of a rocker, not for this task".to_owned();
+                    "six-bars are found for paths, poses and functions of a rocker, not for this task".to_owned();
                 self.wrong(node, message, "leave `bars` out")
             }
         }

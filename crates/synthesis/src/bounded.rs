@@ -21,6 +21,8 @@ pub(crate) type Slopes = [f64; DIMENSIONS];
 pub(crate) enum Goal<'t> {
     /// A point is on a path; of a timed one the crank has turned so far at each point, from the angle that is the dimension of this number on.
     Path { tracer: usize, points: &'t [Point], turns: Option<(&'t [f64], usize)> },
+    /// A body from one place to another takes poses: a point of it is at places, and the body, whose frame is turned by a dimension, has angles, which count `weight` times.
+    Poses { tracer: usize, body: [usize; 2], zero: usize, points: &'t [Point], angles: &'t [f64], weight: f64 },
     /// A bar from its pivot to its pin turns with the crank, both from angles that are dimensions.
     Function { pivot: usize, pin: usize, pairs: &'t [Pair], zeros: [usize; 2] },
     /// A slider moves along x with the crank, from an angle and a place that are dimensions.
@@ -105,6 +107,36 @@ impl Search<'_> {
         }
     }
 
+    /// The same for a pose: nearest in place and angle together.
+    fn pose_foot(&self, x: &Slopes, index: usize, input: &mut f64, places: &mut Places) {
+        for _ in 0..4 {
+            self.chain.place(x, *input, false, places);
+            let Some(own) = self.pose_miss(x, index, places) else { return };
+            let along = own.iter().map(|(value, by_input, _)| value * by_input).sum::<f64>();
+            let square = own.iter().map(|(_, by_input, _)| by_input * by_input).sum::<f64>().max(1e-12);
+            *input -= (along / square).clamp(-STRIDE, STRIDE);
+            if (along / square).abs() < 1e-10 {
+                break;
+            }
+        }
+    }
+
+    /// How far the body is from a pose along x and y and in its angle, with the derivatives by the crank and by the dimensions.
+    fn pose_miss(&self, x: &Slopes, index: usize, places: &Places) -> Option<[(f64, f64, Slopes); 3]> {
+        let Goal::Poses { tracer, body: [from, to], zero, points, angles, weight } = self.goal else { return None };
+        let (own, from, to) = (&places.all[tracer], &places.all[from], &places.all[to]);
+        let (miss, arm) = (own.at - points[index], to.at - from.at);
+        let square = arm.norm_sqr().max(f64::MIN_POSITIVE);
+        let turn = |p: Point, q: Point| weight * cross(arm, q - p) / square;
+        let mut angle: Slopes = std::array::from_fn(|i| turn(from.by[i], to.by[i]));
+        angle[zero] += weight;
+        Some([
+            (miss.re, own.by_input.re, own.by.map(|own| own.re)),
+            (miss.im, own.by_input.im, own.by.map(|own| own.im)),
+            (weight * way(angles[index], arm.arg() + x[zero]), turn(from.by_input, to.by_input), angle),
+        ])
+    }
+
     fn normal(&self, trial: &mut Trial, shifts: &[f64], weight: f64) -> Normal {
         let mut normal = Normal {
             cost: 0.0,
@@ -169,6 +201,18 @@ impl Search<'_> {
                 let moved: [Point; DIMENSIONS] = std::array::from_fn(|i| own.by[i] + ahead * by_dimension[i]);
                 normal.row(miss.re, &moved.map(|own| own.re), count);
                 normal.row(miss.im, &moved.map(|own| own.im), count);
+            }
+            Goal::Poses { .. } => {
+                self.pose_foot(&x, index, &mut trial.inputs[index], places);
+                self.chain.place(&x, trial.inputs[index], true, places);
+                let Some(own) = self.pose_miss(&x, index, places) else { return };
+                let square = own.iter().map(|(_, ahead, _)| ahead * ahead).sum::<f64>().max(1e-12);
+                let along = |i: usize| own.iter().map(|(_, ahead, by)| ahead * by[i]).sum::<f64>();
+                (0..count).for_each(|i| by_dimension[i] = -along(i) / square);
+                for (value, ahead, by) in own {
+                    let moved = std::array::from_fn(|i| by[i] + ahead * by_dimension[i]);
+                    normal.row(value, &moved, count);
+                }
             }
             Goal::Function { pivot, pin, pairs, zeros: [phase, zero] } => {
                 trial.inputs[index] = x[phase] + pairs[index].input;

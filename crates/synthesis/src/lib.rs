@@ -8,7 +8,7 @@
 //! | [`couplers`] | four-bars and slider-cranks whose output follows their input |
 //! | [`path`] | four-bars whose coupler point follows a path |
 //! | [`within`], [`bounded_couplers`] | the same within limits, which are bounds of the search |
-//! | [`six`] | six-bars for paths and functions |
+//! | [`six`] | six-bars for paths, functions and poses |
 //! | [`stroke`] | crank-rockers and slider-cranks with a given swing, time ratio and the best transmission angle |
 //! | [`tolerance`] | what deviations of lengths and pivots do |
 //! | [`judge`] | does a linkage reach all poses, in one motion and in order? |

@@ -1,4 +1,4 @@
-//! Six-bars for paths and functions: a four-bar and a dyad more, all dimensions found together within limits.
+//! Six-bars for paths, functions and poses: a four-bar and a dyad more, all dimensions found together within limits.
 //!
 //! Starts are four-bars whose coupler curve is near a path, with a dyad at the point that draws, and linkages at random. In all of them the crank turns in the ground and belongs to a
 //! loop of four bars, so that each place follows from it by dyads. The Stephenson II chain with such an input is not among them: its loop of five bars needs the solution of a triad.
@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 use crate::bounded::{Goal, Inequalities, SPARE};
 use crate::chain::{Chain, DIMENSIONS, Node, Places};
 use crate::function::Pair;
-use crate::limits::LinkageLimits;
-use crate::path::{CouplerPath, Follower, scaled};
-use crate::poses::way;
+use crate::limits::{LinkageLimits, Region};
+use crate::path::{CouplerPath, Follower, Scaled, scaled};
+use crate::poses::{Pose, way};
 use crate::random::Random;
 use crate::within::{Candidate, Plan, Sides, cosine, four_bars, is_in_order, searched};
 use crate::{Point, polar};
@@ -116,6 +116,8 @@ pub struct SixBar {
     pub lengths: [f64; 6],
     /// The angles of the crank at the points of the task \[rad\].
     pub inputs: Vec<f64>,
+    /// The angles of the body that takes poses, which is `link`; empty for other tasks \[rad\].
+    pub turns: Vec<f64>,
     /// Where the point is, or \[output, 0\] as turns from the first position.
     pub outputs: Vec<Point>,
     /// The largest error \[m or rad\].
@@ -135,10 +137,7 @@ pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[Fo
     for kind in KINDS {
         let mut plan = plan(kind, goal, scaled.size, limits.crank || path.closed, limits);
         plan.order = turns.is_none().then_some(path.closed);
-        let region = limits.ground.as_ref().map(|own| own.scaled(scaled.middle, scaled.size));
-        let pivots: &[usize] = if kind.has_pivot() { &[0, 1, 5] } else { &[0, 1] };
-        plan.inequalities.regions =
-            region.iter().flat_map(|own| pivots.iter().map(|&pin| (pin, own.clone()))).collect();
+        plan.inequalities.regions = regions(kind, limits, &scaled);
         let mut random = Random::new(seed);
         let mut starts = Vec::new();
         for start in four_bars(known, path, &plan) {
@@ -149,11 +148,66 @@ pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[Fo
                 let place = places.all[7].at;
                 (place * scaled.size + scaled.middle, (place - scaled.points[index]).norm() * scaled.size)
             };
-            found.extend(built(kind, &own, &plan, [scaled.size, scaled.middle.re, scaled.middle.im], error));
+            found.extend(built(kind, &own, &plan, [scaled.size, scaled.middle.re, scaled.middle.im], None, error));
         }
     }
     found.sort_by(|a: &SixBar, b| a.largest.total_cmp(&b.largest));
     found
+}
+
+/// How much a radian counts beside the extent of the poses.
+const RADIAN: f64 = 1.0;
+
+/// Six-bars whose link between the dyad's pins takes a body through poses, best first, from four-bars one of whose points is near the poses' origins. Errors are distances, or
+/// angles times the extent of the poses.
+pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower], seed: u64) -> Vec<SixBar> {
+    let path = CouplerPath { points: poses.iter().map(|pose| pose.at).collect(), ..CouplerPath::default() };
+    let scaled = scaled(&path);
+    let angles: Vec<f64> = poses.iter().map(|pose| pose.angle).collect();
+    let body = [4, 6];
+    let goal = Goal::Poses { tracer: 7, body, zero: ZERO, points: &scaled.points, angles: &angles, weight: RADIAN };
+    let mut found = Vec::new();
+    for kind in KINDS {
+        let mut plan = plan(kind, goal, scaled.size, limits.crank, limits);
+        plan.order = Some(false);
+        plan.inequalities.regions = regions(kind, limits, &scaled);
+        let mut random = Random::new(seed);
+        let mut starts = Vec::new();
+        for start in four_bars(known, &path, &plan) {
+            starts.extend((0..BESIDE).map(|_| with_dyad(kind, &start, &plan, &mut random)));
+        }
+        starts.iter_mut().for_each(|own| turn_frame(own, &angles, &plan));
+        for own in searched(&plan, starts, seed) {
+            let error = |index: usize, places: &Places| {
+                let place = places.all[7].at;
+                let turn = (places.all[6].at - places.all[4].at).arg() + own.trial.x[ZERO];
+                let miss = (place - scaled.points[index]).norm().max(RADIAN * way(angles[index], turn).abs());
+                (place * scaled.size + scaled.middle, miss * scaled.size)
+            };
+            let frame = Some(own.trial.x[ZERO]);
+            found.extend(built(kind, &own, &plan, [scaled.size, scaled.middle.re, scaled.middle.im], frame, error));
+        }
+    }
+    found.sort_by(|a: &SixBar, b| a.largest.total_cmp(&b.largest));
+    found
+}
+
+/// Where the pivots of a path's or of poses' six-bar may be.
+fn regions(kind: SixKind, limits: &LinkageLimits, scaled: &Scaled) -> Vec<(usize, Region)> {
+    let region = limits.ground.as_ref().map(|own| own.scaled(scaled.middle, scaled.size));
+    let pivots: &[usize] = if kind.has_pivot() { &[0, 1, 5] } else { &[0, 1] };
+    region.iter().flat_map(|own| pivots.iter().map(|&pin| (pin, own.clone()))).collect()
+}
+
+/// The frame of the body turned so that its angles are nearest to those of the poses.
+fn turn_frame(own: &mut Candidate, angles: &[f64], plan: &Plan<'_>) {
+    let (chain, mut places) = ((plan.chain)(own.sides), Places::new());
+    let mut mean = Point::new(0.0, 0.0);
+    for (angle, input) in angles.iter().zip(&own.trial.inputs) {
+        chain.place(&own.trial.x, *input, false, &mut places);
+        mean += polar(1.0, angle - (places.all[6].at - places.all[4].at).arg());
+    }
+    own.trial.x[ZERO] = mean.arg();
 }
 
 /// Six-bars whose output bar follows pairs, for this length of the ground, best first.
@@ -172,7 +226,7 @@ pub fn six_bar_functions(pairs: &[Pair], ground: f64, limits: &LinkageLimits, se
                 let output = (places.all[6].at - places.all[5].at).arg() - own.trial.x[ZERO];
                 (Point::new(output, 0.0), way(pairs[index].output, output).abs())
             };
-            found.extend(built(kind, &own, &plan, [ground, 0.0, 0.0], error));
+            found.extend(built(kind, &own, &plan, [ground, 0.0, 0.0], None, error));
         }
     }
     found.sort_by(|a: &SixBar, b| a.largest.total_cmp(&b.largest));
@@ -305,6 +359,7 @@ fn built(
     own: &Candidate,
     plan: &Plan<'_>,
     [size, x, y]: [f64; 3],
+    frame: Option<f64>,
     error: impl Fn(usize, &Places) -> (Point, f64),
 ) -> Option<SixBar> {
     let in_order = plan.order.is_none_or(|closed| is_in_order(&own.trial.inputs, closed));
@@ -327,21 +382,22 @@ fn built(
     if most.iter().any(|own| *own > plan.inequalities.cosine + COARSE) {
         return None;
     }
-    let (mut outputs, mut largest) = (Vec::new(), 0.0f64);
+    let (mut outputs, mut turns, mut largest) = (Vec::new(), Vec::new(), 0.0f64);
     for (index, input) in inputs().enumerate() {
         chain.place(dimensions, input, false, &mut places);
         let (output, error) = error(index, &places);
         outputs.push(output);
+        turns.extend(frame.map(|zero| (places.all[6].at - places.all[4].at).arg() + zero));
         largest = largest.max(error);
     }
     chain.place(dimensions, inputs().next()?, false, &mut places);
     let real = |node: usize| places.all[node].at * size + Point::new(x, y);
     let ([a0, b0], [a, b, d, f, e]) = ([real(0), real(1)], [2, 3, 4, 5, 6].map(real));
-    let (ground, bodies, joints) = assembly(kind, [a0, b0, a, b, d, f, e], real(7));
+    let (ground, bodies, joints) = assembly(kind, [a0, b0, a, b, d, f, e], real(7), frame);
     let lengths = BARS.map(|bar| dimensions[bar] * size);
     let transmission = most.map(|cosine| cosine.min(1.0).acos());
     let (full_turn, inputs) = (plan.inequalities.turn, own.trial.inputs.clone());
-    Some(SixBar { kind, ground, bodies, joints, lengths, inputs, outputs, largest, transmission, full_turn })
+    Some(SixBar { kind, ground, bodies, joints, lengths, inputs, turns, outputs, largest, transmission, full_turn })
 }
 
 /// Between the places of the search the cosine of a transmission angle may be so much larger: the search keeps it from the limit.
@@ -349,8 +405,8 @@ const COARSE: f64 = 2e-3;
 
 type Assembly = (Vec<(&'static str, Point)>, Vec<SixBody>, Vec<[&'static str; 2]>);
 
-/// Bodies and joints, from the places of all pins at the start.
-fn assembly(kind: SixKind, [a0, b0, a, b, d, f, e]: [Point; 7], tracer: Point) -> Assembly {
+/// Bodies and joints, from the places of all pins at the start. A body that takes poses has the frame of the task, with its origin at the tracer.
+fn assembly(kind: SixKind, [a0, b0, a, b, d, f, e]: [Point; 7], tracer: Point, frame: Option<f64>) -> Assembly {
     let body = |name: &'static str, from: Point, to: Point, points: &[(&'static str, Point)]| {
         let along = (to - from) / (to - from).norm();
         let points = points.iter().map(|(name, place)| (*name, (place - from) * along.conj())).collect();
@@ -388,12 +444,20 @@ fn assembly(kind: SixKind, [a0, b0, a, b, d, f, e]: [Point; 7], tracer: Point) -
         second.push(("output", f));
         joints.push(["second.output", "output.pivot"]);
     }
-    let link = [("first", d), ("second", e), ("tracer", tracer)];
+    let points = [("first", d), ("second", e), ("tracer", tracer)];
+    let link = match frame {
+        None => body("link", d, e, &points),
+        Some(zero) => {
+            let angle = (e - d).arg() + zero;
+            let seen = |(name, place): (&'static str, Point)| (name, (place - tracer) * polar(1.0, -angle));
+            SixBody { name: "link", points: points.map(seen).to_vec(), angle }
+        }
+    };
     let bodies = vec![
         body("crank", a0, a, &crank),
         body("coupler", a, b, &coupler),
         body("second", b0, b, &second),
-        body("link", d, e, &link),
+        link,
         body("output", f, e, &[("pivot", f), ("pin", e)]),
     ];
     (ground, bodies, joints)

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use cotree::task::{Task, TaskKind};
-use cotree_synthesis::path::Follower;
-use cotree_synthesis::six::{SixBar, SixKind, six_bar_followers, six_bar_functions};
-use cotree_synthesis::{LinkageLimits, Pair, Point, extent, way};
+use cotree_synthesis::path::{CouplerPath, Follower, PathEffort};
+use cotree_synthesis::six::{SixBar, SixKind, six_bar_followers, six_bar_functions, six_bar_poses};
+use cotree_synthesis::within::{Wish, bounded_followers};
+use cotree_synthesis::{LinkageLimits, Pair, Point, Pose, extent, way};
 
 use super::candidates::{path_limits, path_of};
 use super::drive::{DriveError, largest_output_miss};
@@ -32,7 +33,7 @@ pub struct SixSolution {
 /// So many are shown.
 const SHOWN: usize = 6;
 
-/// Six-bars for a path or a function, best first; four-bars for the same path are what they start from.
+/// Six-bars for a path, a function or poses, best first. Those for a path start from four-bars for it, those for poses from four-bars for the path of the body's origin.
 pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> Vec<SixSolution> {
     let found = match &task.kind {
         TaskKind::Path { .. } => {
@@ -52,7 +53,17 @@ pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> 
             let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
             six_bar_functions(&pairs, *ground, limits, 1)
         }
-        TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Stroke { .. } => Vec::new(),
+        TaskKind::Poses { at, .. } => {
+            let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
+            let path = CouplerPath { points: poses.iter().map(|pose| pose.at).collect(), ..CouplerPath::default() };
+            let free =
+                LinkageLimits { transmission: limits.transmission, crank: limits.crank, ..LinkageLimits::default() };
+            let known =
+                bounded_followers(&path, &path_limits(&path, &free), Wish::Accuracy, &[], &PathEffort::default());
+            let known: Vec<Follower> = known.into_iter().map(|own| own.follower).collect();
+            six_bar_poses(&poses, limits, &known, 1)
+        }
+        TaskKind::Function { .. } | TaskKind::Stroke { .. } => Vec::new(),
     };
     let mut all: Vec<SixSolution> = Vec::new();
     for own in found {
@@ -81,14 +92,19 @@ fn driven(task: &Task, own: &SixBar, number: usize) -> Option<SixSolution> {
     let scene = text(task, own, number, [start, end], duration);
     let angular = task.is_angular();
     let size = if angular { 1.0 } else { extent(own.outputs.iter().copied()).1 };
-    let mut stations: Vec<(f64, Point)> = own
-        .inputs
-        .iter()
-        .zip(&own.outputs)
-        .map(|(input, output)| ((input - start) / (end - start) * duration, *output))
-        .collect();
+    let at = |input: f64| (input - start) / (end - start) * duration;
+    let mut stations: Vec<(f64, Point)> =
+        own.inputs.iter().zip(&own.outputs).map(|(input, output)| (at(*input), *output)).collect();
     stations.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let miss = miss(&scene, &stations, angular, size).ok().filter(|miss| *miss <= MET)?;
+    let mut off = miss(&scene, &stations, angular, size).ok()?;
+    if !own.turns.is_empty() {
+        let mut turns: Vec<(f64, Point)> =
+            own.inputs.iter().zip(&own.turns).map(|(input, turn)| (at(*input), Point::new(*turn, 0.0))).collect();
+        turns.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let turned = |index: usize, [angle, _]: [f64; 2]| way(turns[index].1.re, angle).abs();
+        off = off.max(largest_output_miss(&scene, ["link.angle", "crank.angle"], &turns, turned).ok()?);
+    }
+    let miss = Some(off).filter(|miss| *miss <= MET)?;
     Some(SixSolution {
         kind: own.kind,
         lengths: own.lengths,
