@@ -215,6 +215,42 @@ fn the_limit_that_removed_the_last_one_is_named() {
     );
 }
 
+/// Seven poses, which no four-bar takes a body through: the link of a six-bar does within 1 mm, driven by the program, its frame being that of the body.
+#[test]
+fn a_six_bar_takes_a_body_through_more_poses_than_a_four_bar() {
+    let at = [
+        [0.0, 0.0, 0.0],
+        [40.0, 25.0, 2.0],
+        [80.0, 42.0, 6.0],
+        [120.0, 50.0, 14.0],
+        [160.0, 48.0, 28.0],
+        [195.0, 35.0, 45.0],
+        [225.0, 10.0, 62.0],
+    ];
+    let rows: Vec<String> =
+        at.iter().map(|[x, y, angle]| format!("[\"{x} mm\", \"{y} mm\", \"{angle} deg\"]")).collect();
+    let limits = "length = [\"20 mm\", \"600 mm\"]\ntransmission = \"25 deg\"\nbars = 6";
+    let answer = answered(&format!("name = \"seven\"\n[poses]\nat = [{}]\n[limits]\n{limits}\n", rows.join(", ")));
+    let best = &answer.six_bars[0];
+    assert!(best.error < 1e-3 && best.driven < 1e-9, "{} {}", best.error, best.driven);
+    assert!(best.lengths.iter().all(|length| (0.02 - 1e-9..=0.6 + 1e-9).contains(length)), "{:?}", best.lengths);
+    assert!(best.transmission.iter().all(|angle| angle.to_degrees() > 24.9), "{:?}", best.transmission);
+    // At its start the body is in the first or the last pose, up to the error.
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("six.toml"), &best.scene).unwrap();
+    let variables = "link.tracer.x,link.tracer.y,link.angle";
+    let output =
+        cotree(folder.path(), &["simulate", "six.toml", "--stop", "1e-6", "--step", "1e-6", "--variables", variables]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let row = stdout(&output).lines().nth(1).unwrap().to_owned();
+    let first: Vec<f64> = row.split(',').skip(1).map(|own| own.parse().unwrap()).collect();
+    let near = |pose: &[f64; 3]| {
+        let off = [first[0] - pose[0] * 1e-3, first[1] - pose[1] * 1e-3, first[2] - pose[2].to_radians()];
+        off.iter().all(|own| own.abs() < 5e-3)
+    };
+    assert!(near(&at[0]) || near(&at[6]), "{first:?}");
+}
+
 /// Poses that no four-bar comes near: that there are more than five of them is said.
 #[test]
 fn too_many_poses_are_named() {
