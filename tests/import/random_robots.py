@@ -164,7 +164,8 @@ class RandomRobot:
         while len(self.names) < self.wanted:
             bodies += self.body(np.eye(3), np.zeros(3), 0, self.wanted - len(self.names))
         qpos = r.uniform(-1, 1, len(self.names)) * [0.2 if slide else 1.0 for _, slide, _ in self.names]
-        qvel = r.uniform(-2, 2, len(self.names))
+        # Some stand still: rates that are zero are a part of the start, too.
+        qvel = r.uniform(-2, 2, len(self.names)) * (r.random(len(self.names)) < 0.7)
         forces, inputs = ("", "") if loop else self.forces()
         start = "" if loop else f'<keyframe><key qpos="{numbers(qpos)}" qvel="{numbers(qvel)}"{inputs}/></keyframe>'
         close = forces
