@@ -509,7 +509,7 @@ fn kinds_of_public_robots_run_or_are_refused_by_name() {
           <connect anchor="-0.01 0 0.03" body1="right_coupler" body2="right_follower"/><joint joint1="right_driver" joint2="left_driver" polycoef="0 1 0 0 0"/></equality>
         <actuator><general class="gripper" name="fingers" tendon="split" forcerange="-5 5" ctrlrange="0 255" gainprm="0.0018" biasprm="0 -1 -0.1"/></actuator></mujoco>"#,
             side("left", -0.03),
-            side("right", 0.03).replace("class=\"driver\"", "class=\"driver\"")
+            side("right", 0.03)
         )
     };
     let hopper = r#"<mujoco model="hopper"><compiler settotalmass="14"/><default><default class="hop"><joint type="hinge" axis="0 1 0" limited="true" damping=".05" armature=".2"/><geom type="capsule" material="self"/></default></default>
