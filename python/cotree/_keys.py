@@ -236,6 +236,8 @@ class JointKeys(TypedDict, total=False):
 
     #: the second body's angle minus the first's [rad]; the second wheel's angle where the first's is zero [rad]; the second pulley's angle where the first's is zero [rad]
     angle: Quantity
+    #: moment of inertia that turns with the joint's angle only, such as a geared rotor's times the square of its ratio [kg.m2]; mass that moves with the displacement only, such as a geared rotor's inertia over the square of its lead [kg]
+    armature: Quantity
     #: the direction in the first body's frame; axis = [1.0, 0.0] is the direction of a line through the first point; the direction in the carrier's frame
     axis: Vector
     #: the play of the second wheel against the first, and how flanks rebound [rad]; the play of the displacement, and how flanks rebound [m]
@@ -297,6 +299,8 @@ class JointKeys(TypedDict, total=False):
 class RevoluteKeys(TypedDict, total=False):
     """Keys of a revolute joint."""
 
+    #: moment of inertia that turns with the joint's angle only, such as a geared rotor's times the square of its ratio [kg.m2]
+    armature: Quantity
     #: viscous friction [N.m.s]
     damping: Quantity
     #: dry friction [N.m, rad/s]
@@ -310,6 +314,8 @@ class PrismaticKeys(TypedDict, total=False):
 
     #: the second body's angle minus the first's [rad]
     angle: Quantity
+    #: mass that moves with the displacement only, such as a geared rotor's inertia over the square of its lead [kg]
+    armature: Quantity
     #: viscous friction [N.s/m]
     damping: Quantity
     #: dry friction [N, m/s]
