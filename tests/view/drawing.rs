@@ -13,7 +13,7 @@ use crate::outside::python;
 /// What every script has at hand.
 const HANDS: &str = include_str!("draws.js");
 /// The front end with scripts and styles may be so large, without the runtimes [bytes].
-const LARGEST: usize = 2_750_000;
+const LARGEST: usize = 2_800_000;
 
 /// The page of a scene, or of an empty sheet; none without the program for browsers.
 fn page(folder: &Path, scene: Option<&Path>) -> Option<String> {
