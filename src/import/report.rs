@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::refusal::Refusal;
+use super::xml::Element;
 
 /// How many names a line lists.
 const LISTED: usize = 5;
@@ -39,6 +40,14 @@ impl ImportReport {
 
     pub fn missing(&mut self, what: impl Into<String>, name: &str) {
         self.missing.entry(what.into()).or_default().push(name.to_owned());
+    }
+
+    /// Notes what an element has that its reader does not know.
+    pub fn unknown(&mut self, element: &Element, known: &[&str], called: &str) {
+        for own in element.children.iter().filter(|own| !known.contains(&own.name.as_str())) {
+            let (name, line) = (&own.name, own.place.line);
+            self.note(format!("<{name}> (line {line}) of {called} is not known and is left out"));
+        }
     }
 
     pub fn approximated(&mut self, what: impl Into<String>) {

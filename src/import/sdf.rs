@@ -351,21 +351,11 @@ impl<'a> SdfReader<'a> {
 
     /// What joints have that the reader does not know.
     fn unknown(&mut self) {
-        const OF_JOINTS: &[&str] = &["parent", "child", "pose", "axis", "physics", "sensor"];
         const OF_AXES: &[&str] = &["xyz", "dynamics", "limit", "initial_position", "use_parent_model_frame", "mimic"];
         for (.., joint) in &self.joints {
-            let axes = joint.all("axis").flat_map(|axis| &axis.children).map(|own| (own, OF_AXES));
-            for (own, known) in joint.children.iter().map(|own| (own, OF_JOINTS)).chain(axes) {
-                if !known.contains(&own.name.as_str()) {
-                    let text = format!(
-                        "<{}> (line {}) of {} is not known and is left out",
-                        own.name,
-                        own.place.line,
-                        joint.called()
-                    );
-                    self.report.note(text);
-                }
-            }
+            let called = joint.called();
+            self.report.unknown(joint, OF_JOINTS, &called);
+            joint.all("axis").for_each(|axis| self.report.unknown(axis, OF_AXES, &called));
         }
         for (_, link, _) in &self.links {
             if link.child("velocity_decay").is_some() {
@@ -566,6 +556,9 @@ fn gearbox(element: &Element) -> Refusal {
 fn world_of(model: &SpatialModel, body: usize) -> Isometry3<f64> {
     if body == 0 { Isometry3::identity() } else { world_of(model, model.bodies[body].parent) * model.bodies[body].pose }
 }
+
+/// What a joint has, here and in the extensions of URDF that write joints so.
+pub const OF_JOINTS: &[&str] = &["parent", "child", "pose", "axis", "physics", "sensor"];
 
 /// What acts along an axis.
 ///

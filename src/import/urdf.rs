@@ -328,11 +328,7 @@ impl<'a> UrdfReader<'a> {
             ],
             _ => ends,
         };
-        const KNOWN: &[&str] = &["parent", "child", "pose", "axis", "physics", "sensor"];
-        for own in joint.children.iter().filter(|own| !KNOWN.contains(&own.name.as_str())) {
-            self.report
-                .note(format!("<{}> (line {}) of a joint is not known and is left out", own.name, own.place.line));
-        }
+        self.report.unknown(joint, sdf::OF_JOINTS, "a joint");
         let laws = joint.child("axis").map_or(Ok(JointLaws::default()), sdf::axis_laws)?;
         self.close(joint, kind, ends, laws);
         Ok(())
