@@ -5,9 +5,10 @@ use super::super::{Computed, Instance, InstanceError};
 use super::{Instants, Searched};
 use crate::context::Settings;
 use crate::failure::Failure;
-use crate::hybrid::onset::{self, PARTS};
+use crate::hybrid::onset::{self, PARTS, Reach};
 use crate::hybrid::tick::is_later;
 use crate::machine::ROUNDING;
+use crate::math::minimum;
 
 /// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
 const DEEPEST: i32 = 20;
@@ -198,7 +199,12 @@ impl Instance {
                 }
                 own.overlooked = Some(self.never_fits(event, step[0]));
             }
-            let onset = onset::first(&values, armed, strict, &mut |share: f64| {
+            let whole = piece[1] - piece[0];
+            let reach = Reach {
+                limit: first.map_or(1.0, |(at, _)| (at - piece[0]) / whole),
+                spacing: f64::EPSILON * minimum(piece[0].abs(), piece[1].abs()) / whole,
+            };
+            let onset = onset::first(&values, armed, strict, reach, &mut |share: f64| {
                 self.evaluate_sides(own, (step, piece), share);
                 own.excess(event)
             });
