@@ -1,6 +1,6 @@
 //! What has happened in a run, and when: events of the scene, and what is held on one side only.
 
-use cotree_fmu::instance::Happening;
+use cotree_fmu::instance::{Happening, Instance};
 use cotree_fmu::model::Model;
 
 /// Something that has happened.
@@ -48,8 +48,14 @@ impl What {
 }
 
 impl Logged {
+    /// What has happened in an instance that records it, since this was last asked.
+    pub fn taken(instance: &mut Instance) -> Vec<Logged> {
+        let record = instance.take_record();
+        record.iter().flat_map(|own| Logged::all(instance.model(), own)).collect()
+    }
+
     /// What there is to say of something that has happened at an instant.
-    pub(super) fn all(model: &Model, own: &Happening) -> Vec<Logged> {
+    fn all(model: &Model, own: &Happening) -> Vec<Logged> {
         let program = model.program();
         let entry = |name: &str, what| Logged { time: own.time(), name: name.to_owned(), what };
         let events = own.due.iter().filter_map(|&index| program.instants.events.get(index));

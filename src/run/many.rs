@@ -9,7 +9,7 @@ use cotree_fmu::model::Model;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::{Finish, Run, RunError, points};
+use super::{FailedRun, Finish, Run, points};
 
 /// More threads than this only cost memory.
 const MOST_THREADS: usize = 256;
@@ -31,7 +31,7 @@ pub struct Ensemble<'a> {
 pub type Settings = Vec<(usize, f64)>;
 
 /// How a member ended, or why it failed.
-pub type Ended = Result<Finish, RunError>;
+pub type Ended = Result<Finish, FailedRun>;
 
 impl<'a> Ensemble<'a> {
     /// `threads`: 0 for one a processor, 1 for the calling one; 256 at most. Once `stop` is set, members end at their next communication point.
@@ -82,7 +82,8 @@ impl<'a> Ensemble<'a> {
 
     fn run_one<C>(&self, settings: &Settings, mut collected: C, point: &impl Fn(&mut C, f64, &[f64])) -> (C, Ended) {
         if self.is_stopped() {
-            return (collected, Err(io::Error::from(io::ErrorKind::Interrupted).into())); // a start takes its time, too
+            let error = io::Error::from(io::ErrorKind::Interrupted).into();
+            return (collected, Err(FailedRun { error, log: Vec::new() })); // a start takes its time, too
         }
         let mut run = self.run.clone();
         run.settings.extend_from_slice(settings);

@@ -29,7 +29,7 @@ impl Compiled {
         let ensemble = ensemble.map_err(|error| RunError::from(io::Error::other(error)))?;
         let empty = Results::of(self);
         let ended = ensemble.run(&settings, || empty.clone(), Results::push);
-        Ok(ended.into_iter().map(|(results, ended)| Ok(results.with(ended?))).collect())
+        Ok(ended.into_iter().map(|(results, ended)| Ok(results.with(ended.map_err(|failed| failed.error)?))).collect())
     }
 
     /// The variables of the names; or everything that is wrong with them.

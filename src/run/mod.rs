@@ -65,6 +65,23 @@ pub enum RunError {
     Output(#[from] std::io::Error),
 }
 
+/// A run that has failed: why, and what had happened until then.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}")]
+pub struct FailedRun {
+    /// Why.
+    #[source]
+    pub error: RunError,
+    /// Everything that has happened before, in order.
+    pub log: Vec<Logged>,
+}
+
+impl From<FailedRun> for RunError {
+    fn from(failed: FailedRun) -> Self {
+        failed.error
+    }
+}
+
 impl Run<'_> {
     /// Simulates, and hands over the reported values at every communication point; one that has none there is NaN. An event of the scene may end the run: the values there are the last ones.
     ///
@@ -87,38 +104,26 @@ impl Run<'_> {
         instance: &mut Instance,
         report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Finish, RunError> {
-        self.start_at(instance, points(self.experiment), report)
+        Ok(self.start_at(instance, points(self.experiment), report)?)
     }
 
     /// The same with other communication points: ascending times within the experiment \[s\].
     ///
     /// # Errors
-    /// As of [`Run::start`].
+    /// As of [`Run::start`], with what has happened before.
     pub fn start_at(
         &self,
         instance: &mut Instance,
         times: impl IntoIterator<Item = f64>,
         report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-    ) -> Result<Finish, RunError> {
+    ) -> Result<Finish, FailedRun> {
         let mut log = Vec::new();
-        let ended = self.go_through(instance, times, &mut log, report)?;
-        Ok(finish(instance, (log, ended)))
-    }
-
-    /// As [`Run::start`]; `log` is given what has happened also where the run ends in an error.
-    ///
-    /// # Errors
-    /// As of [`Run::start`].
-    pub fn start_logged(
-        &self,
-        model: Arc<Model>,
-        log: &mut Vec<Logged>,
-        report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-    ) -> Result<Finish, RunError> {
-        let instance = &mut Instance::new(model);
-        let ended = self.go_through(instance, points(self.experiment), log, report);
-        log.extend(logged(instance));
-        Ok(finish(instance, (log.clone(), ended?)))
+        let ended = self.go_through(instance, times, &mut log, report);
+        log.extend(Logged::taken(instance));
+        match ended {
+            Ok(ended) => Ok(finish(instance, (log, ended))),
+            Err(error) => Err(FailedRun { error, log }),
+        }
     }
 
     /// Goes from one communication point to the next; the event that ends the run before the last one, and when.
@@ -133,7 +138,7 @@ impl Run<'_> {
         let Experiment { start, stop, .. } = self.experiment;
         let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
         let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
-        log.extend(logged(instance));
+        log.extend(Logged::taken(instance));
         for time in times {
             let mut ended = None;
             while ended.is_none()
@@ -145,7 +150,7 @@ impl Run<'_> {
             if ended.is_none() {
                 ended = reach(instance, time)?;
             }
-            log.extend(logged(instance));
+            log.extend(Logged::taken(instance));
             let time = ended.as_ref().map_or(time, |(_, time)| *time);
             for (value, &variable) in values.iter_mut().zip(&self.reported) {
                 *value = instance.reading(variable)?;
@@ -188,12 +193,6 @@ fn reach(instance: &mut Instance, time: f64) -> Result<Option<(String, f64)>, In
         Err(InstanceError::Ended { event, time }) => Ok(Some((event, time))),
         done => done.map(|()| None),
     }
-}
-
-/// What has happened since this was last asked.
-fn logged(instance: &mut Instance) -> Vec<Logged> {
-    let record = instance.take_record();
-    record.iter().flat_map(|own| Logged::all(instance.model(), own)).collect()
 }
 
 fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f64)>)) -> Finish {

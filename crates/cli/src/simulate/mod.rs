@@ -10,6 +10,7 @@ mod sensitivity;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use cotree::compile::Compiled;
@@ -19,14 +20,14 @@ use cotree::run as simulate;
 use cotree::run::{Finish, Gaps, Run, RunError};
 use cotree::scene::{Asked, Scene};
 use cotree::typeset::counted;
-use cotree_fmu::instance::InstanceError;
+use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
 use super::columns::Columns;
 use super::failure::Failure;
 use super::times::TimeArguments;
 use super::units::{InUnits, ShownUnits};
-use super::{MessageFormat, output, study};
+use super::{MessageFormat, output, stop, study};
 use progress::RunProgress;
 use record::Record;
 
@@ -34,7 +35,7 @@ use record::Record;
 ///
 /// Runs exactly the code that the FMU runs. The table is CSV: `time` first, then the outputs of the scene. All is SI; with `--units` or
 /// `[display]` in the scene it is in those units, and the header says which. If the solver cannot go on, table and plot hold what comes
-/// before, and the exit code is 3.
+/// before, and the exit code is 3; Ctrl-C keeps the rows so far, too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree simulate slider_crank.toml -o result.csv --plot result.png\n  \
                   cotree simulate slider_crank.toml --set rod_length=\"1.2 m\" --stop \"2 s\" --step \"1 ms\"\n  \
@@ -174,8 +175,12 @@ impl SimulateCommand {
         let every = request::thinning(self)?;
         let mut progress = RunProgress::new(simulate::count(run.experiment));
         let (mut points, mut rows, mut gaps) = (0, 0, Gaps::default());
-        let mut log = Vec::new();
-        let ended = run.start_logged(model, &mut log, |time, values| {
+        let stop = stop::ending_motions()?;
+        let times = simulate::points(run.experiment);
+        let ended = run.start_at(&mut Instance::new(model), times, |time, values| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(std::io::ErrorKind::Interrupted.into());
+            }
             progress.step(time);
             points += 1;
             if (points - 1) % every != 0 {
@@ -190,10 +195,16 @@ impl SimulateCommand {
             writer.as_mut().map_or(Ok(()), |writer| writer.row(&row))
         });
         progress.end();
-        self.write_log(&log)?;
-        let ended = match ended {
-            // What was worked out before the solver gave up is worth having.
-            Err(RunError::Instance(error)) if rows > 0 => Err(self.cut_short(error, rows)),
+        self.write_log(match &ended {
+            Ok(finish) => &finish.log,
+            Err(failed) => &failed.log,
+        })?;
+        // What was worked out before the solver gave up, or the user stopped it, is worth having.
+        let ended = match ended.map_err(RunError::from) {
+            Err(_) if stop.load(Ordering::Relaxed) => Err(Failure::Stopped(format!("stopped: {}", self.kept(rows)))),
+            Err(RunError::Instance(error)) if rows > 0 => {
+                Err(Failure::from(RunError::Instance(error)).with_note(&self.kept(rows)))
+            }
             ended => Ok(ended?),
         };
         writer.map_or(Ok(()), |writer| output::finish(writer, self.file()))?;
@@ -257,10 +268,9 @@ impl SimulateCommand {
         output::file(self.output.as_deref())
     }
 
-    /// The failure of a run that has some of its rows.
-    fn cut_short(&self, error: InstanceError, rows: u64) -> Failure {
+    /// Which rows there are of a run that has ended early.
+    fn kept(&self, rows: u64) -> String {
         let place = self.file().map_or("the table".to_owned(), |path| format!("`{}`", path.display()));
-        let note = format!("{place} has the {} before that", counted(rows as usize, "row"));
-        Failure::from(RunError::Instance(error)).with_note(&note)
+        format!("{place} has the {} before that", counted(rows as usize, "row"))
     }
 }

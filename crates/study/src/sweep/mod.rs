@@ -159,7 +159,7 @@ impl Sweep {
     fn outcomes(&self, ended: Vec<(Vec<Accumulator>, Ended)>) -> Vec<Outcome> {
         let outcome = |(kept, ended): (Vec<Accumulator>, Ended)| match ended {
             Ok(_) => self.measures.iter().zip(&kept).map(|(measure, kept)| measured_value(measure, kept)).collect(),
-            Err(error) => Err(error.into()),
+            Err(failed) => Err(failed.error.into()),
         };
         ended.into_iter().map(outcome).collect()
     }
