@@ -1,7 +1,8 @@
-//! The same scene with other values: all else in its text stays as it is, comments too.
+//! The same scene with other values, and with keys that it does not write yet: all else in its text stays as it is, comments too.
 
 use super::decode::{is_json, tree};
 use super::document::{Content, DocumentNode};
+use super::tables::SCENE;
 use super::{Faults, Scene};
 use crate::diagnostic::{Span, suggest};
 use std::path::Path;
@@ -11,6 +12,8 @@ const TABLES: [&str; 9] =
     ["parameters", "inputs", "states", "initial", "signals", "bodies", "joints", "drivers", "loads"];
 /// The key of an entry that is called by the entry's name.
 const ITSELF: [&str; 3] = ["value", "start", "guess"];
+/// The tables whose entries have positions and velocities, which `[initial]` knows by the same names.
+const MOVING: [&str; 2] = ["bodies", "joints"];
 
 /// Why a scene cannot be changed.
 #[derive(Debug, thiserror::Error)]
@@ -57,24 +60,91 @@ impl Scene {
     /// The scene with other values: of a parameter, an input, a state, an initial value or a signal by its name, such as `rod_length`; of a key of a body, joint, driver or load such
     /// as `rod.mass`; of any other key by its whole path, such as `experiment.stop`. Values are written as in TOML and JSON: a number, a text in quotes, a list.
     ///
+    /// A key that is not written is added to the table that it belongs to, and a position or velocity to `[initial]`.
+    ///
     /// # Errors
-    /// A name that the scene does not write, or not in one place; what is wrong with the changed scene.
+    /// A name that belongs to nothing in the scene, or to several things; what is wrong with the changed scene.
     pub fn replaced(&self, changes: &[(String, String)]) -> Result<Scene, EditError> {
         let mut files: Vec<(String, String)> =
             self.source.files().map(|(name, text)| (name.to_owned(), text.to_owned())).collect();
         let Some((name, text)) = files.first_mut() else {
             return Err(EditError::NoText);
         };
-        let tree = tree(text, is_json(Path::new(name)));
-        let tree = tree.ok_or(EditError::Unreadable)?;
-        let mut places = Vec::new();
+        let json = is_json(Path::new(name)) || text.trim_start().starts_with('{');
+        let tree = tree(text, json).ok_or(EditError::Unreadable)?;
+        let (mut places, mut new) = (Vec::new(), Vec::new());
         for (name, value) in changes {
-            let span = written(&tree, name)?;
-            places.push((span.whole(text), value.clone()));
+            match written(&tree, name) {
+                Ok(span) => places.push((span.whole(text), value.clone())),
+                Err(unknown @ EditError::Unknown { .. }) => new.push((name, value, unknown)),
+                Err(error) => return Err(error),
+            }
         }
         *text = spliced(text, places).ok_or(EditError::Twice)?;
+        for (name, value, unknown) in new {
+            *text = self.with_key(text, json, (name, value)).ok_or(unknown)?;
+        }
         Ok(Scene::from_files(&files)?)
     }
+
+    /// A text of the scene with a key more; none if there is nothing that it could belong to.
+    fn with_key(&self, text: &str, json: bool, (name, value): (&str, &str)) -> Option<String> {
+        let tree = tree(text, json)?;
+        let (table, keys) = self.home(&tree, name)?;
+        let (at, entry) = if json { in_json(table, &keys, value)? } else { in_toml(text, table, &keys, value)? };
+        spliced(text, vec![(Span::new(at, at), entry)])
+    }
+
+    /// The table that a key belongs to, and what it is called there.
+    fn home<'n>(&self, tree: &'n DocumentNode, name: &'n str) -> Option<(&'n DocumentNode, Vec<&'n str>)> {
+        let named = |path: &str| entries(tree)?.iter().find(|(key, _)| key.text == path).map(|(_, table)| table);
+        let mut moving = MOVING.iter().filter_map(|table| named(table)).filter_map(entries).flatten();
+        let is_of_a_body = name.rsplit_once('.').is_some_and(|(of, _)| moving.any(|(key, _)| key.text == of));
+        if is_of_a_body && self.variables().is_ok_and(|known| known.contains_key(name)) {
+            return Some(named("initial").map_or((tree, vec!["initial", name]), |initial| (initial, vec![name])));
+        }
+        for (dot, _) in name.rmatch_indices('.') {
+            let (path, key) = (&name[..dot], &name[dot + 1..]);
+            let tables = TABLES.iter().filter_map(|table| named(table));
+            let mut found: Vec<_> = tables.filter_map(|table| at(table, path)).chain(at(tree, path)).collect();
+            found.dedup_by_key(|node| node.span);
+            if let [table] = found.as_slice() {
+                return entries(table).map(|_| (*table, key.split('.').collect()));
+            }
+        }
+        let first = name.split('.').next()?;
+        (SCENE.iter().any(|key| key.name == first) && named(first).is_none()).then(|| (tree, name.split('.').collect()))
+    }
+}
+
+/// Where a key goes into an object of JSON, and what is written there.
+fn in_json(table: &DocumentNode, keys: &[&str], value: &str) -> Option<(usize, String)> {
+    let quoted = |key: &&str| serde_json::to_string(key).ok();
+    let (last, path) = keys.split_last()?;
+    let open = path.iter().map(quoted).collect::<Option<Vec<_>>>()?;
+    let open: String = open.iter().map(|key| format!("{key}: {{")).collect();
+    let comma = if entries(table)?.is_empty() { "" } else { ", " };
+    Some((table.span.start + 1, format!("{open}{}: {value}{}{comma}", quoted(last)?, "}".repeat(path.len()))))
+}
+
+/// Where a key goes into a table of TOML, and what is written there: inside its braces, before the first of its lines, or below its header.
+fn in_toml(text: &str, table: &DocumentNode, keys: &[&str], value: &str) -> Option<(usize, String)> {
+    let is_bare = |key: &str| key.chars().all(|own| own.is_ascii_alphanumeric() || "_-".contains(own));
+    let written = |key: &&str| if is_bare(key) { Some((*key).to_owned()) } else { serde_json::to_string(key).ok() };
+    let entry = format!("{} = {value}", keys.iter().map(written).collect::<Option<Vec<_>>>()?.join("."));
+    let own = entries(table)?;
+    if text.as_bytes().get(table.span.start) == Some(&b'{') {
+        return Some((table.span.start + 1, if own.is_empty() { format!(" {entry} ") } else { format!(" {entry},") }));
+    }
+    let line_of = |place: usize| text[..place].rfind('\n').map_or(0, |end| end + 1);
+    let lines = own.iter().map(|(key, _)| key.span.whole(text).start).map(|key| (line_of(key), key));
+    // The line of a key begins with the tables that it names; one that begins with a bracket is the header of another table.
+    let first = lines.map(|(line, key)| (line, &text[line..key])).find(|(_, before)| !before.contains(['[', '{', ',']));
+    if let Some((line, before)) = first {
+        return Some((line, format!("{before}{entry}\n")));
+    }
+    let header = text.get(table.span.start..table.span.end).filter(|header| header.starts_with('['))?;
+    Some((table.span.start + header.len(), format!("\n{entry}")))
 }
 
 /// A text with other texts at these places; none if two of them overlap.
@@ -193,9 +263,43 @@ mod tests {
     }
 
     #[test]
+    fn keys_that_are_not_written_are_added_to_their_tables() {
+        for (name, value, old, new) in [
+            ("hinge.damping", "0.5", "type = \"revolute\"", "damping = 0.5\ntype = \"revolute\""),
+            ("experiment.step", "'1 ms'", "stop = ", "step = '1 ms'\nstop = "),
+            ("hinge.friction.coulomb", "1", "type = \"revolute\"", "friction.coulomb = 1\ntype = \"revolute\""),
+            ("length.max", "\"3 m\"", "{ value", "{ max = \"3 m\", value"),
+            ("bob.points.low", "[0, 0]", "{ top", "{ low = [0, 0], top"),
+            ("parameters.mass", "2", "length = {", "mass = 2\nlength = {"),
+            ("bob.omega", "0.2", "\"bob.angle\" = ", "\"bob.omega\" = 0.2\n\"bob.angle\" = "),
+            ("solver.safety", "0.5", "name = ", "solver.safety = 0.5\nname = "),
+            ("description", "\"swings\"", "name = ", "description = \"swings\"\nname = "),
+        ] {
+            let tree = tree(SCENE, false).unwrap();
+            let scene = Scene::from_toml(SCENE).unwrap();
+            assert!(written(&tree, name).is_err(), "{name}");
+            assert_eq!(scene.with_key(SCENE, false, (name, value)).unwrap(), SCENE.replacen(old, new, 1), "{name}");
+        }
+        let scene = Scene::from_toml(SCENE).unwrap();
+        let several = [("solver.method", "'taylor'"), ("solver.bench", "1")];
+        let text = several.iter().fold(SCENE.to_owned(), |text, own| scene.with_key(&text, false, *own).unwrap());
+        assert!(text.starts_with("solver.bench = 1\nsolver.method = 'taylor'\nname"), "{text}");
+        let empty = format!("{SCENE}[solver]\n");
+        let added = scene.with_key(&empty, false, several[0]).unwrap();
+        assert!(added.ends_with("[solver]\nmethod = 'taylor'\n"), "{added}");
+        let json = r#"{"name": "bar", "parameters": {"length": 1}}"#;
+        let added = scene.with_key(json, true, ("solver.method", "\"taylor\"")).unwrap();
+        assert_eq!(added, r#"{"solver": {"method": "taylor"}, "name": "bar", "parameters": {"length": 1}}"#);
+        let added = scene.with_key(json, true, ("parameters.mass", "2")).unwrap();
+        assert_eq!(added, r#"{"name": "bar", "parameters": {"mass": 2, "length": 1}}"#);
+    }
+
+    #[test]
     fn what_cannot_be_changed_is_refused() {
         for (name, value, told) in [
-            ("bob.mas", "3", "did you mean `bob.mass`"),
+            ("bob.mas", "3", "did you mean `mass`"),
+            ("lenght", "3", "did you mean `length`"),
+            ("rod.mass", "3", "does not write `rod.mass`"),
             ("bob", "3", "`bob` is a table; name one of its keys, such as `bob.mass`"),
             ("bob.mass", "3 kg", "cannot be read"),
         ] {
