@@ -42,7 +42,7 @@ impl DrawCommand {
         let modules = front.map_err(ExportError::from)?.zip(solver.map_err(ExportError::from)?);
         let Some((front, solver)) = modules else {
             return match self.output {
-                None => serve::page(DrawingPage::served_html(scene), serve::desk(&folder)?),
+                None => serve::page(DrawingPage::served_html(scene), serve::desk(&folder)?, |_| ()),
                 Some(_) => Err(Failure::Usage(format!(
                     "a page in a file needs the program for browsers, `cotree_front.wasm` and `cotree_runtime.wasm` in `{}`\nWithout -o this machine serves the page; for the file take a \
                      release of cotree, which brings them along, or build them with tools/build-runtimes.sh web, and name their folder with --runtimes or in COTREE_RUNTIMES",

@@ -16,6 +16,7 @@ mod assemblies;
 mod bench;
 mod check;
 mod columns;
+mod demo;
 mod draw;
 mod environment;
 mod equilibrium;
@@ -60,7 +61,7 @@ use failure::Failure;
     name = "cotree",
     version,
     arg_required_else_help = true,
-    after_help = "First steps:\n  cotree new my_mechanism            write a commented scene to start from\n  \
+    after_help = "First steps:\n  cotree demo                        see a mechanism move, in a browser\n  cotree new my_mechanism            write a commented scene to start from\n  \
                   cotree check my_mechanism.toml     is it right?\n  \
                   cotree simulate my_mechanism.toml  see it move, as numbers\n  \
                   cotree view my_mechanism.toml      see it move, in a browser\n  \
@@ -93,6 +94,7 @@ enum MessageFormat {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::DemoCommand),
     New(new::NewCommand),
     Check(check::CheckCommand),
     Show(show::ShowCommand),
@@ -152,6 +154,7 @@ fn conclude(command: impl FnOnce() -> Result<(), Failure>, format: MessageFormat
 
 fn dispatch(command: Command, format: MessageFormat) -> Result<(), Failure> {
     match command {
+        Command::Demo(command) => command.run(format),
         Command::New(command) => command.run(),
         Command::Check(command) => command.run(format),
         Command::Show(command) => command.run(format),

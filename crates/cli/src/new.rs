@@ -67,7 +67,7 @@ fn create_all(files: &[(PathBuf, String)]) -> Result<(), Failure> {
 }
 
 /// The scene of a model, without the place of its schema, which is another from elsewhere.
-fn model(name: &str) -> Result<String, Failure> {
+pub(super) fn model(name: &str) -> Result<String, Failure> {
     let found = MODELS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
     let text = found.ok_or_else(|| {
         let known = suggest::known(name, MODELS.iter().map(|(known, _)| *known));

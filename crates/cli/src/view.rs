@@ -76,7 +76,7 @@ impl ViewCommand {
         output::warn(compiled.warnings.as_ref(), format);
         let page = page.map_err(|error| Failure::Numerical(error.to_string()))?;
         if is_served {
-            return serve::page(page.served_html(), serve::desk(&folder)?);
+            return serve::page(page.served_html(), serve::desk(&folder)?, |_| ());
         }
         self.write(&compiled, "html", &page.html(), format)
     }

@@ -18,7 +18,7 @@ use crate::MotionlessError;
 use crate::accuracy;
 use crate::overview::{Overview, overview};
 use crate::page::{
-    Display, DriverLaw, GroundPoint, Live, MotionSource, Page, PageModel, PageVariable, PlainNumber, Touch,
+    Display, DriverLaw, GroundPoint, Live, MotionSource, Page, PageModel, PageVariable, PlainNumber, StoredRun, Touch,
     WrittenLength, WrittenPlace, point_names, prose,
 };
 
@@ -37,6 +37,8 @@ pub enum MotionOrigin {
     Solver(Vec<u8>),
     /// A run that is stored in the page, up to this time \[s\].
     Stored(f64),
+    /// The program that has made the page, as long as it lasts; then a run that is stored in it.
+    Elsewhere,
 }
 
 /// What is made of the equations before they go.
@@ -54,15 +56,26 @@ pub(crate) struct Picture {
 /// # Errors
 /// Everything that is wrong with the scene; the page is an error if its motion cannot be computed at all.
 pub fn page(scene: &Scene, module: Option<Vec<u8>>) -> Result<(Compiled, Result<Page, MotionlessError>), Faults> {
+    page_with(scene, module.map_or(MotionOrigin::Stored(f64::INFINITY), MotionOrigin::Solver))
+}
+
+/// The same for a page in a file or in a frame, whose solver is the program that makes it as long as that lasts.
+///
+/// # Errors
+/// As of [`page`].
+pub fn page_solved_elsewhere(scene: &Scene) -> Result<(Compiled, Result<Page, MotionlessError>), Faults> {
+    page_with(scene, MotionOrigin::Elsewhere)
+}
+
+fn page_with(scene: &Scene, origin: MotionOrigin) -> Result<(Compiled, Result<Page, MotionlessError>), Faults> {
     let (mut compiled, mut formulated) = compile_with_equations(scene)?;
     let Overview { drawing, facts } = overview(&mut formulated);
-    let origin = module.map_or(MotionOrigin::Stored(compiled.description.experiment.stop), MotionOrigin::Solver);
     let ends = match origin {
         MotionOrigin::Solver(_) => accuracy::end(&compiled),
-        MotionOrigin::Stored(_) => None,
+        MotionOrigin::Stored(_) | MotionOrigin::Elsewhere => None,
     };
     let mut live = moving(scene, &compiled, origin, "view")?;
-    if let Ok(Live { model, motion: MotionSource::Solver { .. } }) = &mut live {
+    if let Ok(Live { model, motion: MotionSource::Solver { .. } | MotionSource::Elsewhere { .. } }) = &mut live {
         model.touch = touch(scene, &model.variables);
         record_coordinates(model);
     }
@@ -236,21 +249,34 @@ fn assemble(
             let program = everything.program.to_bytes()?;
             MotionSource::Solver { module, program }
         }
-        MotionOrigin::Stored(until) => {
-            let stop = until.min(description.experiment.stop);
-            let whole = stop == description.experiment.stop;
-            let part = Experiment { stop, ..description.experiment };
-            let count = ((stop - part.start) / part.step).ceil().clamp(1.0, SAMPLES);
-            let SampledRun { times, columns, cut, inaccuracy } = sampled(everything, &recorded, part, count as u32)?;
-            let columns = columns.iter().map(|column| column.iter().map(|&value| value as f32).collect());
-            model.stored = model.recorded.clone();
-            let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
-            model.cut = cut.or_else(|| (!whole).then(early));
-            model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", found.help()));
-            MotionSource::Stored { times, columns: columns.collect() }
+        MotionOrigin::Stored(until) => MotionSource::Stored(stored(everything, &recorded, until, &mut model)?),
+        MotionOrigin::Elsewhere => {
+            let program = everything.program.to_bytes()?;
+            MotionSource::Elsewhere { program, run: stored(everything, &recorded, f64::INFINITY, &mut model)? }
         }
     };
     Ok(Live { model, motion })
+}
+
+/// The run that a page plays by itself, up to this time; the model is told what is in it.
+fn stored(
+    everything: &Compiled,
+    recorded: &[usize],
+    until: f64,
+    model: &mut PageModel,
+) -> Result<StoredRun, MotionlessError> {
+    let experiment = everything.description.experiment;
+    let stop = until.min(experiment.stop);
+    let whole = stop == experiment.stop;
+    let part = Experiment { stop, ..experiment };
+    let count = ((stop - part.start) / part.step).ceil().clamp(1.0, SAMPLES);
+    let SampledRun { times, columns, cut, inaccuracy } = sampled(everything, recorded, part, count as u32)?;
+    let columns = columns.iter().map(|column| column.iter().map(|&value| value as f32).collect());
+    model.stored = model.recorded.clone();
+    let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
+    model.cut = cut.or_else(|| (!whole).then(early));
+    model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", found.help()));
+    Ok(StoredRun { times, columns: columns.collect() })
 }
 
 /// Of points the places only.

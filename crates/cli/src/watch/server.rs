@@ -9,7 +9,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use cotree::files;
 use cotree_page::page::waiting_html;
 use cotree_page::serve::Calls;
-use cotree_page::serve::http::{HEARTBEAT, Request, respond};
+use cotree_page::serve::http::{Askers, HEARTBEAT, Request, respond};
 use serde::Deserialize;
 use serde_json::json;
 
@@ -127,7 +127,7 @@ fn answer(request: &Request, stream: TcpStream, board: &Board, calls: &Calls) ->
             };
             respond(stream, status, message.as_bytes())
         }
-        asked => serve::call(calls, asked, &request.body, stream),
+        asked => calls.respond(asked, &request.body, Askers::Own, stream),
     }
 }
 

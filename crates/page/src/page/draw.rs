@@ -32,7 +32,7 @@ pub struct DrawingPage {
 impl DrawingPage {
     /// The page as this machine serves it: the program that does is its front end and its solver.
     pub fn served_html(scene: Option<String>) -> String {
-        served(&DrawingPage { scene, front: Vec::new(), solver: Vec::new(), runtimes: Vec::new() }.html())
+        served(&DrawingPage { scene, front: Vec::new(), solver: Vec::new(), runtimes: Vec::new() }.html(), None)
     }
 
     pub fn html(&self) -> String {

@@ -111,8 +111,11 @@ function lentSolver() {
 }
 async function begin() {
   const [program, code, stored] = await Promise.all([unpack("program"), lentSolver() ?? unpack("solver"), unpack("run")]);
-  if (code && program) {
-    Object.assign(state, { code, pose: null, solver: await Solver.load(code, program, VARIABLES.map(({ name }) => name)) });
+  // A page in a file outlasts the program that is its solver: then it plays the run that is stored in it.
+  const load = () => Solver.load(code, program, VARIABLES.map(({ name }) => name)).catch(fault => { if (!stored) throw fault; });
+  const solver = code && program ? await load() : null;
+  if (solver) {
+    Object.assign(state, { code, pose: null, solver });
     await makeTouchable();
     state.first = state.solver.solve([], [], MODEL.recorded);
     state.pace = state.first.ms / state.first.times.length;
@@ -120,7 +123,7 @@ async function begin() {
   } else {
     state.first = storedRun(stored);
     const command = text => Object.assign(document.createElement("code"), { textContent: text });
-    $("stored").append("This page plays a stored run: it has no solver. For one that has, run ", command("cotree view SCENE.toml --serve"), "; a file with the solver inside needs a release of cotree, or ", command("tools/build-runtimes.sh web"), " in its source.");
+    $("stored").append(`This page plays a stored run: ${code ? "the program that was its solver has ended" : "it has no solver"}. For one that has, run `, command("cotree view SCENE.toml --serve"), "; a file with the solver inside needs a release of cotree, or ", command("tools/build-runtimes.sh web"), " in its source.");
     $("stored").hidden = false;
   }
   state.run = state.first;

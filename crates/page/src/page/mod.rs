@@ -233,12 +233,32 @@ pub enum MotionSource {
         program: Vec<u8>,
     },
     /// A run that was made beforehand.
-    Stored {
-        /// Its times \[s\].
-        times: Vec<f64>,
-        /// A column of values for each name in [`PageModel::stored`]: to be looked at, so seven digits will do.
-        columns: Vec<Vec<f32>>,
+    Stored(StoredRun),
+    /// The program that has made the page runs it, as long as it lasts; afterwards the run plays.
+    Elsewhere {
+        /// The program, as in an FMU.
+        program: Vec<u8>,
+        /// The run.
+        run: StoredRun,
     },
+}
+
+/// A run that was made beforehand.
+#[derive(Clone, Debug)]
+pub struct StoredRun {
+    /// Its times \[s\].
+    pub times: Vec<f64>,
+    /// A column of values for each name in [`PageModel::stored`]: to be looked at, so seven digits will do.
+    pub columns: Vec<Vec<f32>>,
+}
+
+impl StoredRun {
+    /// As the page carries it.
+    fn packed(&self) -> String {
+        let values = self.columns.iter().flatten().flat_map(|value| value.to_le_bytes());
+        let bytes: Vec<u8> = self.times.iter().flat_map(|time| time.to_le_bytes()).chain(values).collect();
+        packed(&bytes)
+    }
 }
 
 impl From<DisplayUnit> for Display {
@@ -264,14 +284,19 @@ impl Page {
     pub fn live_html(&self) -> String {
         let page = live(&self.html());
         match &self.live.motion {
-            MotionSource::Solver { module, .. } if module.is_empty() => served(&page),
+            MotionSource::Solver { module, .. } if module.is_empty() => served(&page, None),
             _ => page,
         }
     }
 
     /// The page as this machine serves it, with its solver in the program that does.
     pub fn served_html(&self) -> String {
-        served(&self.html())
+        served(&self.html(), None)
+    }
+
+    /// The page as a file or in a frame, with its solver in the program that answers at this address.
+    pub fn html_served_from(&self, address: &str) -> String {
+        served(&self.html(), Some(address))
     }
 
     pub fn html(&self) -> String {
@@ -280,11 +305,8 @@ impl Page {
         let model = serde_json::to_string(model).unwrap_or_default();
         let (module, program, run) = match motion {
             MotionSource::Solver { module, program } => (packed(module), packed(program), String::new()),
-            MotionSource::Stored { times, columns } => {
-                let values = columns.iter().flatten().flat_map(|value| value.to_le_bytes());
-                let bytes: Vec<u8> = times.iter().flat_map(|time| time.to_le_bytes()).chain(values).collect();
-                (String::new(), String::new(), packed(&bytes))
-            }
+            MotionSource::Stored(run) => (String::new(), String::new(), run.packed()),
+            MotionSource::Elsewhere { program, run } => (String::new(), packed(program), run.packed()),
         };
         let loose = live.model.touch.as_ref().map_or(String::new(), |touch| packed(&touch.program));
         let script = scope(&SCRIPTS);
@@ -348,15 +370,17 @@ fn live(page: &str) -> String {
     format!("{start}<script>{LIVE}</script>\n</body>{end}")
 }
 
-/// Has its solver and front end in the program that serves it.
-fn served(page: &str) -> String {
+/// Has its solver and front end in the program that serves it, or in the one at another address.
+fn served(page: &str, elsewhere: Option<&str>) -> String {
     let allowed = if page.contains("connect-src") {
         page.to_owned()
     } else {
-        page.replacen("default-src 'none'", "default-src 'none'; connect-src 'self'", 1)
+        let sources = elsewhere.unwrap_or("'self'");
+        page.replacen("default-src 'none'", &format!("default-src 'none'; connect-src {sources}"), 1)
     };
+    let server = elsewhere.map_or(String::new(), |address| format!("window.cotreeServer = \"{address}\";\n"));
     let (start, end) = allowed.split_once("</head>").unwrap_or(("", &allowed));
-    format!("{start}<script>{SERVED}</script>\n</head>{end}")
+    format!("{start}<script>{server}{SERVED}</script>\n</head>{end}")
 }
 
 /// Puts the parts where the template names them. What a part holds is not looked at again.

@@ -16,6 +16,15 @@ pub const LARGEST_HEAD: u64 = 1 << 16;
 /// Largest content of a request [bytes]: two scenes, each with its escapes.
 const LARGEST_BODY: u64 = 4 * Scene::LARGEST;
 
+/// Whose pages may ask for more than a page.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Askers {
+    /// Those of this server.
+    Own,
+    /// Files and sandboxed frames, too, which browsers call `null`: they know the token.
+    Files,
+}
+
 /// What a page of this server asks for.
 pub struct Request {
     /// Method and path below the token, such as `GET /`.
@@ -35,6 +44,7 @@ fn token() -> String {
 /// The port is taken.
 pub fn serve(
     port: u16,
+    askers: Askers,
     answer: impl Fn(&Request, TcpStream) -> io::Result<()> + Send + Sync + 'static,
 ) -> io::Result<String> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
@@ -45,7 +55,7 @@ pub fn serve(
         for stream in listener.incoming().flatten() {
             let (token, answer) = (Arc::clone(&token), Arc::clone(&answer));
             // A browser that goes away is no fault.
-            std::thread::spawn(move || admit(stream, address, &token, &*answer));
+            std::thread::spawn(move || admit(stream, address, (&token, askers), &*answer));
         }
     });
     Ok(page)
@@ -55,7 +65,7 @@ pub fn serve(
 fn admit(
     mut stream: TcpStream,
     address: SocketAddr,
-    token: &str,
+    (token, askers): (&str, Askers),
     answer: &impl Fn(&Request, TcpStream) -> io::Result<()>,
 ) -> io::Result<()> {
     stream.set_read_timeout(Some(HEARTBEAT))?;
@@ -69,8 +79,10 @@ fn admit(
         .and_then(|(asked, _)| asked.split_once(' '))
         .unwrap_or_default();
     let is_ours = field(lines.clone(), "host").is_some_and(|host| own_names(address).iter().any(|name| host == name));
-    let origin = field(lines.clone(), "origin").and_then(|origin| origin.strip_prefix("http://"));
-    let is_from_here = origin.is_some_and(|origin| own_names(address).iter().any(|name| origin == name));
+    let origin = field(lines.clone(), "origin");
+    let own = origin.and_then(|origin| origin.strip_prefix("http://"));
+    let is_from_here = own.is_some_and(|origin| own_names(address).iter().any(|name| origin == name))
+        || askers == Askers::Files && origin == Some("null");
     if !is_ours || method != "GET" && !is_from_here {
         return respond(stream, "403 Forbidden", b"");
     }
@@ -146,8 +158,12 @@ mod tests {
 
     /// What a server that always says "here" answers to a request.
     fn answered(request: impl Fn(&str, &str) -> String) -> String {
+        answered_to(Askers::Own, request)
+    }
+
+    fn answered_to(askers: Askers, request: impl Fn(&str, &str) -> String) -> String {
         let address =
-            serve(0, |request, stream| respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes()))
+            serve(0, askers, |request, stream| respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes()))
                 .unwrap();
         let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
         let mut stream = TcpStream::connect(host).unwrap();
@@ -177,10 +193,23 @@ mod tests {
         for origin in ["", "Origin: http://elsewhere.example\r\n", "Origin: null\r\n"] {
             assert!(answered(|host, token| post(origin, host, token)).starts_with("HTTP/1.1 403 "), "{origin}");
         }
-        assert!(
-            answered(|host, token| post(&format!("Origin: http://{host}\r\n"), host, token))
-                .ends_with("here: POST /call")
-        );
+        for askers in [Askers::Own, Askers::Files] {
+            assert!(
+                answered_to(askers, |host, token| post(&format!("Origin: http://{host}\r\n"), host, token))
+                    .ends_with("here: POST /call")
+            );
+        }
+    }
+
+    #[test]
+    fn files_ask_where_they_may_and_know_the_token() {
+        let post = |origin: &str, host: &str, token: &str| {
+            format!("POST /{token}/call HTTP/1.1\r\nHost: {host}\r\nOrigin: {origin}\r\nContent-Length: 1\r\n\r\nx")
+        };
+        let files = |origin: &'static str| answered_to(Askers::Files, move |host, token| post(origin, host, token));
+        assert!(files("null").ends_with("here: POST /call"));
+        assert!(files("http://elsewhere.example").starts_with("HTTP/1.1 403 "));
+        assert!(answered_to(Askers::Files, |host, _| post("null", host, "0123")).starts_with("HTTP/1.1 404 "));
     }
 
     #[test]

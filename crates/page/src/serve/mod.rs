@@ -6,10 +6,16 @@
 pub mod http;
 pub mod solver;
 
+use std::io::{self, Write};
+
 use cotree::export::FmiVersion;
 
 use crate::desk::{self, Answer, Desk, failed};
+use http::{Askers, respond, respond_with};
 use solver::Solvers;
+
+/// Files and sandboxed frames read an answer only if it says that they may.
+const TO_FILES: &str = "Access-Control-Allow-Origin: null\r\nAccess-Control-Expose-Headers: Cotree-Failed\r\n";
 
 /// What pages ask.
 pub struct Calls {
@@ -38,4 +44,31 @@ impl Calls {
             _ => return None,
         })
     }
+
+    /// Answers a request of a page: a call by its name.
+    ///
+    /// # Errors
+    /// The browser has gone.
+    pub fn respond(&self, asked: &str, body: &[u8], askers: Askers, stream: impl Write) -> io::Result<()> {
+        let to = if askers == Askers::Files { TO_FILES } else { "" };
+        match asked.strip_prefix("POST /call/").and_then(|name| self.answer(name, body)) {
+            Some(Ok(answer)) => respond_with(stream, "200 OK", to, &answer),
+            // No status of a failure: browsers report those to whoever develops the page.
+            Some(Err(faults)) => {
+                respond_with(stream, "200 OK", &format!("{to}Cotree-Failed: 1\r\n"), faults.to_string().as_bytes())
+            }
+            None => respond(stream, "404 Not Found", b""),
+        }
+    }
+}
+
+/// Answers the calls of pages that lie in files and frames, in threads of their own; returns the address that those pages name.
+///
+/// # Errors
+/// This machine gives no port.
+pub fn for_files(desk: Desk) -> io::Result<String> {
+    let calls = Calls::new(desk);
+    http::serve(0, Askers::Files, move |request, stream| {
+        calls.respond(&request.asked, &request.body, Askers::Files, stream)
+    })
 }
