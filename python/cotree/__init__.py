@@ -33,8 +33,10 @@ from ._commands import Assembly, Best, Profile, Report, dxf, png
 from ._cotree import __version__
 from ._faults import CotreeError, Fault, InternalError, Place, RunError, SceneError
 from ._linkages import Linkages, inspect, load_linkage, synthesize
+from ._given import RunOptions
 from ._model import Model, Variable, from_dict, load, loads
-from ._results import Results, ResultsList, Table
+from ._pieces import Stored
+from ._results import Log, Logged, Results, ResultsList, Table
 from ._run import Run
 from ._studies import Equilibrium, Experiment, Fit, Fitted, Mode, Modes, Peak, Sensitivities, StateSpace
 
@@ -50,6 +52,8 @@ __all__ = [
     "Fitted",
     "InternalError",
     "Linkages",
+    "Log",
+    "Logged",
     "Mode",
     "Model",
     "Modes",
@@ -61,9 +65,11 @@ __all__ = [
     "ResultsList",
     "Run",
     "RunError",
+    "RunOptions",
     "SceneError",
     "Sensitivities",
     "StateSpace",
+    "Stored",
     "Table",
     "Variable",
     "__version__",

@@ -8,17 +8,18 @@ import io
 import json
 import os
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 
 from . import _cotree
 from . import _given as given
 from ._faults import RunError, raised, unknown
-from ._given import Value
+from ._given import RunOptions, Value
+from ._pieces import Progress, Stored, mark, steps, stored
 from ._results import Compared, Results, Table
 
 if TYPE_CHECKING:
@@ -156,10 +157,14 @@ class Commands:
             _cotree.export(self._core, target, str(fmi).removesuffix(".0"), names, _folder(runtimes), (all, lean))
         return target
 
-    def page(self, *, runtimes: str | os.PathLike[str] | None = None) -> str:
-        """A page for a browser that shows the mechanism in motion, with plots and sliders where the package, or the folder `runtimes`, has the solver for browsers."""
+    def page(self, *, runtimes: str | os.PathLike[str] | None = None, served: bool = True) -> str:
+        """A page for a browser that shows the mechanism in motion, with plots and sliders.
+
+        It has the solver inside where the package, or the folder `runtimes`, has that for browsers. Otherwise this process is its solver, for pages in files and notebooks of this machine and
+        as long as it lasts, and afterwards the page plays the run that is stored in it; with `served=False` it does so at once.
+        """
         with raised():
-            return self._core.page(_folder(runtimes))
+            return self._core.page(_folder(runtimes), served)
 
     def drawing(self, at: Value | None = None, *, set: Mapping[str, Value] | None = None, format: str = "svg") -> str:
         """The mechanism at its start, or at a time [s]: as SVG, or for CAD ("dxf")."""
@@ -233,20 +238,34 @@ class Commands:
         self,
         measures: str | Sequence[str],
         runs: tuple[list[str], np.ndarray],
-        times: given.Times,
-        settings: list[tuple[str, Value]],
-        inputs: Any,
+        asked: given.Asked,
         threads: int,
-    ) -> Table:
-        """Measures of runs: names, and a row of values for each run."""
-        names, values = runs
-        with raised():
-            columns, table, failures = self._core.measure(
-                times, settings, given.names("measures", measures), given.inputs(inputs), names, values, given.threads(threads)
-            )
-        varied = {name: values[:, place] for place, name in enumerate(names)}
-        return Table(varied, columns, table, failures)
+        to: str | os.PathLike[str] | None,
+        resume: bool,
+        progress: Progress | None,
+    ) -> Table | Stored:
+        """Measures of runs: names, and a row of values for each run. The table, or where it is stored."""
+        (names, values), sought, inputs = runs, given.names("measures", measures), given.inputs(asked.inputs)
+        workers = given.threads(threads)
 
+        def part(begin: int, end: int) -> Table:
+            own = np.ascontiguousarray(values[begin:end])
+            with raised():
+                columns, table, failures = self._core.measure(
+                    asked.times, asked.settings, sought, inputs, names, own, workers
+                )
+            return Table({name: own[:, place] for place, name in enumerate(names)}, columns, table, failures)
+
+        if to is None and resume:
+            raise ValueError("resume: there is nothing to go on with; name the folder in `to`")
+        if to is not None:
+            own = mark([text for _, text in self._core.files()], sought, names, values, asked.times.given(), asked.settings, inputs)
+            return stored(Path(to), own, len(values), part, resume, progress)
+        if progress is None:
+            return part(0, len(values))
+        return Table.joined([part(0, 0), *(table for _, table in steps(len(values), 0, part, progress))])
+
+    @overload
     def sweep(
         self,
         measures: str | Sequence[str],
@@ -255,14 +274,44 @@ class Commands:
         random: int | None = None,
         latin: int | None = None,
         seed: int = 0,
-        start: Value | None = None,
-        stop: Value | None = None,
-        step: Value | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
+        times: Value | Iterable[Value] | None = None,
         threads: int = 0,
-    ) -> Table:
+        to: None = None,
+        resume: bool = False,
+        progress: Progress | None = None,
+        **run: Unpack[RunOptions],
+    ) -> Table: ...
+    @overload
+    def sweep(
+        self,
+        measures: str | Sequence[str],
+        values: Mapping[str, Value | Sequence[Value]],
+        *,
+        random: int | None = None,
+        latin: int | None = None,
+        seed: int = 0,
+        times: Value | Iterable[Value] | None = None,
+        threads: int = 0,
+        to: str | os.PathLike[str],
+        resume: bool = False,
+        progress: Progress | None = None,
+        **run: Unpack[RunOptions],
+    ) -> Stored: ...
+    def sweep(
+        self,
+        measures: str | Sequence[str],
+        values: Mapping[str, Value | Sequence[Value]],
+        *,
+        random: int | None = None,
+        latin: int | None = None,
+        seed: int = 0,
+        times: Value | Iterable[Value] | None = None,
+        threads: int = 0,
+        to: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+        progress: Progress | None = None,
+        **run: Unpack[RunOptions],
+    ) -> Table | Stored:
         """As `measure`, of the runs that `cotree sweep` makes: all combinations of `values`, which are written as there ("0.4..0.6:21", "1,1.2 m"), or lists; with `random` or `latin`,
         a number of runs, values are drawn, also from ranges ("0.4..0.6", "0.5+-2%", "0.5~0.01")."""
         if random is not None and latin is not None:
@@ -271,8 +320,7 @@ class Commands:
         with raised():
             factors = [f"{name}={self._levels(name, own)}" for name, own in values.items()]
             runs = _cotree.design(self._core, factors, drawn, seed)
-        times = given.Times(start, stop, step, tolerance)
-        return self._measured(measures, runs, times, given.settings(set), inputs, threads)
+        return self._measured(measures, runs, given.asked("sweep", run, times), threads, to, resume, progress)
 
     def _levels(self, name: str, values: Any) -> str:
         """Values as the command reads them; each of a list may have a unit of its own."""
@@ -296,10 +344,7 @@ class Commands:
         starts: int | None = None,
         seed: int = 0,
         threads: int = 0,
-        set: Mapping[str, Value] | None = None,
-        stop: Value | None = None,
-        step: Value | None = None,
-        tolerance: float | None = None,
+        **run: Unpack[RunOptions],
     ) -> Best:
         """The best values of parameters, constant inputs and initial values, by many searches with exact derivatives, as `cotree optimize` finds them.
 
@@ -308,26 +353,36 @@ class Commands:
         Raises SceneError, ValueError, RunError where no values meet the limits.
         """
         aims = {"minimize": minimize, "maximize": maximize, "match": match}
-        asked = [name for name, aim in aims.items() if aim is not None]
-        if len(asked) != 1:
+        sought = [name for name, aim in aims.items() if aim is not None]
+        if len(sought) != 1:
             raise ValueError("give one of minimize, maximize, match")
-        [aim] = asked
-        goal, table = (None, given.inputs(match, "match")) if aim == "match" else (str(aims[aim]), None)
-        settings = given.settings(set)
+        [aim] = sought
+        goal, table = (None, given.inputs(match, "match")) if aim == "match" else (_goal(aim, aims[aim]), None)
+        asked = given.asked("optimize", run, inputs="its runs have constant inputs; give them by `set`, or use `value_and_gradient` with scipy.optimize")
         # As on the command line: searches of a turn take longer.
         searches = starts if starts is not None else 64 if turn is None else 8
         with raised():
             told = _cotree.optimized(
                 self._core,
-                given.Times(None, stop, step, tolerance),
-                settings,
+                asked.times,
+                asked.settings,
                 given.varied(vary),
                 (aim, goal, table),
                 given.names("subject_to", subject_to),
                 None if turn is None else (turn, of),
                 (searches, seed, given.threads(threads)),
             )
-        return Best(told, self, dict(settings))  # type: ignore[arg-type]
+        return Best(told, self, dict(asked.settings))  # type: ignore[arg-type]
+
+
+def _goal(aim: str, goal: Any) -> str:
+    """A measure, as a text."""
+    if not isinstance(goal, str):
+        own = "; a function of your own goes to an optimiser such as scipy.optimize, with the derivatives of `value_and_gradient`"
+        raise TypeError(
+            f'{aim}: {goal!r} is not a measure: give a text such as "max(rod.angle)"{own if callable(goal) else ""}'
+        )
+    return goal
 
 
 def _folder(runtimes: str | os.PathLike[str] | None) -> str | None:

@@ -110,9 +110,13 @@ class raised:
             raise InternalError(f"cotree::internal: {error}; please report it with the scene file") from None
 
 
-def unknown(name: object, known: Iterable[str], what: str) -> KeyError:
-    """That there is nothing of that name, and what may have been meant."""
+def meant(name: object, known: Iterable[str]) -> str:
+    """What may have been meant by a name that is not known."""
     names = list(known)
     near = difflib.get_close_matches(str(name), names, 1)
-    meant = f"did you mean {near[0]!r}?" if near else f"there is {', '.join(names) or 'nothing'}"
-    return KeyError(f"{name!r} {what}; {meant}")
+    return f"did you mean {near[0]!r}?" if near else f"there is {', '.join(names) or 'nothing'}"
+
+
+def unknown(name: object, known: Iterable[str], what: str) -> KeyError:
+    """That there is nothing of that name, and what may have been meant."""
+    return KeyError(f"{name!r} {what}; {meant(name, known)}")

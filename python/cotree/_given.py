@@ -7,11 +7,12 @@ import inspect
 import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 
 import numpy as np
 
 from . import _cotree
+from ._faults import meant
 from ._results import Results
 
 if TYPE_CHECKING:
@@ -25,6 +26,46 @@ Value = Number | str
 Columns = tuple[list[float], list[str], list[list[float]]]
 #: An experiment: settings, what was measured, inputs over time.
 Fitted = tuple[list[tuple[str, Value]], Columns, Columns | None]
+
+
+class RunOptions(TypedDict, total=False):
+    """What runs and studies of them may be given; what is not, or None, is the scene's."""
+
+    #: Start of the run [s].
+    start: Value | None
+    #: End of the run [s].
+    stop: Value | None
+    #: Time between communication points [s].
+    step: Value | None
+    #: Relative tolerance of the solver.
+    tolerance: float | None
+    #: Parameters, constant inputs and initial values by name.
+    set: Mapping[str, Value] | None
+    #: Inputs over time: a data frame with the index or column `time` [s], `Results`, a data set of xarray or a mapping with "time"; linear between its rows and constant outside.
+    inputs: Any
+
+
+class Asked(NamedTuple):
+    """What a run is given, read."""
+
+    times: Times
+    settings: list[tuple[str, Value]]
+    inputs: Any
+
+
+def asked(call: str, run: RunOptions, at: Value | Iterable[Value] | None = None, **refused: str) -> Asked:
+    """The options of a call, with its communication points; `refused` are those that it has no use for, with what to do instead.
+
+    Raises TypeError for others than those of `RunOptions`.
+    """
+    given: dict[str, Any] = dict(run)
+    for name, value in given.items():
+        if name not in RunOptions.__annotations__:
+            raise TypeError(f"{call}() has no argument {name!r}; {meant(name, RunOptions.__annotations__)}")
+        if name in refused and value is not None:
+            raise TypeError(f"{call}() has no argument {name!r}: {refused[name]}")
+    times = Times(given.get("start"), given.get("stop"), given.get("step"), given.get("tolerance"), at)
+    return Asked(times, settings(given.get("set")), given.get("inputs"))
 
 
 class Times:
@@ -44,12 +85,19 @@ class Times:
         for name, value in (("start", start), ("stop", stop), ("step", step)):
             if value is not None:
                 _finite(name, value)
-        if tolerance is not None and not isinstance(tolerance, float | numbers.Real):
-            raise TypeError(f"tolerance: {tolerance!r} is not a number")
+        if tolerance is not None:
+            check_value("tolerance", tolerance)
+            if isinstance(tolerance, str):
+                raise TypeError(f"tolerance: {tolerance!r} is not a number")
+            tolerance = float(tolerance)
         if at is not None and not (stop is None and step is None):
             raise ValueError("times: they are the communication points; leave `stop` and `step` out")
         self.at = None if at is None else times("times", at)
         self.start, self.stop, self.step, self.tolerance = start, stop, step, tolerance
+
+    def given(self) -> tuple[Any, ...]:
+        """All of it."""
+        return self.start, self.stop, self.step, self.tolerance, self.at
 
 
 def _finite(name: str, value: Any) -> None:

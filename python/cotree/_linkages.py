@@ -11,7 +11,7 @@ from typing import Any
 from . import _cotree
 from ._commands import Report, Told
 from ._faults import raised
-from ._model import Model, loads
+from ._model import Model, loads, plain
 
 
 class Linkages(Report):
@@ -29,9 +29,12 @@ def synthesize(task: str | os.PathLike[str] | Mapping[str, Any], *, all: bool = 
     """
     with raised():
         if isinstance(task, Mapping):
-            found = _cotree.synthesize(json.dumps(task), None, all)
-        else:
+            found = _cotree.synthesize(json.dumps(task, default=plain), None, all)
+        elif isinstance(task, str | os.PathLike):
             found = _cotree.synthesize(None, os.fspath(task), all)
+        else:
+            poses = '{"poses": {"at": [[x, y, angle], ...]}}'
+            raise TypeError(f"task: give the path of a task file, or its tables as dictionaries such as {poses}, not {type(task).__name__}")
     return Linkages(*found)
 
 

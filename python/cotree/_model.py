@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, Unpack, overload
 
 import numpy as np
 
@@ -18,11 +18,16 @@ from . import _cotree
 from . import _given as given
 from ._faults import Fault, RunError, faults, raised
 from ._commands import Commands
-from ._given import Number, Value
+from ._given import Number, RunOptions, Value
 from ._gradient import measured, reduced
-from ._results import Results, ResultsList, Table, formulas, frame, parameters
+from ._pieces import Progress, Stored
+from ._results import Log, Results, ResultsList, Table, formulas, frame, parameters
 from ._run import Run
 from ._studies import Equilibrium, Experiment, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
+
+#: More numbers are not kept of many runs, unless it is asked for: a gigabyte.
+MOST_VALUES = 2**27
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:
@@ -59,14 +64,14 @@ def from_dict(scene: Mapping[str, Any], *, folder: str | os.PathLike[str] | None
     Raises SceneError with everything that is wrong with the scene, TypeError for what JSON cannot hold.
     """
     name = "scene.json" if folder is None else os.path.join(os.fspath(folder), "scene.json")
-    return Model(json.dumps(scene, indent=2, default=_plain), name)
+    return Model(json.dumps(scene, indent=2, default=plain), name)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Numbers and arrays of numpy as those of Python."""
     if isinstance(value, (np.ndarray, np.generic)):
         return value.tolist()
-    raise TypeError(f"a scene has no place for {type(value).__name__}")
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
 def _restored(text: bytes, name: str, files: list[tuple[str, str]]) -> Model:
@@ -165,11 +170,11 @@ class Model(Commands):
 
     def replace(self, changes: Mapping[str, Any]) -> Model:
         """The model with other values in its scene, whose other text stays as it is: of parameters, inputs, initial values and signals by their names, of keys of bodies,
-        joints, drivers and loads such as "rod.mass", of others by their whole path such as "experiment.stop".
+        joints, drivers and loads such as "rod.mass", of others by their whole path such as "experiment.stop". A key that the scene does not write is added to its table.
 
         Numbers are in SI units; texts are written as in the scene, `"1.2 m"`; a list is one of components.
 
-        Raises ValueError for a name that the scene does not write, SceneError with everything that is wrong with the changed scene.
+        Raises ValueError for a name that belongs to nothing in the scene, SceneError with everything that is wrong with the changed scene.
         """
         if not (isinstance(changes, Mapping) or hasattr(changes, "items")):
             raise TypeError(f"replace: give a mapping of names to values, not {type(changes).__name__}")
@@ -180,7 +185,9 @@ class Model(Commands):
             core.check()
         return _of_core(core.files()[0][1].encode(), self._name, core)
 
-    def trace(self, *points: str, **run: Any) -> dict[str, np.ndarray]:
+    def trace(
+        self, *points: str, times: Value | Iterable[Value] | None = None, **run: Unpack[RunOptions]
+    ) -> dict[str, np.ndarray]:
         """The curves that points draw [default: those of which the scene reports x and y], (time, xy) [m]: "rod.tip", or a body for its mass centre. Other arguments are those of `simulate`.
 
         Raises ValueError where there is nothing to trace, and as `simulate` does.
@@ -189,7 +196,7 @@ class Model(Commands):
             named = list(points) or _cotree.traced(self._core)
         if not named:
             raise ValueError("trace: the scene does not report x and y of a point; name points")
-        seen = self.simulate(outputs=[f"{point}.{axis}" for point in named for axis in "xy"], **run)
+        seen = self.simulate(outputs=[f"{point}.{axis}" for point in named for axis in "xy"], times=times, **run)
         return {point: np.stack([seen[f"{point}.x"], seen[f"{point}.y"]], axis=1) for point in named}
 
     def check(self) -> tuple[Fault, ...]:
@@ -201,33 +208,28 @@ class Model(Commands):
     def simulate(
         self,
         *,
-        start: Value | None = None,
-        stop: Value | None = None,
-        step: Value | None = None,
         times: Value | Iterable[Value] | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
         outputs: str | Sequence[str] | None = None,
+        **run: Unpack[RunOptions],
     ) -> Results:
         """Runs the code that runs in the FMU.
 
-        `start`, `stop`, `step` [s] and `tolerance` are the scene's if not given; `times` are communication points instead of `stop` and `step`, ascending; `set` gives parameters, constant inputs and initial values;
-        `inputs` are inputs over time, a data frame with the index or column `time` [s] or a mapping with "time", linear between its rows and
-        constant outside; or a mapping of names to functions of the time, or of the time and the run (a :class:`Run`: its variables by `run[name]`), which are called at every communication point and
-        held until the next. `outputs` are names of variables, instead of those of the scene.
+        :class:`RunOptions` are `start`, `stop`, `step` [s], `tolerance`, `set` and `inputs`; `times` are communication points instead of `stop` and `step`, ascending.
+        `set` gives parameters, constant inputs and initial values; `inputs` are inputs over time, a data frame with the index or column `time` [s], `Results`, a data set of xarray or a
+        mapping with "time", linear between its rows and constant outside; or a mapping of names to functions of the time, or of the time and the run (a :class:`Run`: its variables by
+        `run[name]`), which are called at every communication point and held until the next. `outputs` are names of variables, parameters and inputs, instead of those of the scene.
 
         Raises SceneError, ValueError for arguments, RunError if the motion cannot be continued: its `results` has what comes before.
         """
-        asked, settings = given.Times(start, stop, step, tolerance, times), given.settings(set)
-        laws = given.laws(inputs)
+        asked = given.asked("simulate", run, times)
+        laws = given.laws(asked.inputs)
         if laws is not None:
-            run = self._sampled(asked, settings, outputs, laws)
+            seen = self._sampled(asked.times, asked.settings, outputs, laws)
         else:
-            [run] = self._members(asked, settings, outputs, inputs, [], NOTHING_VARIED, 1)
-        if run.failure:
-            raise RunError(run.failure, run)
-        return run
+            [seen] = self._members(asked, outputs, [], NOTHING_VARIED, 1)
+        if seen.failure:
+            raise RunError(seen.failure, seen)
+        return seen
 
     def _sampled(
         self,
@@ -257,70 +259,105 @@ class Model(Commands):
             failure = str(error)
         units = run.units
         values = np.array(rows).reshape(len(rows), len(units))
-        return Results(np.array(times_seen), list(units), list(units.values()), values, failure, ended=run.ended)
+        return Results(np.array(times_seen), list(units), list(units.values()), values, failure, ended=run.ended, log=run.log)
 
-    def start(
-        self,
-        *,
-        set: Mapping[str, Value] | None = None,
-        outputs: str | Sequence[str] | None = None,
-        start: Value | None = None,
-        tolerance: float | None = None,
-    ) -> Run:
+    def start(self, *, outputs: str | Sequence[str] | None = None, **run: Unpack[RunOptions]) -> Run:
         """Begins a run that is taken step by step, for controllers and planners: see :class:`Run`.
 
-        `set` gives parameters, inputs and initial values, `outputs` names variables to read beside parameters and inputs, instead of those of the scene.
+        `set` gives parameters, inputs and initial values, `start` and `tolerance` are those of :class:`RunOptions`; `outputs` names variables to read beside parameters and inputs, instead
+        of those of the scene.
 
         Raises SceneError, ValueError for arguments, RunError if there is no start with these values.
         """
+        by_steps = "how far a run goes is said by its steps"
+        asked = given.asked("start", run, stop=by_steps, step=by_steps, inputs="set them as the run goes on: `run.step(duration, name=value)`")
         names = None if outputs is None else given.names("outputs", outputs)
-        return Run(self, given.Times(start, None, None, tolerance), given.settings(set), names)
+        return Run(self, asked.times, asked.settings, names)
 
     def simulate_many(
         self,
         parameters: Any,
         *,
-        start: Value | None = None,
-        stop: Value | None = None,
-        step: Value | None = None,
         times: Value | Iterable[Value] | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
         outputs: str | Sequence[str] | None = None,
         threads: int = 0,
+        most_values: int = MOST_VALUES,
+        **run: Unpack[RunOptions],
     ) -> ResultsList:
         """Runs many sets of parameters, constant inputs or initial values: a data frame with a column for each, a mapping of names to arrays, or a
         sequence of mappings; numbers in SI units.
 
         `threads` are as many as there are processors if 0; the results have the same bits whatever their number. Runs that end early do not raise:
         they have `failure`. Other arguments are those of `simulate`.
+
+        Raises ValueError where the results would have more than `most_values` numbers, which are a gigabyte.
         """
         names, values = self._varied(parameters)
-        asked = given.Times(start, stop, step, tolerance, times)
-        return ResultsList(self._members(asked, given.settings(set), outputs, inputs, names, values, given.threads(threads)))
+        asked = given.asked("simulate_many", run, times)
+        self._check_size(len(values), asked, outputs, most_values)
+        return ResultsList(self._members(asked, outputs, names, values, given.threads(threads)))
 
+    def _check_size(
+        self, runs: int, asked: given.Asked, outputs: str | Sequence[str] | None, most_values: int
+    ) -> None:
+        """Raises ValueError where the results of runs would be too many."""
+        with raised():
+            points = len(self._core.points(asked.times))
+        kept = 1 + (sum(own.causality == "output" for own in self.variables.values()) if outputs is None else len(given.names("outputs", outputs)))
+        if runs * points * kept > most_values:
+            raise ValueError(
+                f"{runs} runs with {points} points of {kept} columns are {runs * points * kept * 8 / 1e9:.1f} GB; `measure` keeps a few numbers of each run; "
+                "or give a larger `step` or fewer `outputs`, simulate some runs at a time, or raise `most_values`"
+            )
+
+    @overload
     def measure(
         self,
         measures: str | Sequence[str],
         parameters: Any,
         *,
-        start: Value | None = None,
-        stop: Value | None = None,
-        step: Value | None = None,
         times: Value | Iterable[Value] | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
         threads: int = 0,
-    ) -> Table:
+        to: None = None,
+        resume: bool = False,
+        progress: Progress | None = None,
+        **run: Unpack[RunOptions],
+    ) -> Table: ...
+    @overload
+    def measure(
+        self,
+        measures: str | Sequence[str],
+        parameters: Any,
+        *,
+        times: Value | Iterable[Value] | None = None,
+        threads: int = 0,
+        to: str | os.PathLike[str],
+        resume: bool = False,
+        progress: Progress | None = None,
+        **run: Unpack[RunOptions],
+    ) -> Stored: ...
+    def measure(
+        self,
+        measures: str | Sequence[str],
+        parameters: Any,
+        *,
+        times: Value | Iterable[Value] | None = None,
+        threads: int = 0,
+        to: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+        progress: Progress | None = None,
+        **run: Unpack[RunOptions],
+    ) -> Table | Stored:
         """As `simulate_many`, keeping only numbers of each run, so that a hundred thousand runs fit into memory.
 
         Measures are written "max(rod.angle)"; there are max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min, of the values
-        at communication points. Runs that end early have nan, and the reason in `failures`.
+        at communication points. Runs that end early have nan, and the reason in `failures`. `progress` is called with the number of runs that are done, and of all.
+
+        The table is a :class:`Table`. With `to`, the name of a folder that ends with .parquet or .arrow, it goes there in pieces as it comes, memory holds one piece, and the result is
+        :class:`Stored`; `resume` goes on with one that was stopped. That needs pyarrow. Raises FileExistsError where the folder has another table.
         """
-        asked = given.Times(start, stop, step, tolerance, times)
-        return self._measured(measures, self._varied(parameters), asked, given.settings(set), inputs, threads)
+        asked = given.asked("measure", run, times)
+        return self._measured(measures, self._varied(parameters), asked, threads, to, resume, progress)
 
     def _varied(self, runs: Any) -> tuple[list[str], np.ndarray]:
         """Names and a row of numbers for each run."""
@@ -328,21 +365,21 @@ class Model(Commands):
 
     def _members(
         self,
-        times: given.Times,
-        settings: list[tuple[str, Value]],
+        run: given.Asked,
         outputs: str | Sequence[str] | None,
-        inputs: Any,
         names: list[str],
         values: np.ndarray,
         threads: int,
     ) -> list[Results]:
         asked = None if outputs is None else given.names("outputs", outputs)
         with raised():
-            columns, runs = self._core.simulate(times, settings, asked, given.inputs(inputs), names, values, threads)
+            columns, runs = self._core.simulate(
+                run.times, run.settings, asked, given.inputs(run.inputs), names, values, threads
+            )
         labels, units = [name for name, _ in columns], [unit for _, unit in columns]
         return [
-            Results(time, labels, units, matrix, failure, dict(zip(names, row.tolist(), strict=True)), event)
-            for (time, matrix, failure, event), row in zip(runs, values, strict=True)
+            Results(time, labels, units, matrix, failure, dict(zip(names, row.tolist(), strict=True)), event, Log.of(log))
+            for (time, matrix, failure, event, log), row in zip(runs, values, strict=True)
         ]
 
     def equations(self, notation: str = "text") -> str:
@@ -426,42 +463,39 @@ class Model(Commands):
         of: str | Sequence[str] | None = None,
         to: str | Sequence[str] | None = None,
         times: Value | Iterable[Value] | None = None,
-        *,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
+        **run: Unpack[RunOptions],
     ) -> Sensitivities:
-        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s],
-        or where the mechanism rests: "equilibrium". `inputs` are inputs over time as those of `simulate`.
+        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s], or at every `step` up to `stop`,
+        or where the mechanism rests: "equilibrium". Other arguments are those of `simulate`.
 
         They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
         Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a law that jumps is touched without being crossed.
         """
         if to is None:
             raise ValueError("to: name what the derivatives are with respect to: parameters, constant inputs, initial values")
-        if times is None:
-            raise ValueError('times: give times [s], or "equilibrium"')
-        asked = None if of is None else given.names("of", of), given.names("to", to), given.settings(set)
-        if isinstance(times, str) and times == "equilibrium":
-            if inputs is not None:
+        rests = isinstance(times, str) and times == "equilibrium"
+        at = times if times is None or rests else given.times("times", times, 'neither "equilibrium" nor times')
+        asked = given.asked("sensitivities", run, None if rests else at)
+        names = None if of is None else given.names("of", of), given.names("to", to)
+        if rests:
+            if asked.inputs is not None:
                 raise ValueError("inputs: a mechanism at rest has constant inputs; give them by `set`")
             with raised():
-                return sensitivities(*self._core.equilibrium_sensitivities(*asked))
-        points = given.times("times", times, 'neither "equilibrium" nor times')
+                return sensitivities(*self._core.equilibrium_sensitivities(*names, asked.settings))
+        if times is None and run.get("stop") is None and run.get("step") is None:
+            raise ValueError('times: give times [s], or "equilibrium"')
         with raised():
-            return sensitivities(points, *self._core.sensitivities(points, tolerance, *asked, given.inputs(inputs)))
+            points = self._core.points(asked.times)
+            columns = given.inputs(asked.inputs)
+            return sensitivities(points, *self._core.sensitivities(asked.times, *names, asked.settings, columns))
 
     def value_and_gradient(
         self,
         measures: str | Sequence[str],
         at: Mapping[str, Any],
         *,
-        stop: Value | None = None,
-        step: Value | None = None,
         times: Value | Iterable[Value] | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
+        **run: Unpack[RunOptions],
     ) -> tuple[np.ndarray, np.ndarray]:
         """Measures of a run and their gradients, for optimisers: those of `measure` but the times of extremes.
 
@@ -469,19 +503,21 @@ class Model(Commands):
         (run, measure, name in the order of `at`), without the axis of the runs where `at` has numbers, and without that of the measures where one text is given.
         Raises as `sensitivities` does.
         """
-        asked = [measured(text) for text in given.names("measures", measures)]
-        of = list(dict.fromkeys(variable for _, variable in asked))
+        sought = [measured(text) for text in given.names("measures", measures)]
+        of = list(dict.fromkeys(variable for _, variable in sought))
         names, rows = self._varied(at)
+        asked = given.asked("value_and_gradient", run, times)
         with raised():
-            points = self._core.points(given.Times(None, stop, step, tolerance, times))
-        values = np.empty((len(rows), len(asked)))
+            points, columns = self._core.points(asked.times), given.inputs(asked.inputs)
+        values = np.empty((len(rows), len(sought)))
         gradients = np.empty((*values.shape, len(names)))
-        for run, row in enumerate(rows.tolist()):
-            settings = {**dict(set or {}), **dict(zip(names, row, strict=True))}
-            found = self.sensitivities(of, names, points, tolerance=tolerance, set=settings, inputs=inputs)
-            for place, (measure, variable) in enumerate(asked):
+        for index, row in enumerate(rows.tolist()):
+            settings = list((dict(asked.settings) | dict(zip(names, row, strict=True))).items())
+            with raised():
+                found = sensitivities(points, *self._core.sensitivities(asked.times, of, names, settings, columns))
+            for place, (measure, variable) in enumerate(sought):
                 column = found.of.index(variable)
-                values[run, place], gradients[run, place] = reduced(
+                values[index, place], gradients[index, place] = reduced(
                     measure, found.time, found.values[:, column], found.derivatives[:, column]
                 )
         # A row of texts, numbers or one of each is one run.
@@ -495,12 +531,8 @@ class Model(Commands):
         to: str | Sequence[str] = (),
         *,
         crossing: Mapping[str, Value] | None = None,
-        stop: Value | None = None,
-        step: Value | None = None,
         times: Value | Iterable[Value] | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
+        **run: Unpack[RunOptions],
     ) -> list[Peak]:
         """The largest and the smallest value of variables [default: the scene's outputs] and when they are reached, and the times at which variables cross given
         values (SI), with the derivatives of both with respect to parameters, constant inputs and initial values.
@@ -508,15 +540,15 @@ class Model(Commands):
         The motion is looked at every `step`, or at these `times` [s], ascending: what happens between two points and is gone again is not seen. Where there are no derivatives, at a corner or of
         two equal peaks, `refused` says why. Raises as `sensitivities` does.
         """
-        levels = given.settings(crossing, "crossing")
+        levels, asked = given.settings(crossing, "crossing"), given.asked("peaks", run, times)
         with raised():
             report = self._core.peaks(
-                given.Times(None, stop, step, tolerance, times),
+                asked.times,
                 None if of is None else given.names("of", of),
                 given.names("to", to),
                 levels,
-                given.settings(set),
-                given.inputs(inputs),
+                asked.settings,
+                given.inputs(asked.inputs),
             )
         return [Peak(**feature) for feature in json.loads(report)["features"]]
 
@@ -526,16 +558,13 @@ class Model(Commands):
         vary: str | Sequence[str] | Mapping[str, tuple[Value | None, Value | None] | None],
         *,
         sigma: Mapping[str, Value] | None = None,
-        stop: Value | None = None,
-        tolerance: float | None = None,
-        set: Mapping[str, Value] | None = None,
-        inputs: Any = None,
+        **run: Unpack[RunOptions],
     ) -> Fit:
         """Values of parameters, constant inputs and initial values with which the motion is as near as possible to what was measured.
 
-        `measured` is a data frame with the index or column `time` [s], or a mapping with "time", and columns named like variables, SI; what is not a number was not
-        measured. A list of these, or of :class:`Experiment` with settings and inputs of their own, are experiments that are fitted together: one set of values for all.
-        `inputs` are inputs over time as those of `simulate`. `vary` are
+        `measured` is a data frame with the index or column `time` [s], `Results`, a data set of xarray or a mapping with "time", and columns named like variables, SI; what is not a number
+        was not measured. A list of these, or of :class:`Experiment` with settings and inputs of their own, are experiments that are fitted together: one set of values for all.
+        Other arguments are those of `simulate`. `vary` are
         names, or a mapping of names to their bounds (low, high), where None is the scene's; the search begins at the scene's values, or those of `set`. `sigma` are
         standard deviations of columns; those that are not given are estimated from the residuals.
 
@@ -545,16 +574,11 @@ class Model(Commands):
         listed = list(measured) if several else [measured]
         if not listed:
             raise ValueError("measured: nothing was measured")
-        settings = given.settings(set)
-        experiments = [_experiment(own, settings, inputs) for own in listed]
+        asked = given.asked("fit", run, step="the motion is compared at the measured times")
+        experiments = [_experiment(own, asked.settings, asked.inputs) for own in listed]
         with raised():
-            report = self._core.fit(
-                given.Times(None, stop, None, tolerance),
-                experiments,
-                given.varied(vary),
-                given.settings(sigma, "sigma"),
-            )
-        return fitted(json.loads(report), self, dict(settings))
+            report = self._core.fit(asked.times, experiments, given.varied(vary), given.settings(sigma, "sigma"))
+        return fitted(json.loads(report), self, dict(asked.settings))
 
     def bench(self) -> dict[str, Any]:
         """Speed against error: every method at many tolerances, on this very scene, as `cotree bench --json` gives it."""

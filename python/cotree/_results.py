@@ -7,7 +7,7 @@ import importlib
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
@@ -83,11 +83,53 @@ class Mapped(Mapping[str, np.ndarray]):
     __hash__ = None  # type: ignore[assignment]
 
 
+class Logged(NamedTuple):
+    """Something that has happened: an event of the scene, an impact, or what a limit, contact, rope or friction has done."""
+
+    #: [s]
+    time: float
+    #: An event, a limit, contact or rope such as "guide.max", or a friction such as "guide.friction".
+    name: str
+    #: "event", "impact", "closes", "opens", "sticks", "slips" or "turns".
+    what: str
+    #: Of an impact [N.s, or N.m.s of an angle].
+    impulse: float | None
+
+
+class Log(tuple[Logged, ...]):
+    """What has happened in a run, in order: a table that `cotree simulate --log` writes."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, rows: Iterable[tuple[float, str, str, float | None]]) -> Log:
+        """From the rows that the program hands over."""
+        return cls(Logged(*row) for row in rows)
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The table by its columns; what has no impulse is not a number there."""
+        kinds = {"time": float, "name": str, "what": str, "impulse": float}
+        return {name: np.array([getattr(row, name) for row in self], dtype=kind) for name, kind in kinds.items()}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with a row for each."""
+        import pandas
+
+        return pandas.DataFrame(self.columns())
+
+    def to_polars(self) -> polars.DataFrame:
+        """A data frame with a row for each."""
+        import polars
+
+        return polars.DataFrame(self.columns())
+
+
 class Results(Mapped):
     """The reported variables of a run: `results["rod.angle"]` is an array with a value for each of `results.time`, which cannot be changed.
 
     `units` has their SI units ("" where there is none or none is known). `parameters` is what the run was given beyond the scene's values.
     `failure` says why the run ended early, if it did; the values are those before. `ended` is the event of the scene that has ended it, at the last time, if one has.
+    `log` is what has happened: events, impacts, what limits, contacts, ropes and frictions have done.
     """
 
     def __init__(
@@ -99,6 +141,7 @@ class Results(Mapped):
         failure: str | None = None,
         parameters: Mapping[str, float] | None = None,
         ended: str | None = None,
+        log: Iterable[Logged] = (),
     ) -> None:
         self.time = fixed(time)
         self._values = fixed(values)
@@ -106,6 +149,7 @@ class Results(Mapped):
         self.units: dict[str, str] = dict(zip(names, units, strict=True))
         self.failure = failure
         self.ended = ended
+        self.log = Log(log)
         self.parameters: dict[str, float] = dict(parameters or {})
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -119,7 +163,7 @@ class Results(Mapped):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Results):
             return NotImplemented
-        mine, others = ((own.units, own.time, own._values, own.failure, own.ended, own.parameters) for own in (self, other))
+        mine, others = ((own.units, own.time, own._values, own.failure, own.ended, own.log, own.parameters) for own in (self, other))
         return same(mine, others)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
@@ -339,7 +383,18 @@ class Table(Mapped):
         self.units: dict[str, str] = dict(columns)
         #: Which runs ended early, and why; their measures are nan.
         self.failures: dict[int, str] = {index: failure for index, failure in enumerate(failures) if failure}
-        self._length = len(failures)
+        #: How many runs there are.
+        self.runs = len(failures)
+
+    @classmethod
+    def joined(cls, tables: Sequence[Table]) -> Table:
+        """The runs of tables with the same columns, one table after the other."""
+        first = tables[0]
+        own: dict[str, np.ndarray] = {name: np.concatenate([table[name] for table in tables]) for name in first}
+        values = np.stack([own[name] for name in first.units], axis=1) if first.units else np.zeros((0, 0))
+        failures = [table.failures.get(run) for table in tables for run in range(table.runs)]
+        varied = {name: column for name, column in own.items() if name not in first.units}
+        return cls(varied, list(first.units.items()), values, failures)
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._columns:
@@ -353,7 +408,7 @@ class Table(Mapped):
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         columns = list(self._columns.values())
-        return np.array(np.stack(columns, axis=1) if columns else np.zeros((self._length, 0)), dtype=dtype)
+        return np.array(np.stack(columns, axis=1) if columns else np.zeros((self.runs, 0)), dtype=dtype)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -363,14 +418,14 @@ class Table(Mapped):
 
     def _frame(self) -> dict[str, Any]:
         """All columns of a frame; where runs have failed the reasons among them."""
-        reasons = [self.failures.get(run) for run in range(self._length)]
+        reasons = [self.failures.get(run) for run in range(self.runs)]
         return {**self._columns, **({_failure_column(self._columns): reasons} if self.failures else {})}
 
     def to_pandas(self) -> pandas.DataFrame:
         """A data frame with a row for each run; where runs have failed `failure` says why."""
         import pandas
 
-        frame = pandas.DataFrame(self._frame(), index=pandas.RangeIndex(self._length, name="run"))
+        frame = pandas.DataFrame(self._frame(), index=pandas.RangeIndex(self.runs, name="run"))
         frame.attrs["units"] = dict(self.units)
         return frame
 
@@ -381,7 +436,7 @@ class Table(Mapped):
         return polars.DataFrame(self._frame())
 
     def __repr__(self) -> str:
-        return f"<Table of {self._length} runs: {', '.join(self)}>"
+        return f"<Table of {self.runs} runs: {', '.join(self)}>"
 
 
 def frame(page: str, height: int) -> str:

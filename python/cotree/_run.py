@@ -9,6 +9,7 @@ import numpy as np
 
 from ._cotree import RunError as _RunError
 from ._faults import RunError, raised
+from ._results import Log
 
 if TYPE_CHECKING:
     from ._given import Times, Value
@@ -36,6 +37,11 @@ class Run:
     def ended(self) -> str | None:
         """The event of the scene that has ended the run, at this time, if one has: there is no step beyond it."""
         return self._running.ended
+
+    @property
+    def log(self) -> Log:
+        """What has happened up to now: events, impacts, what limits, contacts, ropes and frictions have done. Of a run that was pickled what has happened since."""
+        return Log.of(self._running.log())
 
     @property
     def units(self) -> dict[str, str]:

@@ -4,6 +4,7 @@
 mod commands;
 mod listening;
 mod outcome;
+mod pages;
 mod request;
 mod running;
 mod scene;

@@ -2,6 +2,7 @@
 
 use std::ffi::CString;
 
+use cotree::run::{Logged, What};
 use cotree::{Faults, Severity};
 use cotree_fmu::instance::Inaccuracy;
 use cotree_study::analysis::{AnalysisFailure, StudyError};
@@ -67,6 +68,18 @@ pub fn run_error(error: cotree::run::RunError) -> Option<String> {
         cotree::run::RunError::Output(_) => None,
         other => Some(other.to_string()),
     }
+}
+
+/// Something that has happened: when, to what, in a word, and the impulse of an impact.
+pub type LogRow = (f64, String, &'static str, Option<f64>);
+
+/// What has happened in a run, as rows of a table.
+pub fn log_rows(log: impl IntoIterator<Item = Logged>) -> Vec<LogRow> {
+    let row = |Logged { time, name, what }| {
+        let impulse = if let What::Impact { impulse, .. } = what { Some(impulse) } else { None };
+        (time, name, what.word(), impulse)
+    };
+    log.into_iter().map(row).collect()
 }
 
 /// That rounding errors are larger than the tolerance; `of` says in which runs.

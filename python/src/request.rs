@@ -90,7 +90,7 @@ impl Times {
 }
 
 /// The experiment, if a run can have its times and its tolerance.
-pub fn possible(experiment: Experiment) -> PyResult<Experiment> {
+fn possible(experiment: Experiment) -> PyResult<Experiment> {
     match simulate::check(experiment) {
         Ok(()) => Ok(experiment),
         Err((name, message)) => Err(wrong(format!("{name}: {message}"))),

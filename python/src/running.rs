@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cotree::diagnostic::suggest;
 use cotree::model::{Experiment, Unit};
+use cotree::run::Logged;
 use cotree_fmu::instance::{Instance, InstanceError, Snapshot};
 use numpy::PyArray1;
 use pyo3::exceptions::PyKeyError;
@@ -12,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::listening::interruptible;
-use crate::outcome::{RunError, warn, wrong};
+use crate::outcome::{LogRow, RunError, log_rows, warn, wrong};
 use crate::request::{self, Value};
 use crate::scene::Ready;
 
@@ -20,15 +21,24 @@ use crate::scene::Ready;
 #[pyclass(frozen, module = "cotree._cotree")]
 pub struct Running {
     ready: Arc<Ready>,
+    /// What is reported.
+    reported: Arc<[usize]>,
     places: Arc<HashMap<String, usize>>,
-    instance: Mutex<Box<Instance>>,
+    motion: Mutex<Motion>,
+}
+
+/// Where a run is, and what has happened on the way there.
+#[derive(Clone)]
+struct Motion {
+    instance: Box<Instance>,
+    log: Vec<Logged>,
 }
 
 impl Running {
     /// Begins where these settings let it begin; `experiment` says when and how accurately.
     pub fn start(
         py: Python<'_>,
-        ready: Arc<Ready>,
+        (ready, reported): (Arc<Ready>, Vec<usize>),
         experiment: Experiment,
         settings: &[(String, Value)],
     ) -> PyResult<Self> {
@@ -42,15 +52,17 @@ impl Running {
             for (variable, value) in settings {
                 instance.set(variable, value)?;
             }
+            instance.record_instants();
             instance.initialise()?;
-            Ok(instance)
+            let log = Logged::taken(&mut instance);
+            Ok(Motion { instance, log })
         })?;
-        let instance = begun.map_err(refused)?;
-        Ok(Running { ready, places: Arc::new(places), instance: Mutex::new(instance) })
+        let motion = Mutex::new(begun.map_err(refused)?);
+        Ok(Running { ready, reported: reported.into(), places: Arc::new(places), motion })
     }
 
-    fn instance(&self) -> MutexGuard<'_, Box<Instance>> {
-        self.instance.lock().unwrap_or_else(PoisonError::into_inner)
+    fn motion(&self) -> MutexGuard<'_, Motion> {
+        self.motion.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn place(&self, name: &str) -> PyResult<usize> {
@@ -72,33 +84,36 @@ impl Running {
 impl Running {
     #[getter]
     fn time(&self) -> f64 {
-        self.instance().time()
+        self.motion().instance.time()
     }
 
     /// The event that has ended the run.
     #[getter]
     fn ended(&self) -> Option<String> {
-        self.instance().ended().map(str::to_owned)
+        self.motion().instance.ended().map(str::to_owned)
+    }
+
+    /// What has happened up to now.
+    fn log(&self) -> Vec<LogRow> {
+        log_rows(self.motion().log.iter().cloned())
     }
 
     /// The names and units of the outputs.
     fn outputs(&self) -> Vec<(String, String)> {
-        let variables = &self.ready.compiled.description.variables;
-        let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
-        self.ready.compiled.reported().into_iter().map(named).collect()
+        self.ready.columns(&self.reported)
     }
 
     /// The outputs now.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut instance = self.instance();
+        let instance = &mut self.motion().instance;
         let values: Result<Vec<f64>, _> =
-            self.ready.compiled.reported().into_iter().map(|variable| instance.reading(variable)).collect();
+            self.reported.iter().map(|&variable| instance.reading(variable)).collect();
         Ok(PyArray1::from_vec(py, values.map_err(refused)?))
     }
 
     fn get(&self, name: &str) -> PyResult<f64> {
         let place = self.place(name)?;
-        self.instance().reading(place).map_err(refused)
+        self.motion().instance.reading(place).map_err(refused)
     }
 
     /// Sets inputs and tunable parameters: all of them, or none if one cannot be set.
@@ -106,7 +121,7 @@ impl Running {
         if values.is_empty() {
             return Ok(());
         }
-        let mut instance = self.instance();
+        let instance = &mut self.motion().instance;
         let mut checked = Vec::with_capacity(values.len());
         for (name, value) in &values {
             let place = self.place(name).map_err(|error| wrong(error.to_string()))?;
@@ -121,7 +136,7 @@ impl Running {
     fn step(&self, py: Python<'_>, duration: Value, absolute: bool) -> PyResult<()> {
         let given = duration.read(&Unit::time()).map_err(|message| wrong(format!("step: {message}")))?;
         let moved = interruptible(py, || {
-            let mut instance = self.instance();
+            let Motion { instance, log } = &mut *self.motion();
             let from = instance.time();
             let target = if absolute { given } else { from + given };
             if !(target.is_finite() && target >= from) {
@@ -129,7 +144,9 @@ impl Running {
             }
             if target > from {
                 let has_ended = instance.ended().is_some();
-                match instance.step_to(target) {
+                let moved = instance.step_to(target);
+                log.extend(Logged::taken(instance));
+                match moved {
                     // A result like any other: `ended` names the event.
                     Err(InstanceError::Ended { .. }) if !has_ended => {}
                     moved => moved.map_err(refused)?,
@@ -144,26 +161,29 @@ impl Running {
     fn copy(&self) -> Self {
         Running {
             ready: Arc::clone(&self.ready),
+            reported: Arc::clone(&self.reported),
             places: Arc::clone(&self.places),
-            instance: Mutex::new(self.instance().clone()),
+            motion: Mutex::new(self.motion().clone()),
         }
     }
 
     /// All that the future depends on.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &self.instance().save().to_bytes().map_err(refused)?))
+        Ok(PyBytes::new(py, &self.motion().instance.save().to_bytes().map_err(refused)?))
     }
 
     fn restore(&self, state: Vec<u8>) -> PyResult<()> {
-        let mut instance = self.instance();
+        let Motion { instance, log } = &mut *self.motion();
         let snapshot =
             Snapshot::from_bytes(instance.model(), &state).map_err(|error| wrong(format!("state: {error}")))?;
-        instance.restore(&snapshot).map_err(refused)
+        instance.restore(&snapshot).map_err(refused)?;
+        log.retain(|own| own.time <= instance.time());
+        Ok(())
     }
 
     /// How variables change now along a direction of inputs, parameters and states.
     fn directional(&self, of: Vec<String>, along: Vec<(String, f64)>) -> PyResult<Vec<f64>> {
-        let mut instance = self.instance();
+        let instance = &mut self.motion().instance;
         instance.begin_direction();
         for (name, change) in &along {
             instance.add_direction(self.place(name)?, *change).map_err(|error| wrong(error.to_string()))?;

@@ -1,5 +1,6 @@
 //! A scene and everything that can be asked of it.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
@@ -10,11 +11,12 @@ use cotree::export::runtime;
 use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
-use cotree::run::{Ended, Ensemble, Measure, MeasureError, Run};
+use cotree::run::{Ended, Ensemble, FailedRun, Measure, MeasureError, Run};
 use cotree::scene::{Asked, EditError};
-use cotree::{Compiled, Scene};
+use cotree::{Compiled, Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
+use cotree_page::moving;
 use cotree_study::analysis::{LinearisedAt, Sensitivities, Study};
 use cotree_study::bench;
 use cotree_study::fit::{FitError, FitRequest, Vary, fit};
@@ -26,8 +28,10 @@ use serde_json::json;
 
 use crate::listening::{self, PATIENCE, interruptible};
 use crate::outcome::{
-    RunError, failed, file_error, interrupted, run_error, scene_error, study_error, unlike_the_scene, warn, wrong,
+    LogRow, RunError, failed, file_error, interrupted, log_rows, run_error, scene_error, study_error, unlike_the_scene,
+    warn, wrong,
 };
+use crate::pages;
 use crate::request::{self, Columns, Times, Value};
 use crate::running::Running;
 
@@ -59,11 +63,19 @@ pub struct Ready {
     spare: Mutex<Option<Box<Instance>>>,
 }
 
-/// A member's times and values, a row for each, why there are no more, and the event that has ended it.
-type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>, Option<String>);
+/// A member's times and values, a row for each, why there are no more, the event that has ended it, and what has happened.
+type Rows<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>, Option<String>, Vec<LogRow>);
 
-/// What was collected of a member, why it failed, and the event that has ended it.
-type Outcome<C> = (C, Option<String>, Option<String>);
+/// How a member has ended.
+struct Outcome<C> {
+    collected: C,
+    /// Why it failed.
+    failure: Option<String>,
+    /// The event that has ended it.
+    event: Option<String>,
+    log: Vec<LogRow>,
+}
 
 /// What members have in common: a compiled scene, times, settings, what is reported, inputs over time.
 type Asking<'a> = (&'a Ready, (Experiment, &'a [f64]), &'a [(String, Value)], Vec<usize>, Option<Columns>);
@@ -144,8 +156,8 @@ impl Core {
         values: PyReadonlyArray2<'py, f64>,
         threads: usize,
     ) -> PyResult<(Vec<(String, String)>, Vec<Rows<'py>>)> {
-        let ready = self.ready_for(py, outputs, &settings, &names)?;
-        let (reported, columns) = (ready.compiled.reported(), ready.columns());
+        let (ready, reported) = self.reporting(py, outputs, &settings, &names)?;
+        let columns = ready.columns(&reported);
         let width = reported.len();
         let experiment = times.experiment(ready.compiled.description.experiment)?;
         let all = times.points(experiment);
@@ -159,9 +171,10 @@ impl Core {
                 rows.extend_from_slice(values);
             },
         )?;
-        let rows = |((times, values), failure, event): Outcome<(Vec<f64>, Vec<f64>)>| {
+        let rows = |own: Outcome<(Vec<f64>, Vec<f64>)>| {
+            let (times, values) = own.collected;
             let matrix = PyArray1::from_vec(py, values).reshape([times.len(), width])?;
-            Ok((PyArray1::from_vec(py, times), matrix, failure, event))
+            Ok((PyArray1::from_vec(py, times), matrix, own.failure, own.event, own.log))
         };
         Ok((columns, ended.into_iter().map(rows).collect::<PyResult<_>>()?))
     }
@@ -181,8 +194,8 @@ impl Core {
     ) -> PyResult<(Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Vec<Option<String>>)> {
         let measures: Result<Vec<Measure>, MeasureError> = measures.iter().map(|text| text.parse()).collect();
         let measures = measures.map_err(wrong)?;
-        let variables = measures.iter().map(|measure| measure.variable.clone()).collect();
-        let ready = self.ready_for(py, Some(variables), &settings, &names)?;
+        let variables: Vec<String> = measures.iter().map(|measure| measure.variable.clone()).collect();
+        let (ready, _) = self.reporting(py, Some(variables), &settings, &names)?;
         let variables = &ready.compiled.description.variables;
         let place = |name: &String| variables.iter().position(|variable| variable.name == *name);
         let reported: Option<Vec<usize>> = measures.iter().map(|measure| place(&measure.variable)).collect();
@@ -200,7 +213,7 @@ impl Core {
             Accumulator::add_all,
         )?;
         let (mut table, mut failures) = (Vec::with_capacity(ended.len() * measures.len()), Vec::new());
-        for (kept, failure, _) in ended {
+        for Outcome { collected: kept, failure, .. } in ended {
             let number = |(index, own): (usize, &Measure)| match kept.get(index) {
                 Some(kept) if failure.is_none() => own.of(kept),
                 _ => f64::NAN,
@@ -220,9 +233,9 @@ impl Core {
         settings: Vec<(String, Value)>,
         outputs: Option<Vec<String>>,
     ) -> PyResult<Running> {
-        let ready = self.ready_for(py, outputs, &settings, &[])?;
+        let (ready, reported) = self.reporting(py, outputs, &settings, &[])?;
         let experiment = times.experiment(ready.compiled.description.experiment)?;
-        Running::start(py, ready, experiment, &settings)
+        Running::start(py, (ready, reported), experiment, &settings)
     }
 
     /// Texts with units as numbers, in the SI unit of what can be set by this name.
@@ -257,12 +270,20 @@ impl Core {
         Ok(summary.to_string())
     }
 
-    /// The page that shows the mechanism in motion, with the solver for browsers if this folder has it.
-    fn page(&self, py: Python<'_>, runtimes: Option<PathBuf>) -> PyResult<String> {
+    /// The page that shows the mechanism in motion: with the solver for browsers if this folder has it, else with this process as its solver if it may serve, else with a run that is stored in it.
+    fn page(&self, py: Python<'_>, runtimes: Option<PathBuf>, served: bool) -> PyResult<String> {
         let module = for_browsers(runtimes.as_deref())?;
-        let made =
-            py.detach(|| cotree_page::moving::page(&self.scene, module).map(|(_, page)| page.map(|page| page.html())));
-        made.map_err(|faults| scene_error(&faults))?.map_err(failed)
+        let is_served = served && module.is_none();
+        let server = is_served.then(pages::address).transpose().map_err(file_error)?;
+        let scene = &self.scene;
+        let made = py.detach(|| match &server {
+            Some(address) => {
+                let (_, page) = moving::page_solved_elsewhere(scene)?;
+                Ok(page.map(|page| page.html_served_from(address)))
+            }
+            None => moving::page(scene, module).map(|(_, page)| page.map(|page| page.html())),
+        });
+        made.map_err(|faults: Faults| scene_error(&faults))?.map_err(failed)
     }
 
     /// Where the mechanism rests, as JSON.
@@ -317,23 +338,19 @@ impl Core {
     fn sensitivities<'py>(
         &self,
         py: Python<'py>,
-        times: Vec<f64>,
-        tolerance: Option<f64>,
+        times: Times,
         of: Option<Vec<String>>,
         to: Vec<String>,
         settings: Vec<(String, Value)>,
         inputs: Option<Columns>,
     ) -> PyResult<Derivatives<'py>> {
         let mut study = self.study(of, &settings, inputs)?;
-        let mut experiment = study.experiment();
-        if times.iter().any(|time| !time.is_finite() || *time < experiment.start) || !times.is_sorted() {
-            return Err(wrong(format!("times are to be ascending, from the start, {:?} s, on", experiment.start)));
-        }
-        experiment.tolerance = tolerance.unwrap_or(experiment.tolerance);
-        study.set_experiment(request::possible(experiment)?);
+        let asked = times.experiment(study.experiment())?;
+        let points = times.points(asked);
+        study.set_experiment(Experiment { start: asked.start, tolerance: asked.tolerance, ..study.experiment() });
         derivatives(
             py,
-            interruptible(py, || study.sensitivities(&to, &times))?.map_err(|error| study_error(error, &settings))?,
+            interruptible(py, || study.sensitivities(&to, &points))?.map_err(|error| study_error(error, &settings))?,
         )
     }
 
@@ -484,6 +501,35 @@ impl Core {
         })
     }
 
+    /// The compiled scene, and what is reported: its outputs, or variables, parameters and inputs by these names, each once.
+    fn reporting(
+        &self,
+        py: Python<'_>,
+        outputs: Option<Vec<String>>,
+        settings: &[(String, Value)],
+        varied: &[String],
+    ) -> PyResult<(Arc<Ready>, Vec<usize>)> {
+        let Some(asked) = outputs.filter(|names| !names.is_empty()) else {
+            let ready = self.ready_for(py, None, settings, varied)?;
+            let reported = ready.compiled.reported();
+            return Ok((ready, reported));
+        };
+        let own = self.ready(py, Variant::default())?;
+        let given = own.compiled.description.variables.iter().filter(|own| !own.causality.follows_motion());
+        let given: HashSet<&str> = given.map(|own| own.name.as_str()).collect();
+        let computed = asked.iter().filter(|name| !given.contains(name.as_str())).cloned().collect();
+        let ready = self.ready_for(py, Some(computed), settings, varied)?;
+        let mut reported: Vec<usize> = Vec::new();
+        for name in &asked {
+            let place = ready.compiled.description.variables.iter().position(|variable| variable.name == *name);
+            let place = place.ok_or_else(|| wrong(format!("outputs: `{name}` is not computed")))?;
+            if !reported.contains(&place) {
+                reported.push(place);
+            }
+        }
+        Ok((ready, reported))
+    }
+
     /// Variables among the names that are set, but neither parameters nor inputs nor in `[initial]`: positions and velocities that the scene leaves open.
     fn known<'n>(&self, names: impl Iterator<Item = &'n String>) -> Vec<String> {
         let scene = &self.scene;
@@ -595,17 +641,23 @@ fn with_known(scene: &Scene, names: &[String]) -> Scene {
 
 fn outcome<C>((collected, ended): (C, Ended)) -> PyResult<Outcome<C>> {
     match ended {
-        Ok(finish) => Ok((collected, None, finish.ended.map(|(event, _)| event))),
-        Err(error) => Ok((collected, Some(run_error(error).ok_or_else(interrupted)?), None)),
+        Ok(finish) => {
+            let (event, log) = (finish.ended.map(|(event, _)| event), log_rows(finish.log));
+            Ok(Outcome { collected, failure: None, event, log })
+        }
+        Err(FailedRun { error, log }) => {
+            let failure = Some(run_error(error).ok_or_else(interrupted)?);
+            Ok(Outcome { collected, failure, event: None, log: log_rows(log) })
+        }
     }
 }
 
 impl Ready {
-    /// Names and units of the outputs.
-    fn columns(&self) -> Vec<(String, String)> {
+    /// Names and units of variables.
+    pub fn columns(&self, reported: &[usize]) -> Vec<(String, String)> {
         let variables = &self.compiled.description.variables;
-        let named = |index: usize| (variables[index].name.clone(), variables[index].unit.si.clone());
-        self.compiled.reported().into_iter().map(named).collect()
+        let named = |&index: &usize| (variables[index].name.clone(), variables[index].unit.si.clone());
+        reported.iter().map(named).collect()
     }
 
     /// One run, in this thread and in the instance that is kept for that.

@@ -359,3 +359,121 @@ def test_models_of_the_same_text_are_the_same(root):
     scene = root / "models/slider_crank/scene.toml"
     assert cotree.load(scene) == cotree.load(scene) and hash(cotree.load(scene)) == hash(cotree.load(scene))
     assert cotree.load(scene) != cotree.load(root / "models/pendulum/scene.toml")
+
+
+def test_what_happens_is_a_table(root, tmp_path):
+    scene = root / "models/end_stop/scene.toml"
+    table = tmp_path / "log.csv"
+    subprocess.run([sys.executable, "-m", "cotree", "simulate", scene, "-o", tmp_path / "out.csv", "--log", table], check=True, capture_output=True)
+    head, *rows = (line.split(",") for line in table.read_text().splitlines())
+    written = [(float(time), name, what, float(impulse) if impulse else None) for time, name, what, impulse in rows]
+    model = cotree.load(scene)
+    log = model.simulate().log
+    assert head == ["time", "name", "what", "impulse"] and list(log) == written
+    hits = [own for own in log if own.what == "impact"]
+    assert len(hits) > 3 and all(own.name == "guide.max" and own.impulse > 0 for own in hits) and log[-1].what == "closes"
+    assert log.columns()["impulse"].shape == (len(log),) and log.to_pandas()["what"].tolist() == [own.what for own in log]
+    assert log.to_polars().columns == ["time", "name", "what", "impulse"]
+    # The same of many runs, of one that is taken step by step, and of one that goes back.
+    soft, hard = model.simulate_many({"restitution": [0.3, 0.6]})
+    assert hard.log == log and soft.log != log and soft != hard
+    run = model.start()
+    for _ in range(40):
+        run.step("20 ms")
+    kept, before = run.state, run.log
+    while run.time < 3 - 1e-9:
+        run.step("20 ms")
+    assert [own.what for own in run.log] == [own.what for own in log]
+    assert [own.time for own in run.log] == pytest.approx([own.time for own in log], abs=1e-8)
+    run.state = kept
+    assert run.log == before == run.copy().log and len(before) < len(log)
+
+
+def test_what_has_happened_before_a_run_fails_or_ends_is_kept():
+    scene = (
+        "name='cart'\ndimension=1\n[inputs]\nforce={start=0.0,unit='N'}\n[bodies.cart]\nmass=2.0\n[loads.push]\ntype='force'\non='cart'\nvector=['force/(1 - cart.x/(1[m]))']\n"
+        "[loads.spare]\ntype='force'\non='cart'\nvector=[0]\n[events.half]\nwhen='cart.x > 0.5[m]'\nremove=['spare']\n[initial]\n'cart.vx'=1.0\n[outputs]\nvariables=['cart.x']\n[experiment]\nstop=2.0\nstep=0.01\n"
+    )
+    failing = cotree.loads(scene)
+    with pytest.raises(cotree.RunError) as caught:
+        failing.simulate(set={"force": 1e3}, stop=3)
+    assert [own.name for own in caught.value.results.log] == ["half"]
+    [of_many, _] = failing.simulate_many({"force": [1e3, 0.0]}, stop=3)
+    assert of_many.failure and of_many.log == caught.value.results.log
+    ending = cotree.loads(scene.replace("remove=['spare']", "stop=true"))
+    for seen in (ending.simulate(), ending.simulate(inputs={"force": lambda time: 0.0})):
+        assert seen.ended == "half" and seen.time[-1] == pytest.approx(0.5) == seen.log[0].time and len(seen.log) == 1
+
+
+def test_calls_say_what_they_take(slider_crank):
+    import inspect
+
+    names = ("simulate", "start", "simulate_many", "measure", "sensitivities", "value_and_gradient", "peaks", "fit", "sweep", "optimize")
+    for name in names:
+        options = inspect.signature(getattr(cotree.Model, name)).parameters["run"]
+        assert options.kind is options.VAR_KEYWORD and "RunOptions" in str(options.annotation), name
+    with pytest.raises(TypeError, match=r"simulate\(\) has no argument 'stopp'; did you mean 'stop'"):
+        slider_crank.simulate(stopp=1)
+    with pytest.raises(TypeError, match=r"start\(\) has no argument 'inputs': set them as the run goes on"):
+        slider_crank.start(inputs={"time": [0, 1], "gas_force": [0, 1]})
+    with pytest.raises(TypeError, match="at the measured times"):
+        slider_crank.fit({"time": [0, 1], "cylinder.s": [1, 1]}, "rod_length", step=0.1)
+    with pytest.raises(TypeError, match="not a measure.*function of your own.*value_and_gradient"):
+        slider_crank.optimize("rod_length", minimize=lambda x: x)
+    with pytest.raises(TypeError, match=r'not a measure: give a text such as "max\(rod.angle\)"'):
+        slider_crank.optimize("rod_length", maximize=3)
+    with pytest.raises(TypeError, match="poses.*not ndarray"):
+        cotree.synthesize(np.zeros((3, 3)))
+    poses = np.array([[0, 0, 0], [0.035, 0.02, np.radians(14)], [0.08, 0.06, np.radians(38)]])
+    assert cotree.synthesize({"poses": {"at": poses}, "limits": {"transmission": "35 deg"}})["solutions"]
+
+
+def test_studies_begin_where_runs_do(pendulum):
+    late = {"start": 0.5, "stop": 1.5, "step": "50 ms"}
+    seen = pendulum.simulate(**late)
+    assert seen.time[0] == 0.5 and seen["bob.angle"][0] == pytest.approx(np.radians(1))
+    found = pendulum.sensitivities("bob.angle", "length", **late)
+    assert np.array_equal(found.time, seen.time) and np.allclose(found.values[:, 0], seen["bob.angle"], atol=1e-9)
+    value, gradient = pendulum.value_and_gradient("last(bob.angle)", {"length": 1.0}, **late)
+    assert value == pytest.approx(seen["bob.angle"][-1], abs=1e-9) and gradient[0] == pytest.approx(found.derivatives[-1, 0, 0])
+    lowest = next(own for own in pendulum.peaks("bob.angle", "length", **late) if own.kind == "min")
+    assert lowest.time == pytest.approx(seen.time[seen["bob.angle"].argmin()], abs=0.03)
+    measured = pendulum.simulate(**late, set={"length": 1.1})
+    assert pendulum.fit(measured, "length", start=0.5)["length"] == pytest.approx(1.1)
+    table = pendulum.sweep("first(bob.angle)", {"length": [1.0]}, times=[0.0, 0.25])
+    assert table["first(bob.angle)"][0] == pytest.approx(np.radians(1))
+
+
+class Scalar:
+    """An array without dimensions, as JAX has them for numbers."""
+
+    ndim, dtype = 0, np.dtype(np.float32)
+
+    def __init__(self, value):
+        self.value = value
+
+    def __float__(self):
+        return float(self.value)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64, np.asarray, Scalar], ids=["float32", "float64", "array", "JAX"])
+def test_scalars_of_other_packages_are_numbers(kind, cart):
+    seen = cart.simulate(stop=kind(1.0), step=kind(0.5), tolerance=kind(1e-6), set={"force": kind(4.0)}, times=None)
+    assert seen.time.tolist() == [0.0, 0.5, 1.0] and seen["cart.x"][-1] == pytest.approx(1.0)
+    assert cart.simulate(times=[kind(0.5), kind(1.0)], set={"force": 4.0})["cart.x"].tolist() == pytest.approx([0.25, 1.0])
+    assert cart.replace({"cart.mass": kind(4.0)}).simulate(set={"force": 4.0}, stop=1)["cart.x"][-1] == pytest.approx(0.5)
+    assert cart.measure("last(cart.x)", {"force": [kind(4.0)]}, stop=1)["last(cart.x)"][0] == pytest.approx(1.0)
+    run = cart.start()
+    run.step(kind(1.0), force=kind(4.0))
+    assert run["cart.x"] == pytest.approx(1.0)
+    held = cart.simulate(inputs={"force": lambda time: kind(4.0)}, stop=1)
+    assert held["cart.x"][-1] == pytest.approx(1.0)
+
+
+def test_parameters_and_inputs_are_reported(cart, slider_crank):
+    seen = cart.simulate(outputs=["force", "cart.x"], inputs={"time": [0, 2], "force": [0, 4]}, step=1)
+    assert seen["force"].tolist() == [0.0, 2.0, 4.0] and seen.units["force"] == "N"
+    assert cart.simulate(outputs="force", inputs={"force": lambda time: 3 + time}, step=1)["force"].tolist() == [3.0, 4.0, 5.0]
+    runs = slider_crank.simulate_many({"rod_length": [1.4, 1.6]}, outputs=["rod_length", "cylinder.s"], stop=0.1)
+    assert [own["rod_length"][-1] for own in runs] == [1.4, 1.6]
+    assert slider_crank.measure("mean(rod_length)", {"rod_length": [1.4]}, stop=0.1)["mean(rod_length)"][0] == pytest.approx(1.4)

@@ -54,6 +54,29 @@ def test_another_model_has_other_values_in_the_same_text():
         model.replace([("length", 1)])
 
 
+def test_keys_that_the_scene_does_not_write_are_added():
+    model = cotree.loads(BAR)
+    other = model.replace({"hinge.damping": 0.5, "bob.omega": "2 rad/s", "experiment.step": "10 ms", "solver.method": "explicit", "parameters.unused": 3.0})
+    assert other.to_dict()["solver"] == {"method": "explicit"} and other.variables["unused"].start == 3.0
+    seen = other.simulate()
+    assert seen["bob.omega"][0] == 2.0 and seen.time[1] == pytest.approx(0.01)
+    # All that stood there still does.
+    assert [line for line in other.text.splitlines() if line in BAR.splitlines()] == BAR.splitlines()
+    as_json = cotree.from_dict(model.to_dict()).replace({"hinge.damping": 0.5, "solver.method": "explicit"})
+    assert as_json.to_dict()["joints"]["hinge"]["damping"] == 0.5 and as_json.to_dict()["solver"] == {"method": "explicit"}
+    assert model.fit(model.simulate(set={"bob.omega": 1.5}), "bob.omega").model.simulate()["bob.omega"][0] == pytest.approx(1.5)
+    with pytest.raises(cotree.SceneError, match="mass"):
+        model.replace({"bob.mas": 1.0})
+    with pytest.raises(ValueError, match="does not write `rod.mass`"):
+        model.replace({"rod.mass": 1.0})
+
+
+def test_models_are_equal_where_their_texts_are(root):
+    assert cotree.loads(BAR) == cotree.loads(BAR) != cotree.loads(BAR.replace("2.0 ", "2.5 "))
+    assert cotree.loads(BAR) != BAR and len({cotree.loads(BAR), cotree.loads(BAR)}) == 1
+    assert pickle.loads(pickle.dumps(cotree.load(root / "models/cam_follower/scene.toml"))) == cotree.load(root / "models/cam_follower/scene.toml")
+
+
 def test_a_fit_gives_the_model_that_fits():
     model = cotree.loads(BAR)
     seen = model.simulate(set={"length": 0.8, "bob.angle": 1.0})
@@ -238,6 +261,7 @@ LONG = {
     "fit": "m.fit({'time': T, 'cylinder.s': np.cos(T) * 0.5 + 1.4}, vary=['rod_length', 'crank_length'], stop=200)",
     "threads": "m.simulate_many({'rod_length': [1.4, 1.5, 1.6]}, stop=3e5, step=3e5, threads=2)",
     "steps": "m.start().step(3e5)",
+    "assemblies": "m.assemblies(starts=1000000)",
 }
 
 
