@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Builds what a release consists of, on one machine: for each platform an archive with the program `cotree`, the runtimes of all platforms, so that
-# `cotree export` writes FMUs for all of them, models, and licences; the Python wheel for Linux; and SHA256SUMS.
+# Builds what a release consists of, on one machine, and publishes nothing: for each platform an archive with the program `cotree`, the runtimes of all
+# platforms, so that `cotree export` writes FMUs for all of them, models, and licences; Python wheels for Linux; the source archive for pip; the crates, in
+# the order in which they depend on each other; and SHA256SUMS. Says in the end what each file holds.
 #
-# usage: tools/release.sh [-o FOLDER] [PLATFORM...]     default: -o target/release-files linux64 aarch64-linux win64
+# usage: tools/release.sh [-o FOLDER] [PART...]     default: -o target/release-files linux64 aarch64-linux win64 wheels sdist crates
 #
-# Needs what tools/build-runtimes.sh needs; tools/test-release.sh tries the result.
+# Needs what tools/build-runtimes.sh needs, sdist and crates but Rust and PyPI; tools/test-release.sh tries the result.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -63,29 +64,82 @@ build() {
     pack "$platform" "$content"
 }
 
-# For Python on Linux; other systems build theirs from the source (docs/python.md).
-wheel() {
-    say wheel
+install_maturin() {
+    [ -x "$work/maturin/bin/maturin" ] && return
+    python3 -m venv --clear "$work/maturin"
+    "$work/maturin/bin/pip" install --quiet --disable-pip-version-check "${MATURIN[@]}"
+}
+
+# For Python on Linux, whatever its C library; wheels for other systems are built there.
+wheels() {
+    install_maturin
     # The package brings the solver of its pages along.
     rm -rf python/cotree/runtimes
     mkdir -p python/cotree/runtimes
     cp -r "$runtimes/web" python/cotree/runtimes/web
-    python3 -m venv --clear "$work/maturin"
-    "$work/maturin/bin/pip" install --quiet --disable-pip-version-check "${MATURIN[@]}"
-    COTREE_RUNTIME=$(runtime linux64) CARGO_TARGET_DIR=$work PATH=$work/maturin/bin:$PATH \
-        maturin build --quiet --release --strip --zig --target "$(triple linux64)" --compatibility "manylinux_${GLIBC/./_}" --out "$folder"
+    local platform
+    for platform in linux64 aarch64-linux; do
+        say "wheel, $platform"
+        COTREE_RUNTIME=$(runtime "$platform") CARGO_TARGET_DIR=$work PATH=$work/maturin/bin:$PATH \
+            maturin build --quiet --release --strip --zig --target "$(triple "$platform")" --compatibility "manylinux_${GLIBC/./_}" --out "$folder"
+    done
     rm -r python/cotree/runtimes
+}
+
+# What pip builds a wheel from where there is none.
+sdist() {
+    say sdist
+    install_maturin
+    "$work/maturin/bin/maturin" sdist --out "$folder" >&2
+}
+
+# The crates as crates.io gets them; `cargo publish` uploads them in the order of their dependencies. .ci/nightly builds each from its archive.
+crates() {
+    say crates
+    local names
+    names=$(cargo metadata --no-deps --format-version 1 | python3 -c '
+import json, sys
+print("\n".join(own["name"] for own in json.load(sys.stdin)["packages"] if own["publish"] is None))')
+    # shellcheck disable=SC2046
+    cargo package --quiet --allow-dirty --no-verify --locked --target-dir "$work" $(printf -- '-p %s ' $names)
+    local name
+    for name in $names; do cp "$work/package/$name-$version.crate" "$folder/"; done
+}
+
+# Each file, its size, and the names on top of what it holds.
+contents() {
+    python3 - "$folder" <<'END'
+import pathlib, sys, tarfile, zipfile
+for path in sorted(pathlib.Path(sys.argv[1]).iterdir()):
+    if path.suffix in (".zip", ".whl"):
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    elif path.suffix in (".gz", ".crate"):
+        with tarfile.open(path) as archive:
+            names = [own.name for own in archive if own.isfile()]
+    else:
+        continue
+    inside = [name if path.suffix == ".whl" else name.partition("/")[2] for name in names]
+    top = dict.fromkeys(name.split("/")[0] + ("/" if "/" in name else "") for name in inside)
+    print(f"{path.name}  {path.stat().st_size / 1e6:.1f} MB, {len(names)} files: {', '.join(top)}")
+END
 }
 
 if [ "${1-}" = -o ]; then
     folder=${2:?-o needs a folder}
     shift 2
 fi
-[ $# -gt 0 ] || set -- linux64 aarch64-linux win64
+[ $# -gt 0 ] || set -- linux64 aarch64-linux win64 wheels sdist crates
 mkdir -p "$folder"
 rm -rf "$folder"/cotree* "$folder/SHA256SUMS"
-tools/build-runtimes.sh -o "$runtimes" linux64 aarch64-linux win64 web
-for platform; do build "$platform"; done
-wheel
+# Archives hold the runtimes of all platforms, and wheels that for browsers.
+case " $* " in *64* | *wheels*) tools/build-runtimes.sh -o "$runtimes" linux64 aarch64-linux win64 web ;; esac
+for part; do
+    case $part in
+        wheels | sdist | crates) "$part" ;;
+        *) build "$part" ;;
+    esac
+done
+contents
 (cd "$folder" && sha256sum -- cotree* >SHA256SUMS)
 say "done: $folder"

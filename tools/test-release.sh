@@ -32,7 +32,7 @@ say checksums
 
 rm -rf "$work/unpacked"
 mkdir -p "$work/unpacked"
-for archive in "$folder"/cotree-*; do
+for archive in "$folder"/cotree-*-linux-*.tar.gz "$folder"/cotree-*-windows-*.zip; do
     case $archive in
         *.tar.gz) tar -xzf "$archive" -C "$work/unpacked" ;;
         *.zip) python3 -m zipfile -e "$archive" "$work/unpacked" ;;
@@ -74,7 +74,7 @@ inside sh -c "cd /opt/cotree-* && ./cotree view models/$model/scene.toml -o /opt
 cmp "$first/$model.fmu" "$root/opt/$model.fmu"
 inside python3 /opt/run.py "/opt/$model.fmu"
 say "the wheel"
-wheel=$(find "$folder" -name 'cotree-*.whl')
+wheel=$(find "$folder" -name 'cotree-*manylinux*x86_64.whl')
 [ -n "$wheel" ] || fail "there is no wheel in $folder"
 python3 -m zipfile -e "$wheel" "$root/opt/packages"
 inside python3 -c "
