@@ -63,9 +63,9 @@ def test_readers_of_parquet_take_the_folder_as_one_table(slider_crank, tmp_path,
 def test_a_killed_table_goes_on_and_is_the_same(root, tmp_path):
     pytest.importorskip("pyarrow")
     program = (
-        "import sys, cotree, numpy as np\nfrom cotree import _pieces\n_pieces.PIECE = 200\n"
+        "import sys, cotree, numpy as np\nfrom cotree import _pieces\n_pieces.PIECE = 100\n"
         f"model = cotree.load({str(root / 'models/slider_crank/scene.toml')!r})\n"
-        "model.measure('max(cylinder.s)', {'rod_length': np.linspace(1.2, 1.8, 4000)}, stop=20, step=0.01, threads=1, to=sys.argv[1], resume=True, progress=print)\n"
+        "model.measure('max(cylinder.s)', {'rod_length': np.linspace(1.2, 1.8, 1000)}, stop=4, step=0.02, threads=1, to=sys.argv[1], resume=True, progress=print)\n"
     )
     whole, cut = tmp_path / "whole.parquet", tmp_path / "cut.parquet"
     process = subprocess.Popen([sys.executable, "-c", program, cut], stdout=subprocess.DEVNULL)
@@ -77,13 +77,13 @@ def test_a_killed_table_goes_on_and_is_the_same(root, tmp_path):
     before = len(list(cut.glob("run-*")))
     for folder in (cut, whole):
         done = subprocess.run([sys.executable, "-c", program, folder], capture_output=True, text=True, check=True)
-        assert done.stdout.splitlines()[-1] == "4000 4000"
+        assert done.stdout.splitlines()[-1] == "1000 1000"
     # That there was something to go on with.
     assert 0 < before < len(list(cut.glob("run-*")))
     import pandas
 
     frames = [pandas.read_parquet(folder).sort_values("run", ignore_index=True) for folder in (cut, whole)]
-    assert frames[0].equals(frames[1]) and len(frames[0]) == 4000
+    assert frames[0].equals(frames[1]) and len(frames[0]) == 1000
 
 
 def test_progress_is_told_and_changes_nothing(slider_crank):
