@@ -92,7 +92,8 @@ pub fn warn(py: Python<'_>, of: &str, inaccuracy: &Inaccuracy) -> PyResult<()> {
 /// What is odd in a text but no error.
 pub fn warn_of(py: Python<'_>, faults: &Faults) -> PyResult<()> {
     faults.list.iter().try_for_each(|fault| {
-        let text = CString::new(format!("{}; {}", fault.message, fault.help)).map_err(|error| wrong(error.to_string()))?;
+        let text =
+            CString::new(format!("{}; {}", fault.message, fault.help)).map_err(|error| wrong(error.to_string()))?;
         PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 1)
     })
 }

@@ -106,8 +106,7 @@ impl Running {
     /// The outputs now.
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let instance = &mut self.motion().instance;
-        let values: Result<Vec<f64>, _> =
-            self.reported.iter().map(|&variable| instance.reading(variable)).collect();
+        let values: Result<Vec<f64>, _> = self.reported.iter().map(|&variable| instance.reading(variable)).collect();
         Ok(PyArray1::from_vec(py, values.map_err(refused)?))
     }
 

@@ -64,8 +64,7 @@ pub struct Ready {
 }
 
 /// A member's times and values, a row for each, why there are no more, the event that has ended it, and what has happened.
-type Rows<'py> =
-    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>, Option<String>, Vec<LogRow>);
+type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Option<String>, Option<String>, Vec<LogRow>);
 
 /// How a member has ended.
 struct Outcome<C> {

@@ -84,7 +84,10 @@ impl SweepCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         output::apart(&[Some(&self.scene), self.table.as_deref()], &[self.file(), self.plot.as_deref()])?;
         output::is_written_as(self.plot.as_deref(), &["svg", "png"])?;
-        output::is_table(self.file(), "; from Python, `model.sweep(..., to=\"runs.parquet\")` writes Parquet and Arrow")?;
+        output::is_table(
+            self.file(),
+            "; from Python, `model.sweep(..., to=\"runs.parquet\")` writes Parquet and Arrow",
+        )?;
         let scene = output::load(&self.scene)?;
         let (compiled, measures) = self.compiled(&scene, format)?;
         let design = self.design(&compiled.description)?;

@@ -162,9 +162,10 @@ mod tests {
     }
 
     fn answered_to(askers: Askers, request: impl Fn(&str, &str) -> String) -> String {
-        let address =
-            serve(0, askers, |request, stream| respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes()))
-                .unwrap();
+        let address = serve(0, askers, |request, stream| {
+            respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes())
+        })
+        .unwrap();
         let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
         let mut stream = TcpStream::connect(host).unwrap();
         // Where the server has heard enough it closes, and the rest cannot be sent.
