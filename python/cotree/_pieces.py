@@ -9,6 +9,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,7 +48,8 @@ class Stored:
         import pandas
 
         reader = _format(self.path).read
-        return pandas.concat([reader(piece).to_pandas() for piece in _pieces(self.path)], ignore_index=True)
+        frame: pandas.DataFrame = pandas.concat([reader(piece).to_pandas() for piece in _pieces(self.path)], ignore_index=True)
+        return frame
 
 
 @dataclass(frozen=True)
@@ -133,8 +135,7 @@ def stored(path: Path, own: str, count: int, measure: Measure, resume: bool, pro
         kept.append(table)
         runs, failed = sum(own.runs for own in kept), failed + len(table.failures)
         if runs >= PIECE or time.monotonic() - clock > PATIENCE or first + table.runs == count:
-            whole = _arrow(kept, begin)
-            _put(path / _name(path, begin), lambda place, whole=whole: kind.write(whole, place))
+            _put(path / _name(path, begin), partial(kind.write, _arrow(kept, begin)))
             begin, kept, clock = begin + runs, [], time.monotonic()
     return Stored(path, count, failed)
 
