@@ -64,7 +64,9 @@ def test_keys_that_the_scene_does_not_write_are_added():
     assert [line for line in other.text.splitlines() if line in BAR.splitlines()] == BAR.splitlines()
     as_json = cotree.from_dict(model.to_dict()).replace({"hinge.damping": 0.5, "solver.method": "explicit"})
     assert as_json.to_dict()["joints"]["hinge"]["damping"] == 0.5 and as_json.to_dict()["solver"] == {"method": "explicit"}
-    assert model.fit(model.simulate(set={"bob.omega": 1.5}), "bob.omega").model.simulate()["bob.omega"][0] == pytest.approx(1.5)
+    # What was set for a fit is in its model.
+    found = model.fit(model.simulate(set={"bob.omega": 1.5, "length": 0.8}), "length", set={"bob.omega": 1.5}).model
+    assert found.simulate()["bob.omega"][0] == 1.5 and found.variables["length"].start == pytest.approx(0.8)
     with pytest.raises(cotree.SceneError, match="mass"):
         model.replace({"bob.mas": 1.0})
     with pytest.raises(ValueError, match="does not write `rod.mass`"):
