@@ -3,6 +3,7 @@
 pub mod degrees;
 mod every;
 pub mod fault;
+mod layout;
 pub(crate) mod render;
 pub mod span;
 pub mod suggest;
