@@ -106,7 +106,8 @@ impl Terminal {
             let (left, right) = ("─".repeat(stem - start), "─".repeat(end - stem - 1));
             let line = self.paint(format!("{left}{sign}{right}"), colour_of(index));
             let _ = write!(underlines, "{}{line}", " ".repeat(start - highest));
-            (highest, stems) = (end, [stems, vec![(index, stem)]].concat());
+            highest = end;
+            stems.push((index, stem));
         }
         let _ = writeln!(out, "{margin}{underlines}");
         for (count, &(index, stem)) in stems.iter().enumerate().rev() {
