@@ -242,7 +242,7 @@ mod tests {
         };
         let labels = labels.iter().map(|(part, text)| Label { span: place(part), text: (*text).to_owned() }).collect();
         let source = Source::new("a.toml", text);
-        let fault = Shown { is_error: true, code: "scene::odd", message, help: "do it", source: &source, labels };
+        let fault = Shown { is_error: true, code: "scene::unknown_key", message, help: "do it", source: &source, labels };
         let mut out = String::new();
         Terminal { colour, width: 40 }.show(&mut out, &fault);
         out
@@ -251,12 +251,12 @@ mod tests {
     #[test]
     fn what_is_wrong_stands_below_its_text() {
         let text = "one = 1\n\ttwo = 漢字 bad worse\r\nthree = 3\n";
-        let expected = "scene::odd\n\n  × it is odd\n   ╭─[a.toml:2:11]\n 1 │ one = 1\n 2 │     two = 漢字 bad worse\n   ·                ─┬─ ──┬──\n   ·                 │    ╰── here too\n   ·                 ╰── no\n 3 │ three = 3\n   ╰────\n  help: do it\n";
+        let expected = "scene::unknown_key\n\n  × it is odd\n   ╭─[a.toml:2:11]\n 1 │ one = 1\n 2 │     two = 漢字 bad worse\n   ·                ─┬─ ──┬──\n   ·                 │    ╰── here too\n   ·                 ╰── no\n 3 │ three = 3\n   ╰────\n  help: do it\n";
         assert_eq!(shown(text, &[("bad", "no"), ("worse", "here too")], "it is odd", false), expected);
         let coloured = shown(text, &[("bad", "no"), ("worse", "here too")], "it is odd", true);
         let plain = coloured.split('\u{1b}').map(|part| part.split_once('m').map_or(part, |(_, rest)| rest));
         // The first part has no colour before it.
-        assert!(coloured.starts_with("\u{1b}[31mscene::odd\u{1b}[0m\n"));
+        assert!(coloured.starts_with("\u{1b}[31mscene::unknown_key\u{1b}[0m\n"));
         assert_eq!(plain.collect::<String>(), expected);
     }
 

@@ -303,7 +303,12 @@ mod tests {
             ("bob", "3", "`bob` is a table; name one of its keys, such as `bob.mass`"),
             ("bob.mass", "3 kg", "cannot be read"),
         ] {
-            let error = replaced(name, value).unwrap_err().to_string();
+            let changed = Scene::from_toml(SCENE).unwrap().replaced(&[(name.to_owned(), value.to_owned())]);
+            let error = match changed {
+                Err(EditError::Scene(faults)) => faults.render(false, 200),
+                Err(error) => error.to_string(),
+                Ok(scene) => scene.resolve().unwrap_err().render(false, 200),
+            };
             assert!(error.contains(told), "{name}: {error}");
         }
         let scene = Scene::from_toml(SCENE).unwrap();
