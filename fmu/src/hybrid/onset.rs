@@ -84,7 +84,8 @@ pub(crate) fn first(
     let holds = |value: f64| if strict { value > 0.0 } else { value >= 0.0 };
     let share = |place: usize| place as f64 / PARTS as f64;
     let mut armed = armed;
-    for place in (1..=PARTS).take_while(|place| share(place - 1) < reach.limit) {
+    // A peak about a place reaches back to the one before.
+    for place in (1..=PARTS).take_while(|place| share(place.saturating_sub(2)) < reach.limit) {
         let now = values[place];
         if !armed {
             // At the beginning the value may be a rounding error.
@@ -93,6 +94,9 @@ pub(crate) fn first(
         }
         if holds(now) {
             let before = (share(place - 1), values[place - 1]);
+            if before.0 >= reach.limit {
+                break;
+            }
             let after =
                 if share(place) > reach.limit { (reach.limit, excess(reach.limit)) } else { (share(place), now) };
             if !holds(after.1) {
@@ -230,6 +234,25 @@ mod tests {
         assert!((found.unwrap() - 0.3).abs() < 1e-15);
         let (found, count) = places(1.0, 1e-6);
         assert!((found.unwrap() - 0.3).abs() <= 1e-6 && found.unwrap() > 0.3 && count <= 6, "{found:?} {count}");
+    }
+
+    /// A limit takes nothing away that is before it, peaks between two places included.
+    #[test]
+    fn what_begins_before_the_limit_is_found_as_without_it() {
+        for (centre, height) in
+            (1..100).flat_map(|part| [1e-4, 1e-2, 0.1].map(|height| (f64::from(part) / 100.0, height)))
+        {
+            let mut excess = |t: f64| height * height - (t - centre) * (t - centre);
+            let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
+            let mut begin = |limit: f64| first(&values, true, true, Reach { limit, spacing: 0.0 }, &mut excess).begin;
+            let Some(all) = begin(1.0) else { continue };
+            for limit in (1..50).map(|part| f64::from(part) / 50.0) {
+                match begin(limit).filter(|at| *at < limit) {
+                    Some(at) => assert!((at - all).abs() < 1e-12, "{centre} {height} {limit}: {at} {all}"),
+                    None => assert!(all >= limit - 1e-15, "{centre} {height} {limit}: {all}"),
+                }
+            }
+        }
     }
 
     #[test]
