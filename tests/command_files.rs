@@ -6,7 +6,7 @@ use crate::outside::command;
 use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -177,22 +177,53 @@ fn is_ignored(process: u32, signal: &str) -> bool {
     u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (number - 1)) != 0
 }
 
-/// The run is so long that it does not end before it is stopped, however slow this machine is at the moment.
+/// A run that is being written, so long that it does not end before it is stopped, however slow this machine is at the moment.
+#[cfg(target_os = "linux")]
+fn long_run(folder: &Path) -> std::process::Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
+    command.args(["simulate", "crank.toml", "--stop", "90000", "--step", "1 ms", "-o", "out.csv"]);
+    let mut run = command.current_dir(folder).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for_writing(&mut run, folder);
+    run
+}
+
+#[cfg(target_os = "linux")]
+fn send(run: &std::process::Child, signal: &str) {
+    assert!(Command::new("kill").arg(format!("-{signal}")).arg(run.id().to_string()).status().unwrap().success());
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn who_is_stopped_leaves_nothing_behind() {
     let folder = with_scene();
-    for signal in ["INT", "TERM", "HUP", "KILL"] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
-        let arguments = ["simulate", "crank.toml", "--stop", "90000", "--step", "1 ms", "-o", "out.csv"];
-        let mut run = command.args(arguments).current_dir(folder.path()).spawn().unwrap();
-        wait_for_writing(&mut run, folder.path());
+    for signal in ["TERM", "HUP", "KILL"] {
+        let mut run = long_run(folder.path());
         let signal = if is_ignored(run.id(), signal) { "KILL" } else { signal };
-        let kill = Command::new("kill").arg(format!("-{signal}")).arg(run.id().to_string()).status().unwrap();
-        assert!(kill.success());
+        send(&run, signal);
         assert!(!run.wait().unwrap().success(), "{signal}");
         assert_eq!(names(folder.path()), ["crank.toml"], "{signal}");
     }
+}
+
+/// Who asks it to end has what was worked out: whole rows, as many as it says.
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_keeps_the_rows() {
+    let folder = with_scene();
+    let run = long_run(folder.path());
+    send(&run, "INT");
+    let output = run.wait_with_output().unwrap();
+    let message = stderr(&output);
+    assert_eq!(code(&output), 130, "{message}");
+    assert_eq!(names(folder.path()), ["crank.toml", "out.csv"]);
+    let table = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    let (rows, columns) = (table.lines().count() - 1, |line: &str| line.split(',').count());
+    assert!(message.contains(&format!("stopped: `out.csv` has the {rows} rows before that")), "{message}");
+    assert!(table.ends_with('\n') && table.lines().all(|line| columns(line) == columns(table.lines().next().unwrap())));
+    assert!(table.lines().skip(1).enumerate().all(|(row, line)| {
+        let time: f64 = line.split(',').next().unwrap().parse().unwrap();
+        (time - 1e-3 * row as f64).abs() < 1e-9
+    }));
 }
 
 #[test]
