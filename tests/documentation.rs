@@ -126,7 +126,10 @@ fn what_is_released_is_tried_and_has_the_runtime_for_browsers() {
             steps.iter().map(|step| job.find(step).unwrap_or_else(|| panic!("{name}: no `{step}`"))).collect();
         assert!(places.is_sorted(), "{name}: {steps:?}");
     };
-    in_order("archives", &["tools/release.sh", "tools/test-release.sh", "upload-artifact", "target/release-files"]);
+    in_order(
+        "archives",
+        &["tools/release.sh", "tools/test-release.sh", "upload-artifact", "path: target/release-files"],
+    );
     in_order(
         "macos",
         &["macos-aarch64", "macos-x86_64", "tools/build-runtimes.sh web", "cp -r target/runtimes", "upload-artifact"],
@@ -141,11 +144,24 @@ fn what_is_released_is_tried_and_has_the_runtime_for_browsers() {
             "upload-artifact",
         ],
     );
-    in_order("publish", &["needs: [archives, macos, wheels]", "download-artifact", "SHA256SUMS", "gh release create"]);
+    for tried in ["artifact: archives", "wheel-windows-x86_64", "wheel-macos-aarch64", "wheel-macos-x86_64"] {
+        in_order("try-wheels", &["needs: [archives, wheels]", tried, "download-artifact", "pip install", "page()"]);
+    }
+    in_order(
+        "publish",
+        &[
+            "needs: [archives, macos, wheels, try-wheels, container]",
+            "if: github.ref_type == 'tag'",
+            "download-artifact",
+            "SHA256SUMS",
+            "attest-build-provenance",
+            "gh release create",
+        ],
+    );
     let script = fs::read_to_string(Path::new(ROOT).join("tools/release.sh")).unwrap();
-    let wheel = script.split_once("wheel() {").unwrap().1.split_once("\n}").unwrap().0;
+    let wheels = script.split_once("\nwheels() {").unwrap().1.split_once("\n}").unwrap().0;
     assert!(
-        wheel.find("cp -r \"$runtimes/web\" python/cotree/runtimes/web").unwrap()
-            < wheel.find("maturin build").unwrap()
+        wheels.find("cp -r \"$runtimes/web\" python/cotree/runtimes/web").unwrap()
+            < wheels.find("maturin build").unwrap()
     );
 }

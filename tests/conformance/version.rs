@@ -15,15 +15,6 @@ const WORKSPACE: &str = r#"
 members = ["fmu", "tools/runtime"]
 resolver = "3"
 
-[workspace.package]
-version = "0.1.1"
-edition = "2024"
-rust-version = "1.95"
-license = "MIT OR Apache-2.0"
-authors = []
-keywords = []
-categories = []
-
 [workspace.lints.rust]
 missing_docs = "warn"
 
@@ -36,11 +27,20 @@ const CHANGE: (&str, &str) = ("fmu/src/program/mod.rs", "// Of the next version.
 /// What comes before the format in the bytes of a runtime.
 const KIND: &str = "a cotree program of format ";
 
+/// What the members have from the workspace, which is of the next version.
+fn package(root: &Path) -> String {
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).expect("a manifest");
+    let (_, rest) = manifest.split_once("[workspace.package]\n").expect("what the members share");
+    let lines = rest.lines().take_while(|line| !line.starts_with('['));
+    let own = lines.map(|line| if line.starts_with("version ") { "version = \"0.1.1\"" } else { line });
+    own.fold("\n[workspace.package]\n".to_owned(), |all, line| all + line + "\n")
+}
+
 /// Builds it, once for unchanged sources; its shared library.
 pub fn other_runtime() -> PathBuf {
     let root = Path::new(ROOT);
     let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("other-version");
-    write(&work.join("Cargo.toml"), WORKSPACE.as_bytes());
+    write(&work.join("Cargo.toml"), (WORKSPACE.to_owned() + &package(root)).as_bytes());
     for part in ["Cargo.lock", "fmu/Cargo.toml", "fmu/build.rs", "fmu/src", "tools/runtime"] {
         copy(root, &work, Path::new(part));
     }
