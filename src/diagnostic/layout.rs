@@ -242,7 +242,8 @@ mod tests {
         };
         let labels = labels.iter().map(|(part, text)| Label { span: place(part), text: (*text).to_owned() }).collect();
         let source = Source::new("a.toml", text);
-        let fault = Shown { is_error: true, code: "scene::unknown_key", message, help: "do it", source: &source, labels };
+        let fault =
+            Shown { is_error: true, code: "scene::unknown_key", message, help: "do it", source: &source, labels };
         let mut out = String::new();
         Terminal { colour, width: 40 }.show(&mut out, &fault);
         out
