@@ -8,6 +8,9 @@ use cotree::scene::{Body, Joint, Load, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 
+use crate::support::random::Random;
+use crate::support::run::{started, value};
+
 const STOP: f64 = 4.0;
 
 fn heavy_slider(preset: Option<&str>) -> Scene {
@@ -205,4 +208,77 @@ fn what_rests_takes_few_steps() {
     instance.step_to(STOP).expect("regular");
     let error = difference(&values(&mut instance), &lifted(2.5, 0.0, STOP - 3.5));
     assert!(error < 1e-7, "{error:e}");
+}
+
+/// A ladder of parallelograms on a line in this direction, with couplers of these lengths and cranks of 1 kg and this length.
+fn ladder(couplers: &[f64], direction: f64, crank: f64) -> String {
+    let half = 0.5 * crank;
+    let mut text = "name = \"ladder\"\ngravity = [0, -9.81]\n[ground.points]\np0 = [0, 0]\n".to_owned();
+    let mut along = 0.0;
+    for (index, length) in couplers.iter().enumerate() {
+        along += length;
+        let [x, y] = [along * direction.cos(), along * direction.sin()];
+        text += &format!("p{} = [{x:?}, {y:?}]\n", index + 1);
+    }
+    for index in 0..=couplers.len() {
+        text += &format!(
+            "[bodies.c{index}]\nmass = 1\ninertia = {:?}\npoints = {{ b = [{:?}, 0], t = [{half:?}, 0] }}\n\
+             [joints.g{index}]\ntype = \"revolute\"\nbetween = [\"ground.p{index}\", \"c{index}.b\"]\n",
+            crank * crank / 12.0,
+            -half
+        );
+    }
+    let mut initial = "[initial]\n\"c0.angle\" = 1.0\n\"c0.omega\" = 18\n".to_owned();
+    for (before, length) in couplers.iter().enumerate() {
+        let (index, end) = (before + 1, 0.5 * length);
+        text += &format!(
+            "[bodies.k{index}]\nmass = 1\ninertia = {end:?}\npoints = {{ l = [{:?}, 0], r = [{end:?}, 0] }}\n\
+             [joints.l{index}]\ntype = \"revolute\"\nbetween = [\"c{before}.t\", \"k{index}.l\"]\n\
+             [joints.r{index}]\ntype = \"revolute\"\nbetween = [\"k{index}.r\", \"c{index}.t\"]\n",
+            -end
+        );
+        initial +=
+            &format!("\"c{index}.angle\" = {{ guess = 1.0 }}\n\"k{index}.angle\" = {{ guess = {direction:?} }}\n");
+    }
+    let last = couplers.len();
+    text + &initial
+        + &format!(
+            "[outputs]\nvariables = [\"c0.angle\", \"c0.omega\", \"c{last}.angle\", \"k{last}.angle\"]\n[experiment]\nstop = 1\n"
+        )
+}
+
+/// Where all bars of a ladder lie on a line that is nearly upright or nearly level, the loop equations of a coupler that is short beside the ladder are small, and depend on each other no more than
+/// those of a long one: the ladder goes on as parallelograms, which is one equation of the energy.
+#[test]
+fn ladders_with_short_couplers_pass_their_change_points() {
+    let mut random = Random(31);
+    for case in 0..8 {
+        let loops = 8 + 12 * case / 7;
+        let couplers: Vec<f64> = (0..loops).map(|_| random.number(0.08, 2.0)).collect();
+        let direction = [-1.42, -0.13, 1.7, 3.0][case % 4] + random.number(-0.1, 0.1);
+        let crank = random.number(0.03, 0.1);
+        let model = model(&Scene::from_toml(&ladder(&couplers, direction, crank)).expect("a scene"));
+        for tolerance in [1e-4, 1e-8] {
+            let mut instance = started(&model, None, 1.0, tolerance);
+            let (cranks, rods) = (loops as f64 + 1.0, loops as f64);
+            let energy = |angle: f64, omega: f64| {
+                let inertia = cranks * crank * crank / 3.0 + rods * crank * crank;
+                0.5 * inertia * omega * omega + 9.81 * crank * (0.5 * cranks + rods) * angle.sin()
+            };
+            for time in [0.1, 0.5, 1.0] {
+                instance
+                    .step_to(time)
+                    .unwrap_or_else(|failure| panic!("{loops} {direction} {crank} {tolerance}: {failure}"));
+                let [crank_name, rod] = ["c", "k"].map(|word| format!("{word}{loops}.angle"));
+                let names = ["c0.angle", "c0.omega", &crank_name, &rod];
+                let [first, omega, last, coupler] = names.map(|name| value(&mut instance, name));
+                let apart = (last - first).abs().max((coupler - direction).abs());
+                let share = energy(first, omega) / energy(1.0, 18.0) - 1.0;
+                assert!(
+                    apart < 1e-6 && share.abs() < 100.0 * tolerance,
+                    "{loops} {direction} {crank} {tolerance} at {time}: {apart} {share}"
+                );
+            }
+        }
+    }
 }

@@ -17,6 +17,7 @@ use crate::linalg::least_squares::Equations;
 use crate::machine::Machine;
 use crate::math;
 use crate::model::{Model, State};
+use crate::singular::detect::open_poses;
 
 /// At the pose less than this share of a loop equation is new if it depends on the others. A pose that is known to 1e-3 is off by the root of that in what is
 /// new: the larger shares are for those.
@@ -54,7 +55,7 @@ impl Crossing {
     pub fn of(model: &Model, state: &State) -> Option<Self> {
         let mut study = Study::new(model, imposed(model, state));
         let (rows, drives) = (study.rows(state), study.drives(state));
-        let mut found = independent(model, &rows)?;
+        let mut found = independent(model, &rows, &study.sizes(&rows, state))?;
         if is_driven(&drives) {
             found = study.solve(rows, &drives, &found.independent)?;
         }
@@ -70,12 +71,15 @@ impl Crossing {
     }
 }
 
-/// Rows solved where they do not depend on those before them.
-fn independent(model: &Model, rows: &[EntryList]) -> Option<Elimination> {
-    let norm = |entries: &[(usize, f64)]| entries.iter().map(|(_, value)| value * value).sum::<f64>().sqrt();
+fn norm(entries: &[(usize, f64)]) -> f64 {
+    entries.iter().map(|(_, value)| value * value).sum::<f64>().sqrt()
+}
+
+/// Rows solved where they do not depend on those before them. What is new in a row is compared with its size in other poses: a row of rounding errors is no direction, and that of a link much shorter than
+/// the mechanism is one.
+fn independent(model: &Model, rows: &[EntryList], sizes: &[f64]) -> Option<Elimination> {
     let n = model.coordinates();
-    // Rows are of natural size 1, so that a row of rounding errors is not a direction.
-    let of = |new: f64| Elimination::new(rows, [n, n + 1], |row, rest| norm(rest) <= new * norm(&rows[row]).max(1.0));
+    let of = |new: f64| Elimination::new(rows, [n, n + 1], |row, rest| norm(rest) <= new * sizes[row]);
     NEW.iter().try_fold(None, |found: Option<Elimination>, new| match found {
         Some(found) if !found.dependent.is_empty() => Some(Some(found)),
         _ => of(*new).map(Some),
@@ -289,6 +293,21 @@ impl<'a> Study<'a> {
         entries.iter().for_each(|&(row, column, value)| rows[row].push((column, value)));
         rows.iter_mut().for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
         rows
+    }
+
+    /// How large each row is where it is largest, in this pose and in others.
+    fn sizes(&mut self, rows: &[EntryList], state: &State) -> Vec<f64> {
+        let mut sizes: Vec<f64> = rows.iter().map(|row| norm(row)).collect();
+        for pose in open_poses(self.model, state) {
+            // A law may have no value there.
+            let others = self
+                .rows(&pose)
+                .into_iter()
+                .map(|row| norm(&row))
+                .map(|size| if size.is_finite() { size } else { 0.0 });
+            sizes.iter_mut().zip(others).for_each(|(size, other)| *size = math::maximum(*size, other));
+        }
+        sizes
     }
 
     /// How fast drivers open the loop equations at a state.

@@ -268,7 +268,7 @@ fn distance(model: &Model, (imposed, rows): (&[usize], &[SparseRow])) -> Option<
 }
 
 /// Poses around a state, whose loops are open.
-fn open_poses(model: &Model, state: &State) -> impl Iterator<Item = State> {
+pub(super) fn open_poses(model: &Model, state: &State) -> impl Iterator<Item = State> {
     let mut random = Random::new(3);
     (0..POSES).map(move |_| {
         let mut pose = state.clone();
