@@ -165,6 +165,36 @@ fn a_follower_on_a_spring_lifts_off_and_lands() {
     }
 }
 
+/// Nobody says where the follower is: then it is where the same cam has it that holds both ways, moves with it, and goes on from there.
+#[test]
+fn a_follower_without_a_place_starts_on_its_cam() {
+    let unplaced = |angle: &str| {
+        let text = lifter(20.0, 0.3).replace("angle = \"20*t\"", &format!("angle = \"{angle}\""));
+        text.lines().filter(|line| !line.starts_with("\"guide.")).fold(String::new(), |all, line| all + line + "\n")
+    };
+    for angle in ["20*t", "20*t + 1", "20*t - 2"] {
+        let text = unplaced(angle);
+        let both_ways: String = text
+            .lines()
+            .filter(|line| !line.starts_with("unilateral"))
+            .fold(String::new(), |all, line| all + line + "\n");
+        for engine in [Engine::Taylor, Engine::Dop853, Engine::Radau] {
+            let mut runs = [&text, &both_ways].map(|text| started(&model(text), Some(engine), 1.0, 1e-10));
+            for time in [0.0, 0.01, 0.1] {
+                let found = runs.each_mut().map(|run| {
+                    if time > 0.0 {
+                        run.step_to(time).unwrap();
+                    }
+                    ["guide.s", "guide.v", "contact.fn"].map(|name| value(run, name))
+                });
+                for (own, (other, size)) in found[0].into_iter().zip(found[1].into_iter().zip([0.01, 1.0, 100.0])) {
+                    assert!((own - other).abs() < 1e-7 * size, "{angle} {engine:?} at {time} s: {found:?}");
+                }
+            }
+        }
+    }
+}
+
 /// Random cams of all kinds, whose followers a force or a torque presses that ceases in time: up to where the same cam that holds both ways begins to pull, both move alike; there the follower is let go.
 #[test]
 fn followers_of_all_kinds_lift_off_where_they_would_be_pulled() {

@@ -19,6 +19,10 @@ pub enum CoupledChord {
     Torque([RNode; 2], Expr),
 }
 
+/// The points of a rope, a ring or a removed rod may coincide, where their distance has no derivative. This is added to its square \[m2\]: a distance of more than 1e-12 m keeps all its digits, and
+/// where it has no direction it is 1e-20 m, without a rate.
+const COINCIDENT: f64 = 1e-40;
+
 /// Value, rate and acceleration of a scalar across variable.
 type ScalarMotion = (Expr, LinearForm<Scalar>, LinearForm<Scalar>);
 
@@ -41,8 +45,9 @@ fn relation(
     let held = coupling.terms.first()?.port.held();
     let (mut value, mut velocity, mut acceleration) = (coupling.offset, LinearForm::default(), LinearForm::default());
     let mut coupled = Vec::new();
+    let may_open = system.element(element).closed.is_some();
     for term in &coupling.terms {
-        let ((position, rate, second), chord) = across(system, kinematics, term.port, term.factor);
+        let ((position, rate, second), chord) = across(system, kinematics, (term.port, term.factor), may_open);
         let arena = &mut system.arena;
         let minus = arena.negate(term.factor);
         value = arena.add_product(value, minus, position);
@@ -58,7 +63,7 @@ fn relation(
 pub(super) fn along(system: &mut System, kinematics: &Kinematics, terms: &[CouplingTerm], order: Order) -> Expr {
     let mut total = Expr::ZERO;
     for term in terms {
-        let ((position, rate, second), _) = across(system, kinematics, term.port, term.factor);
+        let ((position, rate, second), _) = across(system, kinematics, (term.port, term.factor), true);
         let arena = &mut system.arena;
         let of = |arena: &mut Arena, form: &LinearForm<Scalar>| {
             form.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena)
@@ -98,8 +103,13 @@ impl Constraint {
     }
 }
 
-/// The across variable of a port, and the chord that carries factor x reaction.
-fn across(system: &mut System, kinematics: &Kinematics, port: Port, factor: Expr) -> (ScalarMotion, CoupledChord) {
+/// The across variable of a port, and the chord that carries factor x reaction. Points whose relation `may_open` may coincide.
+fn across(
+    system: &mut System,
+    kinematics: &Kinematics,
+    (port, factor): (Port, Expr),
+    may_open: bool,
+) -> (ScalarMotion, CoupledChord) {
     match port {
         Port::Angle(ends) => {
             let arena = &mut system.arena;
@@ -123,13 +133,13 @@ fn across(system: &mut System, kinematics: &Kinematics, port: Port, factor: Expr
         }
         Port::Length(ends) => {
             let gap = kinematics.across(&mut system.arena, ends);
-            let (motion, unit) = length(system, kinematics, &gap);
+            let (motion, unit) = length(system, kinematics, (&gap, may_open));
             let vector = unit.scaled(&mut system.arena, factor);
             (motion, CoupledChord::Force(ends, vector, None))
         }
         Port::Heading(ends) => {
             let gap = kinematics.across(&mut system.arena, ends);
-            let (motion, across) = heading(system, kinematics, &gap);
+            let (motion, across) = heading(system, kinematics, (&gap, may_open));
             let vector = across.scaled(&mut system.arena, factor);
             (motion, CoupledChord::Force(ends, vector, None))
         }
@@ -149,11 +159,22 @@ fn on_curve(arena: &mut Arena, kinematics: &Kinematics, ends: [RNode; 2], curve:
     ((value, rate, acceleration), slope)
 }
 
+/// The square of a distance.
+fn square(arena: &mut Arena, kinematics: &Kinematics, (gap, may_open): (&PointMotion, bool)) -> Expr {
+    let square = gap.position.dot(arena, &gap.position).total(arena, &kinematics.frames);
+    let least = arena.constant(if may_open { COINCIDENT } else { 0.0 });
+    arena.add(square, least)
+}
+
 /// |r| with its derivatives v.e and a.e + (v.v - (v.e)^2)/|r|, and the unit vector e = r/|r|.
-fn length(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (ScalarMotion, Vector) {
+fn length(
+    system: &mut System,
+    kinematics: &Kinematics,
+    (gap, may_open): (&PointMotion, bool),
+) -> (ScalarMotion, Vector) {
     let speeds = [Vector::x(), Vector::y()].map(|axis| kinematics.component(system, &gap.velocity, &axis));
     let arena = &mut system.arena;
-    let square = gap.position.dot(arena, &gap.position).total(arena, &kinematics.frames);
+    let square = square(arena, kinematics, (gap, may_open));
     let length = arena.unary(Unary::Sqrt, square);
     let inverse = arena.divide(Expr::ONE, length);
     let unit = gap.position.scaled(arena, inverse);
@@ -169,14 +190,18 @@ fn length(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (S
 }
 
 /// The direction angle of r with its derivatives v.t/|r| and (a.t - 2 (v.e) (v.t)/|r|)/|r|, and t/|r|: e = r/|r|, and t = k x e.
-fn heading(system: &mut System, kinematics: &Kinematics, gap: &PointMotion) -> (ScalarMotion, Vector) {
+fn heading(
+    system: &mut System,
+    kinematics: &Kinematics,
+    (gap, may_open): (&PointMotion, bool),
+) -> (ScalarMotion, Vector) {
     let [x, y] = [Vector::x(), Vector::y()].map(|axis| {
         let arena = &mut system.arena;
         gap.position.dot(arena, &axis).total(arena, &kinematics.frames)
     });
     let arena = &mut system.arena;
     let angle = arena.binary(Binary::Atan2, y, x);
-    let square = gap.position.dot(arena, &gap.position).total(arena, &kinematics.frames);
+    let square = square(arena, kinematics, (gap, may_open));
     let inverse = arena.divide(Expr::ONE, square);
     let across = gap.position.turned(arena).scaled(arena, inverse);
     let rate = gap.velocity.map(arena, |arena, v| v.dot(arena, &across));

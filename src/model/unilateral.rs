@@ -5,7 +5,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{Formula, KeyValue, Mechanism, Owner, Parameter, ParameterId, Pressed, Quantity, Slip, Unit};
+use super::{
+    BodyId, Formula, Initial, KeyValue, Mechanism, Owner, Parameter, ParameterId, Part, Pressed, Quantity, Slip, Unit,
+};
 use crate::diagnostic::Span;
 use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH};
 
@@ -119,20 +121,48 @@ impl Mechanism {
                     if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
                 let is_angular = part.component().variables.contains(&Quantity::AngularImpulse);
                 let measure = if is_angular { ANGULAR_IMPULSE } else { IMPULSE };
-                all.push((part.owner, name, held, Unit::of(&measure, None), part.span));
+                let begins = f64::from(u8::from(self.begins_on_its_cam(part)));
+                all.push((part.owner, name, (held, begins), Unit::of(&measure, None), part.span));
             }
         }
-        for (owner, name, mut held, unit, span) in all {
-            let mut hold = |word: &str, unit: Unit| self.hold(format!("{name}.{word}"), 0.0, unit, span);
-            let (closed, impulse) = (hold("closed", Unit::default()), hold("impulse", unit));
+        for (owner, name, (mut held, begins), unit, span) in all {
+            let mut hold = |word: &str, value: f64, unit: Unit| self.hold(format!("{name}.{word}"), value, unit, span);
+            let (closed, impulse) = (hold("closed", begins, Unit::default()), hold("impulse", 0.0, unit));
             if held.of_rate {
                 // Sign x the value at which it was caught.
-                let caught = hold("caught", Unit::of(&ANGLE, None));
+                let caught = hold("caught", 0.0, Unit::of(&ANGLE, None));
                 held.bound = Formula::Number(held.sign) * Formula::Parameter(caught);
             }
             self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip: None, span });
         }
         self.add_slips();
+    }
+
+    /// True for a cam whose follower starts where the cam has it: `[initial]` mentions neither the follower nor what joints connect it to without the ground and the cam.
+    fn begins_on_its_cam(&self, part: &Part) -> bool {
+        if part.component().name != "cam" {
+            return false;
+        }
+        let [cam, follower] = part.bodies();
+        let mut reached: Vec<BodyId> = follower.into_iter().collect();
+        let mut next = 0;
+        while let Some(&body) = reached.get(next) {
+            next += 1;
+            let joints = self.joints.iter().filter(|joint| joint.owner != part.owner);
+            let beside = joints.filter(|joint| joint.bodies().contains(&Some(body))).flat_map(Part::bodies);
+            for other in beside.flatten().filter(|other| Some(*other) != cam) {
+                if !reached.contains(&other) {
+                    reached.push(other);
+                }
+            }
+        }
+        let is_reached = |body: Option<BodyId>| body.is_some_and(|body| reached.contains(&body));
+        let is_given = |initial: &Initial| match initial.variable.owner {
+            Owner::Place(place) => is_reached(place.body()),
+            Owner::Joint(joint) => self.joints[joint.0].bodies().into_iter().any(is_reached),
+            Owner::Driver(_) | Owner::Load(_) | Owner::System => true,
+        };
+        !self.initial.iter().any(is_given)
     }
 
     /// Adds what sticks and slips, with the held values of each: whether it sticks, the impulse of the last impact, where it sticks, in which direction it slips, and the signs of what presses.
