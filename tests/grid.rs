@@ -498,6 +498,14 @@ fn pairs_of_features_are_answered_or_refused() {
     meet(&sample, "pairs, a sample");
 }
 
+/// Pairs that change modes without end where what they hold together is not shared.
+#[test]
+fn pairs_that_hold_one_motion_together_end() {
+    let place = |name: &str| FEATURES.iter().position(|own| own.0 == name).expect("a feature");
+    let pairs = [["limit", "limits of an angle"], ["limit", "contact"], ["friction of a pin", "contact with friction"]];
+    meet(&pairs.map(|pair| pair.map(place)), "pairs that hold one motion");
+}
+
 #[test]
 #[ignore = "minutes: .ci/nightly"]
 fn all_pairs_of_features_are_answered_or_refused() {
