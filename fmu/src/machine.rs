@@ -1,5 +1,6 @@
 //! The register file on which a model's tapes run.
 
+use crate::events::times;
 use crate::linalg::lane::Lane;
 use crate::model::{Model, State, motion};
 use crate::tape::{FEW_REGISTERS, Tape};
@@ -9,12 +10,19 @@ pub(crate) const ROUNDING: f64 = 1e-12;
 /// Rounding errors that large numbers leave where they cancel, as a share of them: accelerations and reactions, impulses, gaps, and rates that loops hold.
 pub(crate) const CANCELLED: f64 = 1e-9;
 
+/// All times.
+pub(crate) const EVER: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// A register file with the constants of one model in it. Allocated once; nothing allocates afterwards.
 #[derive(Clone, Debug)]
 pub struct Machine {
     registers: Vec<f64>,
     /// Has the parameter stage run for the parameters in the registers?
     staged: bool,
+    /// Signals are those within this span, whichever time is wanted: that of a step between two jumps of laws.
+    span: [f64; 2],
+    /// Comparisons of laws that change over at a time known beforehand: their indices among the results of the laws.
+    time_switches: Vec<usize>,
 }
 
 impl Machine {
@@ -24,7 +32,8 @@ impl Machine {
         let mut registers = vec![0.0; FEW_REGISTERS.max(program.registers as usize)];
         let first = model.layout().constants();
         registers[first..first + program.constants.len()].copy_from_slice(&program.constants);
-        Self { registers, staged: false }
+        let time_switches = times::of_laws(program, model.layout());
+        Self { registers, staged: false, span: EVER, time_switches }
     }
 
     /// Brings a state into the registers, and the parameter stage up to date.
@@ -47,7 +56,22 @@ impl Machine {
 
     /// Brings time, inputs and followers into the registers, continued from `origin`.
     pub fn load_signals(&mut self, model: &Model, origin: &State, time: f64) {
-        model.advance_signals(origin, time, &mut self.registers);
+        let [from, to] = self.span;
+        let time = if time < from { from } else { time };
+        model.advance_signals(origin, if time > to { to } else { time }, &mut self.registers);
+    }
+
+    /// From now on signals are those within a span of time.
+    pub fn confine(&mut self, span: [f64; 2]) {
+        self.span = span;
+    }
+
+    /// Looks at the comparisons of laws that change over at a time known beforehand, given by their indices among the results of the laws.
+    pub(crate) fn with_time_switches<T>(&mut self, look: impl FnOnce(&mut Self, &[usize]) -> T) -> T {
+        let switches = std::mem::take(&mut self.time_switches);
+        let found = look(self, &switches);
+        self.time_switches = switches;
+        found
     }
 
     /// Brings q and v into the registers.

@@ -66,6 +66,13 @@ impl Equations {
         (0..count).filter_map(|index| Some((index, self.level(index)?))).collect()
     }
 
+    /// The friction limits that the scene gives as laws, by themselves.
+    pub fn level_laws(&mut self) -> Vec<Expr> {
+        let mechanism = self.system.mechanism.clone();
+        let limits = mechanism.unilaterals.iter().filter_map(|own| own.slip.as_ref());
+        limits.map(|slip| self.formula(&slip.law.coulomb)).collect()
+    }
+
     fn level(&mut self, index: usize) -> Option<Level> {
         let mechanism = self.system.mechanism.clone();
         let own = &mechanism.unilaterals[index];

@@ -161,7 +161,9 @@ pub fn program(
     }
     moving.indicators = motion_indicators(equations, &moving.solved);
     let laws = if driven { equations.states.clone() } else { equations.law_values() };
-    let values = [laws, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
+    // A friction limit is a law as a load is; what presses is none of the scene.
+    let levels = if driven { Vec::new() } else { equations.level_laws() };
+    let values = [laws, levels, kernels.gamma.clone(), kernels.constraint_rate.clone()].concat();
     moving.laws = steep(&mut equations.system.arena, &values);
     if !driven {
         moving.read_the_motion(equations);

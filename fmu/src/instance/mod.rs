@@ -164,7 +164,7 @@ impl Instance {
         self.now.run.take_passages(time)
     }
 
-    /// That rounding errors are larger than the tolerance, or that a singular pose was passed as if branches met that do not; reported once. What
+    /// That rounding errors are larger than the tolerance or decide a comparison, or that a singular pose was passed as if branches met that do not; reported once. What
     /// is reported of a passage here is not reported by [`Instance::take_passages`] any more.
     pub fn take_inaccuracy(&mut self) -> Option<Inaccuracy> {
         let inexact = self.now.run.take_inexact_passages(self.now.state.time());
@@ -715,7 +715,7 @@ impl Instance {
         self.behind = false;
         self.origin = None;
         self.stepper.forget();
-        *self.stepper.accuracy() = Accuracy::default();
+        *self.stepper.accuracy() = Accuracy::new(&self.model);
         self.watch = Watch::default();
     }
 

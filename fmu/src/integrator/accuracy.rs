@@ -7,6 +7,7 @@
 use std::fmt;
 
 use crate::context::Context;
+use crate::events::together::Comparisons;
 use crate::failure::number;
 use crate::model::Model;
 use crate::motion::Passage;
@@ -30,6 +31,13 @@ pub enum Inaccuracy {
         /// The coordinate whose acceleration it is.
         coordinate: Option<String>,
     },
+    /// The sides of a comparison stay equal to within rounding errors, which decide how the mechanism accelerates.
+    Comparison {
+        /// Since when \[s\].
+        time: f64,
+        /// The coordinate that the comparison accelerates most.
+        coordinate: String,
+    },
     /// A singular pose was passed as if branches met in it that only almost do.
     Passage(Passage),
 }
@@ -43,6 +51,9 @@ impl Inaccuracy {
     pub fn help(&self) -> &'static str {
         match self {
             Self::Rounding { .. } => Self::ROUNDING,
+            Self::Comparison { .. } => {
+                "compare with a margin, such as `if(a < b + 1e-6, ...)`, or write a law that does not jump where both sides are equal"
+            }
             Self::Passage(_) => "make the lengths exact, or more different",
         }
     }
@@ -53,6 +64,13 @@ impl fmt::Display for Inaccuracy {
         let (time, attainable, tolerance, coordinate) = match self {
             Self::Rounding { time, attainable, tolerance, coordinate } => (time, attainable, tolerance, coordinate),
             Self::Passage(passage) => return passage.fmt(formatter),
+            Self::Comparison { time, coordinate } => {
+                return write!(
+                    formatter,
+                    "from t = {} s on both sides of a comparison stay equal to within rounding errors, which decide the acceleration of `{coordinate}`",
+                    number(*time)
+                );
+            }
         };
         let coordinate = coordinate.as_ref().map(|name| format!(" of `{name}`")).unwrap_or_default();
         write!(
@@ -96,9 +114,20 @@ pub(crate) struct Accuracy {
     /// The first pose since the last report that was passed as if branches met.
     passage: Option<Passage>,
     steps: u32,
+    comparisons: Comparisons,
 }
 
 impl Accuracy {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        Self { comparisons: Comparisons::new(model), ..Self::default() }
+    }
+
+    /// The motion goes on from elsewhere.
+    pub fn forget_steps(&mut self) {
+        self.comparisons.forget();
+    }
+
     /// The largest attainable accuracy so far; 0 if nothing limits it.
     pub fn attainable(&self) -> f64 {
         self.attainable
@@ -107,7 +136,11 @@ impl Accuracy {
     /// What is to be reported, once.
     pub fn take(&mut self, model: &Model) -> Option<Inaccuracy> {
         let Some((time, [attainable, tolerance], index)) = self.found.take() else {
-            return self.passage.take().map(Inaccuracy::Passage);
+            let name = |index: usize| model.program().coordinates[index].name.clone();
+            let comparison = || {
+                self.comparisons.take().map(|(time, index)| Inaccuracy::Comparison { time, coordinate: name(index) })
+            };
+            return self.passage.take().map(Inaccuracy::Passage).or_else(comparison);
         };
         self.reported = true;
         let coordinate = index.map(|index| model.program().coordinates[index].name.clone());
@@ -121,7 +154,7 @@ impl Accuracy {
         }
     }
 
-    /// Counts a step, and measures where it ends if it is time.
+    /// Counts a step, looks at the comparisons of laws where it ends, and measures where it ends if it is time.
     /// `amplification` says how many times rounding errors are multiplied there, and in which coordinate most.
     pub fn note(
         &mut self,
@@ -129,6 +162,7 @@ impl Accuracy {
         run: &Run,
         amplification: impl FnOnce(&mut Context, &Run) -> Option<(f64, Option<usize>)>,
     ) {
+        self.comparisons.note(context, run);
         let due = self.steps.is_multiple_of(EVERY);
         self.steps = self.steps.wrapping_add(1);
         let found = if due { amplification(context, run) } else { None };

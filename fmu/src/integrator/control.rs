@@ -3,9 +3,10 @@
 use crate::constraints::domains::outside_soon;
 use crate::constraints::projection::largest_gap;
 use crate::context::{Context, Settings};
-use crate::events::{Objection, Overlooked};
+use crate::events::{Objection, Overlooked, times};
 use crate::failure::Failure;
 use crate::integrator::range::Range;
+use crate::machine::EVER;
 use crate::model::Model;
 use crate::motion::Run;
 use crate::motion::last_step::LONGEST;
@@ -16,7 +17,7 @@ pub(crate) const STRETCH: f64 = 1.01;
 /// Shortest step, in units of the spacing of floating-point times.
 const SHORTEST: f64 = 16.0;
 /// Times nearer to zero than this are spaced as if they were there \[s\].
-const EARLY: f64 = 1e-6;
+pub(crate) const EARLY: f64 = 1e-6;
 
 /// What rounding errors open loops by in a step at most, in units of the scales.
 const ROUNDING: f64 = 1e-10;
@@ -87,7 +88,7 @@ pub(crate) trait Method {
     fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Self::Step) -> Trial;
 
     /// The step is to be tried with another length.
-    fn shorten(&mut self, context: &Context, run: &mut Run, step: &mut Self::Step, h: f64);
+    fn shorten(&mut self, context: &mut Context, run: &mut Run, step: &mut Self::Step, h: f64);
 
     /// No length does that is long enough, because of this.
     fn give_up(&mut self, context: &mut Context, run: &Run, cause: Option<Failure>) -> Result<Progress, Failure>;
@@ -138,31 +139,41 @@ pub(crate) struct Attempt {
     natural: f64,
     /// Does the step end at a limit? A step cut short is no evidence against the natural length.
     limited: bool,
+    /// The laws of the step are those of the times within this span: after a jump where it begins, before one where it ends.
+    span: [f64; 2],
     /// How long after the step a law is steep that an attempt has overlooked.
     until_steep: f64,
 }
 
 impl Attempt {
-    fn new(context: &Context, run: &Run, horizon: Horizon) -> Self {
+    fn new(context: &mut Context, run: &Run, horizon: Horizon, begin: f64) -> Self {
         let step = Self {
             end: run.last.end_time,
             horizon,
             rejected: false,
             natural: run.last.natural,
             limited: false,
+            span: [begin, f64::INFINITY],
             until_steep: f64::INFINITY,
         };
         step.with(context, run, run.last.natural)
     }
 
     /// This attempt with another length. A step that ends before a law gets steep is not stretched into it.
-    fn with(self, context: &Context, run: &Run, natural: f64) -> Self {
+    fn with(self, context: &mut Context, run: &Run, natural: f64) -> Self {
         let (time, limit) = (run.last.end_time, self.horizon.limit);
         let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
         let natural = within(natural, shortest(time), longest);
         let stretch = if self.until_steep.is_finite() { 1.0 } else { STRETCH };
-        let limited = time + stretch * natural >= limit;
-        Self { end: if limited { limit } else { time + natural }, natural, limited, ..self }
+        let [begin, _] = self.span;
+        let furthest = limit.min(time + stretch * natural);
+        if let Some([before, end]) = times::ahead(context.model, context.machine, &run.signals.origin, [time, furthest])
+        {
+            return Self { end, natural, limited: true, span: [begin, before], ..self };
+        }
+        let limited = furthest >= limit;
+        let end = if limited { limit } else { time + natural };
+        Self { end, natural, limited, span: [begin, f64::INFINITY], ..self }
     }
 
     /// True if the step goes beyond the communication point that is wanted.
@@ -221,8 +232,19 @@ pub(crate) trait Integrator {
     /// How close loop equations come to the others.
     fn range(&self) -> &Range;
 
+    /// A law jumps where the next step begins: what is known of the motion before that does not hold after it.
+    fn cross_jump(&mut self);
+
     /// Does another method, which passes singular poses, take over as soon as one may be near?
     fn yields(settings: &Settings) -> bool;
+}
+
+/// Does something while laws are those of the times within a span.
+fn confined<T>(context: &mut Context, span: [f64; 2], what: impl FnOnce(&mut Context) -> T) -> T {
+    context.machine.confine(span);
+    let done = what(context);
+    context.machine.confine(EVER);
+    done
 }
 
 impl<M: Integrator> Method for M {
@@ -234,18 +256,24 @@ impl<M: Integrator> Method for M {
         if run.begins_at_pose() {
             return Ok(Proposal::Nothing(Progress::Declined));
         }
-        self.begin(context, run)?;
+        let jump = times::at_start(context.model, context.machine, &run.signals.origin, run.last.end_time);
+        if jump.is_some() {
+            self.cross_jump();
+            run.last.natural = 0.0;
+        }
+        let begin = jump.unwrap_or(f64::NEG_INFINITY);
+        confined(context, [begin, f64::INFINITY], |context| self.begin(context, run))?;
         if run.singular.is_close(self.range().start()) && is_refused(context, run) {
             return Ok(Proposal::Nothing(Progress::Declined));
         }
-        Ok(Proposal::Step(Attempt::new(context, run, horizon)))
+        Ok(Proposal::Step(Attempt::new(context, run, horizon, begin)))
     }
 
     fn attempt(&mut self, context: &mut Context, run: &mut Run, step: &mut Attempt) -> Trial {
-        self.try_step(context, run, step)
+        confined(context, step.span, |context| self.try_step(context, run, step))
     }
 
-    fn shorten(&mut self, context: &Context, run: &mut Run, step: &mut Attempt, h: f64) {
+    fn shorten(&mut self, context: &mut Context, run: &mut Run, step: &mut Attempt, h: f64) {
         run.last.natural = h;
         *step = Attempt { rejected: true, ..step.with(context, run, h) };
     }

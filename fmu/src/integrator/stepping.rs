@@ -85,7 +85,7 @@ impl Stepper {
             work,
             statistics: Statistics::default(),
             masses: Masses::new(model),
-            accuracy: Accuracy::default(),
+            accuracy: Accuracy::new(model),
         }
     }
 
@@ -108,6 +108,7 @@ impl Stepper {
 
     /// To be called when the continuation was replaced by another one.
     pub fn forget(&mut self) {
+        self.accuracy.forget_steps();
         self.explicit.forget();
         self.implicit.forget();
         if let Some(taylor) = &mut self.taylor {

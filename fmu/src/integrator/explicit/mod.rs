@@ -85,6 +85,10 @@ impl Integrator for Explicit {
         &self.range
     }
 
+    fn cross_jump(&mut self) {
+        self.known = false;
+    }
+
     fn yields(_: &Settings) -> bool {
         false
     }

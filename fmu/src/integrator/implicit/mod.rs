@@ -120,6 +120,11 @@ impl Integrator for Implicit {
         &self.range
     }
 
+    fn cross_jump(&mut self) {
+        self.forget();
+        (self.memory.anchored, self.memory.step) = (false, 0.0);
+    }
+
     fn yields(settings: &Settings) -> bool {
         settings.engine == Engine::Taylor
     }

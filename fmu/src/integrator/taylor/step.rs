@@ -37,7 +37,7 @@ impl Method for Taylor {
         self.try_step(context, run, step)
     }
 
-    fn shorten(&mut self, _: &Context, _: &mut Run, step: &mut Step, h: f64) {
+    fn shorten(&mut self, _: &mut Context, _: &mut Run, step: &mut Step, h: f64) {
         step.h = h;
     }
 
