@@ -66,10 +66,10 @@ impl Machine {
         self.span = span;
     }
 
-    /// Looks at the comparisons of laws that change over at a time known beforehand, given by their indices among the results of the laws.
-    pub(crate) fn with_time_switches<T>(&mut self, look: impl FnOnce(&mut Self, &[usize]) -> T) -> T {
+    /// Visits the comparisons of laws that change over at a time known beforehand, given by their indices among the results of the laws.
+    pub(crate) fn with_time_switches<T>(&mut self, visit: impl FnOnce(&mut Self, &[usize]) -> T) -> T {
         let switches = std::mem::take(&mut self.time_switches);
-        let found = look(self, &switches);
+        let found = visit(self, &switches);
         self.time_switches = switches;
         found
     }
