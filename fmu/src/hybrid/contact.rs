@@ -64,7 +64,7 @@ pub(crate) struct ContactValues {
     /// The tolerance of the motion.
     tolerance: f64,
     /// True if what is held in the present mode is held twice.
-    twice: bool,
+    pub(super) twice: bool,
     /// How often accelerations have been found or an impact tried.
     pub trials: u64,
     /// Who touches; who has been found to open, or to slip.
@@ -73,6 +73,10 @@ pub(crate) struct ContactValues {
     dead: Vec<bool>,
     /// Who touches, while only some of them collide.
     touching: Vec<bool>,
+    /// True for open contacts whose gaps others keep at zero (see [`super::redundant`]).
+    pub redundant: Vec<bool>,
+    /// Accelerations to compare others with.
+    pub(super) reference: Vec<f64>,
 }
 
 impl ContactValues {
@@ -108,6 +112,8 @@ impl ContactValues {
             leaves: vec![false; count],
             dead: vec![false; count],
             touching: vec![false; count],
+            redundant: vec![false; count],
+            reference: vec![0.0; n],
         }
     }
 
@@ -431,6 +437,8 @@ impl ContactValues {
     fn decide(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.measure(context.model, context.machine, context.state);
         self.kept.copy_from_slice(context.state.parameters());
+        self.halt(context, &turns);
+        self.redundant.fill(false);
         self.choose(context, &turns).or_else(|failure| {
             let slips = |(index, own): (usize, &Contact)| own.slip.is_some() && turns(index);
             let none_fits = matches!(failure, Failure::Contact { why: NO_MODE, .. });
@@ -441,15 +449,66 @@ impl ContactValues {
         })
     }
 
+    /// What has been found to turn has no rate here, to within the errors of the method: neither has what moves with it. Then rounding errors tell what rests.
+    fn halt(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) {
+        if self.hit.contains(&true) {
+            return;
+        }
+        for index in 0..self.rates.len() {
+            let direction = context.direction(index);
+            let turned = direction != 0.0 && turns(index) && context.rubs(index);
+            if turned && self.rates[index].abs() > self.least_rate(context, index) {
+                self.rest.copy_from_slice(context.state.rates());
+                context.slide(index, Some(0.0));
+                self.stop_closed(context);
+                context.slide(index, Some(direction));
+            }
+        }
+    }
+
+    /// Takes the rates of everything that is closed away, as an impact without restitution would.
+    fn stop_closed(&mut self, context: &mut Place) {
+        self.trials += 1;
+        for (index, contact) in context.data.all.iter().enumerate() {
+            let closed = context.is_closed(index);
+            self.asked[contact.constraint as usize] = if closed { self.rates[index] } else { 0.0 };
+        }
+        let Place { model, data, machine, state } = context;
+        machine.load(model, state);
+        machine.load_reactions(model, &self.asked);
+        machine.evaluate(&data.impact, &mut self.change);
+        for (rate, change) in state.rates_mut().iter_mut().zip(&self.change) {
+            *rate += change;
+        }
+        if !state.rates().iter().all(|rate| rate.is_finite()) {
+            state.rates_mut().copy_from_slice(&self.rest);
+        }
+        machine.load(model, state);
+        machine.evaluate(&data.rates, &mut self.rates);
+    }
+
     /// The modes in which what is open does not go in, what is closed presses, what sticks does so by no more than its level, and what begins to slip goes on. Of several that fit where margins
-    /// are zero, it is the one that the motion does not leave: the rates of these margins tell (see [`Ahead`]).
+    /// are zero, it is the one that the motion does not leave: the rates of these margins tell (see [`Ahead`]). One with redundant constraints is taken only where no other fits.
     fn choose(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.list_of_modes(context, turns);
-        let trials = self.choices.trials();
-        if trials > MOST_TRIALS {
+        if self.choices.trials() > MOST_TRIALS {
             return Err(context.failure(&self.choices, TOO_MANY));
         }
-        let (mut locked, mut best) = (false, None);
+        let mut found = Found::default();
+        self.try_modes(context, false, &mut found);
+        if found.best.is_none() && found.redundant {
+            self.try_modes(context, true, &mut found);
+        }
+        if let Some((_, mode)) = found.best {
+            return self.accept(context, mode, found.locked);
+        }
+        context.state.parameters_mut().copy_from_slice(&self.kept);
+        Err(context.failure(&self.choices, if found.locked { LOCKS } else { NO_MODE }))
+    }
+
+    /// Tries all modes, those with redundant constraints or the others, up to one that lasts.
+    fn try_modes(&mut self, context: &mut Place, redundant: bool, found: &mut Found) {
+        let trials = self.choices.trials();
         // Where something begins to push or to move, it is less than rounding errors of what is usual.
         for (begins, trial) in
             [true, false].into_iter().flat_map(|begins| (0..trials).map(move |trial| (begins, trial)))
@@ -458,35 +517,36 @@ impl ContactValues {
                 continue;
             }
             self.accelerate(context);
-            if !self.is_mode(context, begins) || self.twice && self.any_sticks(context) {
+            if !self.fits(context, begins) || self.twice && self.any_sticks(context) {
+                continue;
+            }
+            if self.twice != redundant {
+                found.redundant |= self.twice;
                 continue;
             }
             if self.is_locked() {
-                locked = true;
+                found.locked = true;
                 continue;
             }
             if !self.is_idle_held(context) {
                 continue;
             }
             let lasts = self.lasts(context);
+            if found.best.is_none_or(|(longest, _)| lasts > longest) {
+                found.best = Some((lasts, (trial, begins)));
+            }
             if lasts == LOOKS {
-                return self.accept(context, (trial, begins), locked);
-            }
-            if best.is_none_or(|(longest, _)| lasts > longest) {
-                best = Some((lasts, (trial, begins)));
+                return;
             }
         }
-        if let Some((_, found)) = best {
-            return self.accept(context, found, locked);
-        }
-        context.state.parameters_mut().copy_from_slice(&self.kept);
-        Err(context.failure(&self.choices, if locked { LOCKS } else { NO_MODE }))
     }
 
     /// Takes a mode that fits, unless friction that locks permits another motion.
     fn accept(&mut self, context: &mut Place, (trial, begins): (usize, bool), mut locked: bool) -> Result<(), Failure> {
         self.choices.set(trial, context.data, context.state.parameters_mut());
         self.accelerate(context);
+        self.find_redundant(context);
+        self.check_determinate(context)?;
         if self.locks.is_empty() || self.any_sticks(context) {
             return Ok(());
         }
@@ -517,12 +577,7 @@ impl ContactValues {
         let mut all_held = true;
         for index in 0..count {
             if idle(self, context, index) {
-                let direction = context.direction(index);
-                let own = &context.data.all[index];
-                own.slips(context.state.parameters_mut(), Some(0.0));
-                self.accelerate(context);
-                all_held &= self.twice;
-                own.slips(context.state.parameters_mut(), (direction != 0.0).then_some(direction));
+                all_held &= self.is_held(context, index);
             }
         }
         self.accelerate(context);
@@ -583,9 +638,33 @@ impl ContactValues {
         self.kept[own.closed as usize] != 0.0 && !turns
     }
 
+    /// True if the mode fits, where accelerations that are against it are rounding errors: those of what other parts hold.
+    fn fits(&mut self, context: &mut Place, begins: bool) -> bool {
+        if self.is_mode(context, begins) {
+            return true;
+        }
+        if !begins || self.twice || !self.is_mode(context, false) {
+            return false;
+        }
+        (0..self.gaps.len()).all(|index| {
+            let against = self.choices.includes(index) && self.is_against(context, index);
+            let held = !against || self.is_held(context, index);
+            if against {
+                self.accelerate(context);
+            }
+            held
+        })
+    }
+
+    /// True for what begins to move against its mode.
+    fn is_against(&self, context: &Place, index: usize) -> bool {
+        let margin = self.margin(context, index, &self.sizes(context));
+        margin.is_some_and(|own| own.moves && own.value < -CANCELLED * own.begins)
+    }
+
     /// True if what is open does not go in, what is closed presses, and friction obeys its law, within rounding errors: of the accelerations that there are if something may only begin to move, else
     /// of usual ones.
-    fn is_mode(&self, context: &Place, begins: bool) -> bool {
+    pub(super) fn is_mode(&self, context: &Place, begins: bool) -> bool {
         let sizes = self.sizes(context);
         let holds = self.choices.concerned().any(|index| context.is_closed(index));
         let fits = |index: usize| match self.margin(context, index, &sizes) {
@@ -667,10 +746,20 @@ impl ContactValues {
     }
 
     /// A rate of a gap that is rounding errors.
-    fn least_rate(&self, context: &Place, index: usize) -> f64 {
+    pub(super) fn least_rate(&self, context: &Place, index: usize) -> f64 {
         let fastest = self.before.iter().chain(&self.rates).fold(0.0, |most, rate| maximum(most, rate.abs()));
         TOUCHING * maximum(fastest, context.scale(index))
     }
+}
+
+/// What has come of trying modes.
+#[derive(Default)]
+struct Found {
+    /// The mode that lasts longest of those that fit: how long, its trial, and whether it fits at the accelerations that there are.
+    best: Option<(u32, (usize, bool))>,
+    /// True if a mode fits but for friction that locks, or with redundant constraints.
+    locked: bool,
+    redundant: bool,
 }
 
 /// The largest of those concerned.
@@ -691,7 +780,7 @@ pub(super) struct Margin {
 /// Where something is decided.
 pub(super) struct Place<'a> {
     pub model: &'a Model,
-    data: &'a Contacts,
+    pub data: &'a Contacts,
     machine: &'a mut Machine,
     pub state: &'a mut State,
 }
@@ -700,27 +789,28 @@ const TOO_MANY: &str = "more than 32768 combinations of what may be open or clos
 const NO_IMPACT: &str = "no impulses fit their impact: together with the loops they hold something twice, or friction would gain energy from it";
 const NO_MODE: &str = "none of their modes (open or closed, sticks or slips) fits the motion: together with the loops they hold something twice, or friction locks the mechanism as it moves";
 const TWO_MOTIONS: &str = "two motions are possible here, one of which friction locks: rigid bodies with Coulomb's law do not decide between them (Painleve); less friction does";
+pub(super) const INDETERMINATE: &str = "they are more supports than hold it (statically indeterminate), and their friction differs: rigid bodies do not determine how they share the load, on which the motion depends; one coefficient for all of them, fewer supports, or springs do";
 const LOCKS: &str = "friction locks the mechanism while it moves: what presses grows with the friction that follows from it, without end (self-locking); less friction, or another direction of what presses, does not";
 
 impl Place<'_> {
-    fn scale(&self, index: usize) -> f64 {
+    pub(super) fn scale(&self, index: usize) -> f64 {
         self.model.program().constraints[self.data.all[index].constraint as usize].scale
     }
 
-    fn slip(&self, index: usize) -> Option<&Slip> {
+    pub(super) fn slip(&self, index: usize) -> Option<&Slip> {
         self.data.all[index].slip.as_ref()
     }
 
-    fn is_closed(&self, index: usize) -> bool {
+    pub(super) fn is_closed(&self, index: usize) -> bool {
         is_closed(self.data, self.state, index)
     }
 
     /// True unless its contact is open.
-    fn rubs(&self, index: usize) -> bool {
+    pub(super) fn rubs(&self, index: usize) -> bool {
         self.slip(index).is_some_and(|slip| slip.on.is_none_or(|on| self.is_closed(on as usize)))
     }
 
-    fn direction(&self, index: usize) -> f64 {
+    pub(super) fn direction(&self, index: usize) -> f64 {
         direction(self.data, self.state, index)
     }
 
@@ -735,11 +825,21 @@ impl Place<'_> {
         self.slip(index).map_or(0.0, |slip| multipliers[slip.level as usize])
     }
 
-    fn close(&mut self, index: usize, closed: bool) {
+    pub(super) fn close(&mut self, index: usize, closed: bool) {
         self.state.parameters_mut()[self.data.all[index].closed as usize] = f64::from(u8::from(closed));
     }
 
-    fn failure(&self, choices: &Choices, why: &'static str) -> Failure {
+    /// How a friction slides or sticks, as [`Contact::slips`] sets it.
+    pub(super) fn mode(&self, index: usize) -> Option<f64> {
+        let direction = self.direction(index);
+        if self.is_closed(index) { Some(0.0) } else { (direction != 0.0).then_some(direction) }
+    }
+
+    pub(super) fn slide(&mut self, index: usize, mode: Option<f64>) {
+        self.data.all[index].slips(self.state.parameters_mut(), mode);
+    }
+
+    pub(super) fn failure(&self, choices: &Choices, why: &'static str) -> Failure {
         let names = choices.concerned().map(|index| self.data.all[index].name.clone()).collect();
         Failure::Contact { time: self.state.time(), names, why }
     }

@@ -6,4 +6,5 @@ mod ahead;
 pub(crate) mod contact;
 pub(crate) mod modes;
 pub(crate) mod onset;
+mod redundant;
 pub(crate) mod tick;

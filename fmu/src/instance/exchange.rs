@@ -24,6 +24,10 @@ impl Instance {
         }
         self.initialise()?;
         self.now.phase = Phase::Exchange;
+        if let Err(failure) = self.check_modes() {
+            self.now.phase = Phase::Initial { solved: true };
+            return Err(failure);
+        }
         if self.model.is_driven() {
             return Ok(());
         }
@@ -133,6 +137,9 @@ impl Instance {
             return Err(InstanceError::Solver(failure));
         }
         let due = self.is_due()?;
+        if !due {
+            self.check_modes()?;
+        }
         if self.model.is_driven() {
             self.adopt();
             return Ok(due);
@@ -149,6 +156,7 @@ impl Instance {
         let closed = self.close_loops()?;
         self.shown.copy_from(&self.now.state);
         self.handle_instants()?;
+        self.check_modes()?;
         if self.instants.is_some() {
             // What has opened or closed makes other poses singular.
             self.watch.resume(&self.model, &self.now.state);

@@ -5,7 +5,7 @@
 
 use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
-use super::importer::APART;
+use super::importer::{APART, LARGEST};
 use super::{Distance, Instants};
 use crate::failure::Failure;
 use crate::hybrid::contact::{FOUND, TOUCHING, direction, is_closed};
@@ -22,6 +22,8 @@ const SHORTEST_SEEN: f64 = 1e-4;
 const PULLS: f64 = 1e-9;
 /// A force that is smaller than rounding errors of the largest one is none, nor is one that is smaller than this \[N\].
 const LEAST_FORCE: f64 = 1e-14;
+/// The errors of a gap that others keep at zero, in tolerances of its scale: less than what counts as inside.
+const CLOSED: f64 = 0.5;
 /// A gap is far if it exceeds so many times the largest rate in three places of a step, times the step: to close and open between two of these places, which are apart by 0.54 of the step at most, it would have to be fifteen times as fast.
 const FAR: f64 = 4.0;
 /// So many changes of mode at one instant do not end: each of a few parts changes once or twice.
@@ -117,12 +119,25 @@ impl Instance {
         let is_open = |index: usize| data.all[index].slip.is_none() && !is_closed(data, &self.now.state, index);
         for index in (0..data.all.len()).filter(|&index| is_open(index)) {
             let (gap, rate) = (own.contacts.gaps[index], own.contacts.rates[index]);
+            if self.now.happened.redundant[index] {
+                own.indicators[index] = -gap - self.undisturbed() * self.scale_of(events + index);
+                continue;
+            }
             let left = step.filter(|_| self.has_left(own, events + index));
             own.indicators[index] = match left.map(|[begin, end]| (own.within.time() - begin, end - begin)) {
                 None => -gap,
                 Some((since, whole)) if since > 0.0 => -gap * whole / since,
                 Some((_, whole)) => -rate * whole,
             };
+        }
+    }
+
+    /// The gap of what others make redundant is the errors of theirs, up to this share of the scale.
+    fn undisturbed(&self) -> f64 {
+        if self.is_exchanged() {
+            APART * self.importer_errors()
+        } else {
+            maximum(TOUCHING, CLOSED * self.now.tolerance)
         }
     }
 
@@ -144,12 +159,13 @@ impl Instance {
         for (index, contact) in data.all.iter().enumerate() {
             let Some(slip) = &contact.slip else { continue };
             let direction = direction(data, &self.now.state, index);
+            let rubs = slip.on.is_none_or(|on| is_closed(data, &self.now.state, on as usize));
             own.indicators[index] = if is_closed(data, &self.now.state, index) {
                 let force = multipliers[contact.constraint as usize];
                 let level = own.contacts.restitutions[index] * multipliers[slip.level as usize];
                 // Squares are smooth where the force changes its sign.
                 (force * force - level * level.abs()) - none * none
-            } else if direction != 0.0 {
+            } else if direction.abs() == 1.0 && rubs {
                 -direction * own.contacts.rates[index] - ROUNDING * row_of(model.program(), contact).scale
             } else {
                 -1.0
@@ -208,6 +224,12 @@ impl Instance {
             happened.counts[first + index] = happened.counts[first + index].saturating_add(1);
             happened.armed[first + index] = false;
         }
+        for (index, &redundant) in contacts.redundant.iter().enumerate() {
+            // Its gap is watched in another way from here on, or begins at zero.
+            let ends = happened.redundant[index] && !redundant;
+            happened.armed[first + index] = redundant || happened.armed[first + index] && !ends;
+            happened.redundant[index] = redundant;
+        }
         for index in data.all.len()..data.all.len() + contacts.sums.len() {
             happened.armed[first + index] &= !due[first + index];
         }
@@ -249,13 +271,14 @@ impl Instance {
 
     /// An importer's steps end beyond what is hit: the mechanism is put back onto it, or it would go in further with every impact.
     fn put_back(&mut self) -> Result<(), InstanceError> {
-        let model = self.model.clone();
+        let (model, errors) = (self.model.clone(), self.undisturbed());
         let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
-        let state = &mut self.now.state;
+        let (state, redundant) = (&mut self.now.state, &self.now.happened.redundant);
         own.contacts.measure(&model, &mut self.machine, state);
         for (index, contact) in data.all.iter().enumerate() {
             let is_contact = contact.slip.is_none();
-            let is_beyond = is_contact && own.contacts.gaps[index] < 0.0 && !is_closed(data, state, index);
+            let least = if redundant[index] { errors * row_of(model.program(), contact).scale } else { 0.0 };
+            let is_beyond = is_contact && own.contacts.gaps[index] < -least && !is_closed(data, state, index);
             own.contacts.hit[index] = is_beyond;
             if is_beyond {
                 state.parameters_mut()[contact.closed as usize] = 1.0;
@@ -331,21 +354,69 @@ impl Instance {
         Failure::Contact { time, names, why: "neither of its modes fits the motion that follows" }
     }
 
-    /// A contact that is open by less than nothing at the end of a step through which it has been looked for.
-    pub(super) fn find_overlooked(&self, own: &Instants) -> Option<Failure> {
+    /// Something that is against the law of its mode by more than errors where the sides were last evaluated: a step has been looked through up to there, or everything has been decided.
+    pub(super) fn find_violated(&self, own: &Instants) -> Option<Failure> {
         let data = self.model.program().instants.contacts.as_ref()?;
-        let is_passed = |index: usize| {
-            let scale = row_of(self.model.program(), &data.all[index]).scale;
-            let passed = match data.all[index].slip {
-                None => own.contacts.gaps[index] < -CANCELLED * scale,
-                // It slides against the way in which it is said to: by more than the method's errors.
-                Some(_) => own.indicators[index] > CANCELLED.max(OVERLOOKED * self.now.tolerance) * scale,
-            };
-            passed && !is_closed(data, &self.now.state, index)
+        let violated = |index| Some((index, self.violation(own, data, index)?));
+        let (index, why) = (0..data.all.len()).find_map(violated)?;
+        Some(Failure::Contact { time: own.within.time(), names: vec![data.all[index].name.clone()], why })
+    }
+
+    /// In which way something is against the law of its mode: a gap is negative, a contact pulls, friction exceeds its limit, or what sticks or is held by others slides.
+    fn violation(&self, own: &Instants, data: &Contacts, index: usize) -> Option<&'static str> {
+        let (contact, errors) =
+            (&data.all[index], if self.is_exchanged() { self.importer_errors() } else { self.now.tolerance });
+        let (state, scale) = (&self.now.state, row_of(self.model.program(), contact).scale);
+        let closed = is_closed(data, state, index);
+        let excess = if closed { self.pull(own, data, index) } else { own.indicators[index] };
+        let Some(slip) = &contact.slip else {
+            let open = if self.is_exchanged() || self.now.happened.redundant[index] { APART * errors } else { 0.0 };
+            let passed = !closed && own.contacts.gaps[index] < -maximum(CANCELLED, open) * scale;
+            let pulls = closed && excess > self.least_force(errors);
+            return passed.then_some(PASSED).or_else(|| pulls.then_some(PULLED));
         };
-        let index = (0..data.all.len()).find(|&index| is_passed(index))?;
-        let (names, time) = (vec![data.all[index].name.clone()], own.within.time());
-        Some(Failure::Contact { time, names, why: "it has been passed without a beginning that could be found" })
+        if closed {
+            return (excess > self.least_force(errors)).then_some(EXCEEDED);
+        }
+        let rubs = slip.on.is_none_or(|on| is_closed(data, state, on as usize));
+        let slides = direction(data, state, index).abs() == 1.0;
+        // By more than the method's errors; an importer keeps what sticks at rest by its own.
+        let errors = if self.is_exchanged() { maximum(errors, LARGEST) } else { errors };
+        let least = maximum(CANCELLED, OVERLOOKED * errors) * scale;
+        let back = if slides { excess } else { own.contacts.rates[index].abs() };
+        (rubs && back > least).then_some(if slides { PASSED } else { SLIDES })
+    }
+
+    /// By how much the reaction of a closed contact pulls, or what sticks exceeds its limit.
+    fn pull(&self, own: &Instants, data: &Contacts, index: usize) -> f64 {
+        let contact = &data.all[index];
+        let reaction = |row: u32| self.machine.registers()[self.model.layout().reactions() + row as usize];
+        let force = reaction(contact.constraint);
+        match &contact.slip {
+            Some(slip) => force.abs() - own.contacts.restitutions[index] * reaction(slip.level),
+            None => force,
+        }
+    }
+
+    /// Forces are known to no more than this.
+    fn least_force(&self, errors: f64) -> f64 {
+        LEAST_FORCE + FOUND * maximum(CANCELLED, errors) * self.largest_reaction()
+    }
+
+    /// In Model Exchange, where everything has been decided, and where a step of the importer has been completed in which nothing begins: looks whether everything obeys the law of its mode.
+    ///
+    /// # Errors
+    /// Something does not.
+    pub(in crate::instance) fn check_modes(&mut self) -> Result<(), InstanceError> {
+        if self.model.program().instants.contacts.is_none() {
+            return Ok(());
+        }
+        self.evaluate_now()?;
+        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        own.within.copy_from(&self.now.state);
+        let violated = self.find_violated(&own);
+        self.instants = Some(own);
+        violated.map_or(Ok(()), |failure| Err(failure.into()))
     }
 }
 
@@ -362,19 +433,12 @@ impl Instance {
         let program = self.model.program();
         let index = event - program.instants.events.len();
         let Some(data) = program.instants.contacts.as_ref().filter(|data| index < data.all.len()) else { return false };
-        let (contact, tolerance) = (&data.all[index], self.now.tolerance);
-        let is_closed = is_closed(data, &self.now.state, index);
-        let least = match is_closed {
-            true => LEAST_FORCE + FOUND * maximum(CANCELLED, tolerance) * self.largest_reaction(),
-            false => tolerance * row_of(program, contact).scale,
-        };
-        let excess = match &contact.slip {
-            Some(slip) if is_closed => {
-                let reaction = |row: u32| self.machine.registers()[self.model.layout().reactions() + row as usize];
-                reaction(contact.constraint).abs() - own.contacts.restitutions[index] * reaction(slip.level)
-            }
-            None if !is_closed => return false,
-            Some(_) | None => own.indicators[index],
+        let (tolerance, scale) = (self.now.tolerance, self.scale_of(event));
+        let is_open = data.all[index].slip.is_none();
+        let [excess, least] = match is_closed(data, &self.now.state, index) {
+            true => [self.pull(own, data, index), self.least_force(tolerance)],
+            false if is_open => return false,
+            false => [own.indicators[index], tolerance * scale],
         };
         !own.armed[event] && excess > least
     }
@@ -392,19 +456,21 @@ impl Instance {
     /// They do not end.
     fn count_changes(&self, own: &mut Instants, data: &Contacts) -> Result<(), Failure> {
         let state = &self.now.state;
-        let changed = |index: &usize| own.contacts.has_changed(data, state, *index);
-        if !(0..data.all.len()).any(|index| changed(&index)) {
+        let first = self.model.program().instants.events.len();
+        let Instants { contacts, changes, due, .. } = own;
+        // What is found at an instant counts, too, where nothing follows from it.
+        let changed = |index: usize| contacts.has_changed(data, state, index) || due[first + index];
+        if !(0..data.all.len()).any(changed) {
             return Ok(());
         }
         let time = state.time();
-        let changes = &mut own.changes;
         if changes.count == 0 || time > changes.since + ROUNDING * maximum(time.abs(), 1.0) {
             (changes.since, changes.count) = (time, 0);
             changes.who.fill(false);
         }
         changes.count += 1;
         for index in 0..data.all.len() {
-            changes.who[index] |= own.contacts.has_changed(data, state, index);
+            changes.who[index] |= changed(index);
         }
         if changes.count <= MOST_CHANGES {
             return Ok(());
@@ -419,6 +485,11 @@ impl Instance {
         })
     }
 }
+
+const PASSED: &str = "it has been passed without a beginning that could be found";
+const PULLED: &str = "it pulls: its reaction has changed its sign where no change of mode could be found";
+const EXCEEDED: &str = "its friction exceeds its limit where no change of mode could be found";
+const SLIDES: &str = "it slides although others hold it: no change of mode could be found";
 
 /// The loop equation of a contact.
 fn row_of<'p>(program: &'p Program, contact: &Contact) -> &'p Constraint {

@@ -113,7 +113,7 @@ impl Instance {
             self.evaluate_sides(own, (step, step), 1.0);
             first = self.find_contradicted(own).map(|event| (self.turn(own, step, event), event));
             if first.is_none() {
-                own.overlooked = own.overlooked.take().or_else(|| self.find_overlooked(own));
+                own.overlooked = own.overlooked.take().or_else(|| self.find_violated(own));
             }
         }
         self.computed = Computed::default();

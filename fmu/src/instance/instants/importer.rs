@@ -21,7 +21,7 @@ const ENCLOSED: f64 = 1e-5;
 /// An importer's errors are taken for so many times as large where they have been seen to be larger.
 const LARGER: f64 = 10.0;
 /// The largest that they are taken for, as a share of the scale.
-const LARGEST: f64 = 2e-3;
+pub(super) const LARGEST: f64 = 2e-3;
 /// What has been left is apart where it is further away than so many errors.
 pub(super) const APART: f64 = 2.0;
 

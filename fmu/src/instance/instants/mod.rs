@@ -36,6 +36,8 @@ pub(super) struct Happened {
     ticked: f64,
     /// The event that has ended the run.
     ended: Option<u32>,
+    /// True for open contacts whose gaps others keep at zero.
+    redundant: Vec<bool>,
     /// In Model Exchange.
     importer: Importer,
 }
@@ -48,6 +50,7 @@ impl Happened {
             counts: vec![0; events],
             ticked: f64::MIN,
             ended: None,
+            redundant: vec![false; model.program().instants.contacts().len()],
             importer: Importer::new(events),
         }
     }
@@ -55,6 +58,7 @@ impl Happened {
     pub fn copy_from(&mut self, other: &Self) {
         self.armed.clone_from(&other.armed);
         self.counts.clone_from(&other.counts);
+        self.redundant.clone_from(&other.redundant);
         self.importer.copy_from(&other.importer);
         (self.ticked, self.ended) = (other.ticked, other.ended);
     }
@@ -63,6 +67,7 @@ impl Happened {
         let events = model.program().instants.occasions();
         self.armed.len() == events
             && self.counts.len() == events
+            && self.redundant.len() == model.program().instants.contacts().len()
             && self.importer.is_sound(events)
             && self.ticked.is_finite()
             && self.ended.is_none_or(|event| (event as usize) < events)
