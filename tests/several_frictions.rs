@@ -538,7 +538,7 @@ fn supports_with_different_friction_that_share_a_load_without_being_determined_a
         // The push that overcomes any distribution of the weight is 0.5 of it.
         let mut run = started(&model(&box_on_three(0.5, weight)), Some(method), STOP, 1e-8);
         run.step_to(0.25).unwrap();
-        assert_eq!(value(&mut run, "box.vx"), 0.0);
+        assert!(value(&mut run, "box.vx").abs() < 1e-14);
         let refused = run.step_to(0.6).unwrap_err().to_string();
         assert!(refused.contains("statically indeterminate") && refused.contains("c2"), "{refused}");
         // With one coefficient the motion is that of one block, from where the push reaches 0.3 of the weight.

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contact, Contacts, Slip};
+use crate::program::{Contact, Contacts, Coordinate, Slip};
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion. A rate is zero within the same share of the rates before an impact, and
 /// of those that the accelerations give it.
@@ -466,9 +466,10 @@ impl ContactValues {
         }
     }
 
-    /// Takes the rates of everything that is closed away, as an impact without restitution would.
+    /// Takes the rates of everything that is closed away, as an impact without restitution would, unless they are more than the errors of the method.
     fn stop_closed(&mut self, context: &mut Place) {
         self.trials += 1;
+        let errors = self.found();
         for (index, contact) in context.data.all.iter().enumerate() {
             let closed = context.is_closed(index);
             self.asked[contact.constraint as usize] = if closed { self.rates[index] } else { 0.0 };
@@ -480,7 +481,9 @@ impl ContactValues {
         for (rate, change) in state.rates_mut().iter_mut().zip(&self.change) {
             *rate += change;
         }
-        if !state.rates().iter().all(|rate| rate.is_finite()) {
+        // Where a slider turns while its crank goes on, what moves with it has a rate that is no error.
+        let is_error = |(change, coordinate): (&f64, &Coordinate)| change.abs() <= errors * coordinate.scale;
+        if !self.change.iter().zip(&model.program().coordinates).all(is_error) {
             state.rates_mut().copy_from_slice(&self.rest);
         }
         machine.load(model, state);
