@@ -141,9 +141,9 @@ fn impossible(fault: &check::Fault) -> Fault {
     let check::Fault::Value { what } = fault else {
         return internal(&fault.to_string());
     };
-    let message = format!("the numbers of this scene are too large or too small to compute with: {what} is not finite");
+    let message = format!("{what} is not finite: values of this scene are too large or too small for double precision");
     Fault::new("scene::out_of_range", message, Span::default())
-        .help("look for a mass, an inertia, a length or a stiffness with a wrong unit or power of ten")
+        .help("check the units and powers of ten of masses, inertias, lengths and stiffnesses")
 }
 
 /// Something that no scene should be able to cause.
@@ -172,7 +172,7 @@ pub enum QuantityError {
         text: String,
     },
     /// Not two numbers.
-    #[error("two numbers are wanted")]
+    #[error("must be two numbers")]
     NotTwo,
     /// Numbers that are written together have units of different kinds.
     #[error("`{other}` and `{last}` are of different kinds")]
@@ -183,7 +183,7 @@ pub enum QuantityError {
         last: String,
     },
     /// Numbers that are written together, of which it is not clear which unit one has.
-    #[error("`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last")]
+    #[error("`{text}` has no unit, but `{last}` has one: write a unit after each number, or one after the last")]
     NoUnit {
         /// The number.
         text: String,

@@ -176,8 +176,11 @@ fn settings_that_make_no_sense_say_why() {
         (&["--stop", "-1"], "before the start"),
         (&["--step", "0"], "above zero"),
         (&["--step", "1 ns", "--stop", "1 min"], "rows"),
-        (&["--tolerance", "2"], "2e0 is not between 1e-13"),
-        (&["--tolerance", "1e-30"], "1e-30 is not between 1e-13, the finest that double precision permits, and 0.01"),
+        (&["--tolerance", "2"], "the tolerance is 2e0, but must be between 1e-13"),
+        (
+            &["--tolerance", "1e-30"],
+            "the tolerance is 1e-30, but must be between 1e-13 (the limit of double precision) and 0.01",
+        ),
         (&["--sensitivity", "rod", "--sensitivity", "gas"], "initial value `gas`"),
         (&["--input", "table.csv"], "line 2, column 2"),
     ];

@@ -256,10 +256,10 @@ fn what_cannot_be_read_is_refused() {
     let own = "[loads.other]\ntype = \"torque\"\non = \"rocker\"\nvalue = \"2*other.torque\"\n";
     let kick = "[bodies.bar]\nmass = 1\ninertia = 1\n[joints.arm]\ntype = \"revolute\"\nbetween = [\"ground\", \"bar\"]\n[drivers.kick]\njoint = \"arm\"\nangle = \"abs(t - 0.5)\"\n";
     let cases = [
-        (four_bar(law, 0.04, stop), "which are impulses where `p5.max` meets what it stops"),
-        (four_bar(law, 0.04, twice), "which the equations of motion do not determine: others share it"),
+        (four_bar(law, 0.04, stop), "which are impulsive where `p5.max` closes"),
+        (four_bar(law, 0.04, twice), "which the equations of motion do not determine: the joint is redundant"),
         (four_bar(law, 0.04, own), "depends on itself"),
-        (four_bar(law, 0.04, kick), "which are impulses where the law of driver `kick` jumps"),
+        (four_bar(law, 0.04, kick), "which are impulsive where the law of driver `kick` is discontinuous"),
         (
             four_bar("1", 0.04, &format!("{twice}[states.z]\nrate = \"pin1.fx\"\n")),
             "`rate` of state `z` reads `pin1.fx`",

@@ -211,7 +211,7 @@ fn a_cylinder_between_moving_links_raises_a_boom() {
     assert!(close(rod, barrel), "{rod} {barrel}");
     let output = cotree(folder.path(), &["import", &example("cylinder.pmks"), "-o", "again.toml"]);
     let note = stderr(&output);
-    let cut = note.split("the run is cut at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f64>);
+    let cut = note.split("the run stops at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f64>);
     assert!(cut.is_some_and(|time| time.is_ok_and(|time| (7.9..=8.0).contains(&time))), "{note}");
 }
 

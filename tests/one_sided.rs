@@ -1,4 +1,4 @@
-//! What is held on one side only: limits, contacts, ropes, and joints that events remove, against closed forms and other formulations.
+//! What is a unilateral constraint: limits, contacts, ropes, and joints that events remove, against closed forms and other formulations.
 
 use std::f64::consts::{PI, TAU};
 

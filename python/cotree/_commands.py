@@ -220,7 +220,7 @@ class Commands:
         with raised():
             found = json.loads(_cotree.assemblies(self._core, starts, given.settings(set)))
         if found["continuous"]:
-            raise RunError(f"more than {len(found['poses']) - 1} poses: they are no single ones")
+            raise RunError(f"more than {len(found['poses']) - 1} configurations: they are not isolated")
         each = enumerate(zip(found["poses"], found["found"], strict=True))
         return [Assembly({**found["held"], **pose}, count, bool(found["own"] and index == 0)) for index, (pose, count) in each]
 

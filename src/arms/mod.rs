@@ -29,7 +29,7 @@ pub use tree::ArmLink;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSeries {
     /// It could be, but a step would cost too much.
-    #[error("its equations are many and weakly coupled")]
+    #[error("it has many equations that are weakly coupled")]
     TooMany,
     /// The scene asks for another method.
     #[error("the scene asks for `method = \"{method}\"`")]
@@ -38,10 +38,10 @@ pub enum NoSeries {
         method: &'static str,
     },
     /// Dry friction in a mechanism that is not driven.
-    #[error("dry friction that sticks follows from reactions, of which series know nothing yet")]
+    #[error("dry friction that sticks depends on reactions, which Taylor series do not support yet")]
     DryFriction,
     /// A law of accelerations or reactions.
-    #[error("a law reads accelerations or reactions, of which series know nothing yet")]
+    #[error("a law reads accelerations or reactions, which Taylor series do not support yet")]
     ReadsTheMotion,
     /// An armature between two bodies that both turn, or along an axis that turns: its energy has products of the rates of two frames.
     #[error("the armature of `{joint}` is between two bodies that turn, or along an axis that turns")]
@@ -58,22 +58,22 @@ pub enum NoSeries {
         key: &'static str,
     },
     /// A mass or a length that varies.
-    #[error("a mass or a length is no function of the parameters alone")]
+    #[error("a mass or a length does not depend on the parameters alone")]
     VariableConstant,
     /// A displacement that is no sum of coordinates.
-    #[error("a displacement is no linear function of the coordinates")]
+    #[error("a displacement is not a linear function of the coordinates")]
     NonlinearDisplacement,
     /// A ratio of angles that can be set.
     #[error("an angle is scaled by a parameter")]
     ScaledAngle,
     /// A relation that does not always hold, with arms that vary.
-    #[error("what does not always hold is no constant combination of arms")]
+    #[error("a constraint that is not always active is not a constant combination of arms")]
     VariableArms,
     /// The friction of a circle whose normal is not that of its line.
-    #[error("the friction of a circle is about the direction to another point")]
+    #[error("the friction of a circle depends on the direction to another point")]
     CircleFriction,
     /// A relation of a distance with further terms.
-    #[error("a distance is coupled with something else")]
+    #[error("a distance is coupled to another quantity")]
     CoupledDistance,
     /// An angle that is prescribed by a displacement.
     #[error("a prescribed angle depends on a coordinate")]
@@ -82,13 +82,13 @@ pub enum NoSeries {
     #[error("a law depends on too long a path")]
     LongPath,
     /// A sum without terms.
-    #[error("a series has no source")]
+    #[error("a Taylor series has no source")]
     NoSource,
     /// A law of what follows from the series.
     #[error("a law depends on accelerations or reactions")]
     ReadsForces,
     /// A law of a symbol without series.
-    #[error("a law depends on something that is no series")]
+    #[error("a law depends on a quantity that has no Taylor series")]
     OtherSymbol,
     /// Laws of too many pieces.
     #[error("its laws have more than {most} pieces")]
@@ -100,10 +100,10 @@ pub enum NoSeries {
     #[error("an angle has no chain of coordinates")]
     NoChain,
     /// An angular coordinate that is of no angle.
-    #[error("a coordinate turns nothing")]
+    #[error("a coordinate does not turn any body")]
     TurnsNothing,
     /// A function whose table entry has neither a series nor a composition.
-    #[error("`{name}` has no series")]
+    #[error("`{name}` has no Taylor series")]
     Function {
         /// The function.
         name: &'static str,

@@ -66,11 +66,7 @@ fn mechanism(file: &str) -> Result<PylinkageMechanism, String> {
         [] => of_example(&value).unwrap_or(value),
         _ => {
             let names: Vec<&str> = examples.iter().map(|(name, _)| name.as_str()).collect();
-            return Err(format!(
-                "it has {} examples ({}); save the one that is wanted alone",
-                names.len(),
-                names.join(", ")
-            ));
+            return Err(format!("it has {} examples ({}); save one of them alone", names.len(), names.join(", ")));
         }
     };
     serde_json::from_value(own).map_err(|error| error.to_string())
@@ -123,10 +119,10 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
 #[derive(Debug, thiserror::Error)]
 enum ArcError {
     #[error(
-        "driver `{driver}` has no arc: two joints with places, an upper end above the lower one and a speed above zero"
+        "driver `{driver}` has no arc: it needs two joints with positions, an upper end above the lower one and a positive speed"
     )]
     NoArc { driver: String },
-    #[error("driver `{driver}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad")]
+    #[error("driver `{driver}` is at {angle:.6} rad, but its arc is from {start:?} to {end:?} rad")]
     Outside { driver: String, angle: f64, start: f64, end: f64 },
 }
 

@@ -88,16 +88,18 @@ pub enum InspectError {
     #[error("it is {0}, not an FMU")]
     NoFile(&'static str),
     /// It does not begin as archives do.
-    #[error("it is no FMU: it is not a zip archive")]
+    #[error("it is not an FMU: it is not a zip archive")]
     NoArchive,
     /// It is an archive, but a damaged one.
-    #[error("it is damaged or was not copied to its end: {0}")]
+    #[error("it is damaged or incomplete: {0}")]
     Archive(#[from] ZipError),
     /// It is an archive, but not of a model.
-    #[error("it is no FMU: it has no modelDescription.xml")]
+    #[error("it is not an FMU: it has no modelDescription.xml")]
     NoDescription,
     /// It is a good description of another model, or the program is another's.
-    #[error("it is damaged: its modelDescription.xml and its program are not of the same model ({0}); export it again")]
+    #[error(
+        "it is damaged: its modelDescription.xml and its program belong to different models ({0}); export it again"
+    )]
     Strangers(&'static str),
     /// The model description is damaged.
     #[error("its modelDescription.xml is damaged: {0}")]
@@ -112,7 +114,7 @@ pub enum InspectError {
     #[error("{0}")]
     Program(#[from] cotree_fmu::program::storage::LoadError),
     /// A file in it is larger than any that cotree writes.
-    #[error("its `{0}` is larger than cotree would make it")]
+    #[error("its `{0}` is larger than any that cotree writes")]
     Large(String),
 }
 
@@ -243,7 +245,7 @@ impl Header {
                 Event::Empty(tag) => header.add(&tag).map_err(|error| damaged(&error))?,
                 Event::End(_) => depth = depth.saturating_sub(1),
                 // The reader takes an end in the middle of elements for an end.
-                Event::Eof if depth > 0 => return Err(damaged(&"it breaks off")),
+                Event::Eof if depth > 0 => return Err(damaged(&"it is truncated")),
                 Event::Eof => return Ok(header),
                 _ => {}
             }
@@ -323,7 +325,7 @@ impl fmt::Display for Contents {
         let Experiment { start, stop, step, tolerance, .. } = self.experiment;
         let [start, stop, step] = [start, stop, step].map(short);
         let platforms = self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size)));
-        let scene = if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" };
+        let scene = if self.scene.is_some() { "included: print it with --scene" } else { "not inside" };
         let mut facts: Vec<Vec<String>> = self.credits.iter().map(|(key, text)| cells![key, text]).collect();
         facts.extend([
             cells!["made by", self.tool],

@@ -55,13 +55,13 @@ pub struct Measure {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
     /// The word before the variable is that of no statistic.
-    #[error("`{word}` is none of {}", words())]
+    #[error("`{word}` is not one of {}", words())]
     UnknownStatistic {
         /// The word.
         word: String,
     },
     /// It is not written as a word and a variable in brackets.
-    #[error("`{text}` is not written as `max(variable)`")]
+    #[error("`{text}` is not a measure such as `max(variable)`")]
     Form {
         /// The text.
         text: String,

@@ -26,7 +26,9 @@ pub enum SettingError {
         known: String,
     },
     /// The parameter is calculated.
-    #[error("`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene")]
+    #[error(
+        "`{name}` cannot be set: it is calculated from other parameters ({about}); set these, or give `{name}` a number in the scene"
+    )]
     Calculated {
         /// The parameter.
         name: String,

@@ -35,7 +35,7 @@ pub enum EditError {
         key: String,
     },
     /// The scene does not write what is named.
-    #[error("the scene does not write `{name}`; {known}")]
+    #[error("the scene has no `{name}`; {known}")]
     Unknown {
         /// The name.
         name: String,
@@ -43,13 +43,13 @@ pub enum EditError {
         known: String,
     },
     /// The scene writes what is named in several places.
-    #[error("the scene writes `{name}` in several places: begin with the table that is meant")]
+    #[error("`{name}` occurs in several tables of the scene: write the name of the table before it")]
     Ambiguous {
         /// The name.
         name: String,
     },
     /// Two names are of one place.
-    #[error("two of the names are the same value, or one is within another")]
+    #[error("two of the names mean the same value, or one contains the other")]
     Twice,
     /// What is wrong with the scene once it is changed.
     #[error(transparent)]

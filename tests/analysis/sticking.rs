@@ -127,8 +127,8 @@ fn modes_that_do_not_fit_are_refused_with_the_reason() {
         assert!(message.contains(why), "{message}");
     };
     let (moving, still) = (oscillator(0.1, 0.3), oscillator(0.02, 0.0));
-    because(&moving, ("guide", "sticks"), "`guide.friction` cannot stick: it slides by 0.3 m/s");
-    because(&moving, ("guide", "idle"), "cannot be idle: it slides by 0.3 m/s");
+    because(&moving, ("guide", "sticks"), "`guide.friction` cannot stick: it slides at 0.3 m/s");
+    because(&moving, ("guide", "idle"), "slides at 0.3 m/s, so its friction cannot be idle");
     because(&moving, ("guide", "slides-"), "slides the other way, by 0.3 m/s");
     because(&still, ("guide", "slides"), "write slides+ or slides-");
     assert_eq!(words(&linear(&moving, 0.0, &[("guide", "slides")]).unwrap()), [("guide.friction", "slides+")]);
@@ -476,7 +476,7 @@ fn a_block_holds_on_a_slope_or_slides() {
             (Stability::Held, &["plane.friction".to_owned()][..])
         );
         let message = refused(&slope(20.0, 0.3, is_guide), &[]);
-        let needed = format!("`plane.friction` would have to hold {:.2} N", weight * 20.0_f64.to_radians().sin());
+        let needed = format!("`plane.friction` would need {:.2} N", weight * 20.0_f64.to_radians().sin());
         assert!(message.contains(&needed) && message.contains("it slides"), "{message}");
     }
 }
@@ -533,7 +533,7 @@ fn a_spring_leaves_a_zone_of_rest() {
         close("holds", told(&statics, "sticks")[0].1, 120.0 * place, 1e-11, 1.0);
     }
     for place in [-0.0209, 0.0209] {
-        assert!(refused(&oscillator(place, 0.0), &[]).contains("it slides from where it was put"));
+        assert!(refused(&oscillator(place, 0.0), &[]).contains("slides from this configuration"));
     }
 }
 
@@ -910,7 +910,7 @@ friction = {{ mu = {mu:?} }}
         assert_eq!(resting(&case(mu)).stability, Stability::Held);
     }
     for mu in [slope.tan() - 1e-6, 0.1] {
-        assert!(refused(&case(mu), &[]).contains("would have to hold more than they can together"), "{mu}");
+        assert!(refused(&case(mu), &[]).contains("would exceed their friction limits together"), "{mu}");
     }
 }
 
@@ -1073,8 +1073,8 @@ value = "{torque}"
     assert_eq!(told(&statics, "free")[0].0, "ratchet");
     assert!(statics.standing.is_empty());
     let message = refused(&ratchet("0.3", 0.0), &[]);
-    assert!(message.contains("`ratchet` would hold back with 0.3 N.m"), "{message}");
-    assert!(message.contains("there is no rest in any of the 2 modes"), "{message}");
+    assert!(message.contains("`ratchet` would resist with 0.3 N.m"), "{message}");
+    assert!(message.contains("there is no equilibrium in any of the 2 combinations"), "{message}");
     let message = refused(&ratchet("0.3", 0.0), &[("ratchet", "free")]);
     assert!(message.contains("still accelerating there: `disc.angle`"), "{message}");
 }

@@ -22,10 +22,10 @@ use super::{MessageFormat, output};
 pub struct AssembliesCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// From how many starts
+    /// Number of starts of the search
     #[arg(long, value_name = "NUMBER", default_value_t = 200)]
     starts: usize,
-    /// A folder for a drawing of each, `1.png`, `2.png`, ...
+    /// Folder for a drawing of each, `1.png`, `2.png`, ...
     #[arg(long, value_name = "FOLDER")]
     drawings: Option<PathBuf>,
 }
@@ -69,7 +69,7 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     let with = if held.is_empty() { String::new() } else { format!(" with {}", held.join(", ")) };
     if found.is_continuous() {
         return format!(
-            "{}: more than {} poses{with}: they are no single ones\n",
+            "{}: more than {} configurations{with}: they are not isolated\n",
             mechanism.name,
             found.poses.len() - 1
         );
@@ -85,12 +85,12 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     }
     if found.loose > 0 {
         text += &format!(
-            "{} led to poses that can move on, though all is held, such as bars that lie on each other: they are no single ones and are not listed\n",
+            "{} led to configurations that can move although all degrees of freedom are fixed, such as coincident bars: they are not isolated and not listed\n",
             counted(found.loose, "start")
         );
     }
     for (index, (pose, times)) in found.poses.iter().zip(&found.found).enumerate() {
-        let own = if index == 0 && found.is_own { ", that of the scene" } else { "" };
+        let own = if index == 0 && found.is_own { ", the one of the scene" } else { "" };
         text += &format!("\n# {} (found {times} times{own})\n[initial]\n", index + 1);
         for value in pose.iter().filter(|value| !given(&value.name)) {
             text += &format!("\"{}\" = {{ guess = \"{}\" }}\n", value.name, shown(value));

@@ -21,7 +21,7 @@ use super::{MessageFormat, output, stop};
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree bench slider_crank.toml --plot slider_crank.svg\n  \
                   cotree bench slider_crank.toml --json > slider_crank.json\n\n\
-                  Methods: auto (what the FMU does by itself), taylor, explicit, implicit; loops if drivers determine the motion.")]
+                  Methods: auto (the choice of the FMU), taylor, explicit, implicit; loops if drivers determine the motion.")]
 pub struct BenchCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,

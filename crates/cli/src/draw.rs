@@ -23,9 +23,9 @@ use super::{output, serve};
     after_help = "Examples:\n  cotree draw\n  cotree draw slider_crank.toml\n  cotree draw slider_crank.toml -o draw.html --runtimes target/runtimes"
 )]
 pub struct DrawCommand {
-    /// Scene file (TOML or JSON) to begin with [default: an empty sheet]
+    /// Scene file (TOML or JSON) to start from [default: an empty drawing]
     scene: Option<PathBuf>,
-    /// Where the page goes [default: the name of the scene file with `_draw.html`, or `draw.html`, in the current folder]
+    /// Output file of the page [default: the name of the scene file with `_draw.html`, or `draw.html`, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Folder with the runtimes, made by tools/build-runtimes.sh [default: `runtimes` beside the program]

@@ -17,7 +17,7 @@ use super::study::Arguments;
 pub struct EquilibriumCommand {
     #[command(flatten)]
     asked: Arguments,
-    /// Instead, the outputs there and their derivatives with respect to a parameter or constant input; may be given several times
+    /// Print instead the outputs at the equilibrium and their derivatives with respect to a parameter or constant input; may be given several times
     #[arg(long, value_name = "NAME")]
     sensitivity: Vec<String>,
 }

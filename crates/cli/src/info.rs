@@ -16,7 +16,7 @@ use super::output;
 pub struct InfoCommand {
     /// FMU file
     fmu: PathBuf,
-    /// Print the scene that the FMU was made from, and nothing else
+    /// Print the scene from which the FMU was made, and nothing else
     #[arg(long)]
     scene: bool,
 }

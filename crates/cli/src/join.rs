@@ -17,7 +17,7 @@ pub struct JoinCommand {
     /// The tables of all parts, in any order
     #[arg(required = true)]
     parts: Vec<PathBuf>,
-    /// Where the table goes
+    /// Output file of the table
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }

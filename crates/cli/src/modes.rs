@@ -18,10 +18,10 @@ use super::study::{self, Arguments};
 pub struct ModesCommand {
     #[command(flatten)]
     asked: Arguments,
-    /// At this time of the motion [default: at the equilibrium next to its start]
+    /// At this time of the motion [default: at the equilibrium nearest to the start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     at: Option<String>,
-    /// Instead, the derivatives of frequencies and damping ratios with respect to a parameter or constant input; may be given several times
+    /// Print instead the derivatives of frequencies and damping ratios with respect to a parameter or constant input; may be given several times
     #[arg(long, value_name = "NAME", conflicts_with = "at")]
     sensitivity: Vec<String>,
 }

@@ -21,7 +21,7 @@ const TEMPLATE: &str = include_str!("template.toml");
 pub struct NewCommand {
     /// Name of the mechanism; the file gets the ending `.toml`
     name: PathBuf,
-    /// Begin with one of the models
+    /// Start from one of the models
     #[arg(long, value_name = "MODEL")]
     from: Option<String>,
 }

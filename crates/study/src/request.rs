@@ -19,7 +19,7 @@ pub struct TooFew {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GoalError {
     /// What stands before a measure is no number.
-    #[error("`{text}` is no weight: write a number")]
+    #[error("`{text}` is not a weight: write a number")]
     Weight {
         /// As it is written.
         text: String,
@@ -31,7 +31,7 @@ pub enum GoalError {
     #[error(transparent)]
     Measure(#[from] MeasureError),
     /// The time of an extreme.
-    #[error("`{0}` changes in jumps from one extreme to another, which no search can follow")]
+    #[error("`{0}` is discontinuous where another extreme becomes the largest, and cannot be optimized")]
     Jumps(Measure),
 }
 
@@ -42,13 +42,13 @@ pub enum LimitError {
     #[error("write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =")]
     NoSign,
     /// Nothing stands behind the sign.
-    #[error("the number behind the sign is missing")]
+    #[error("the number after the sign is missing")]
     NoBound,
     /// What is limited cannot be read.
     #[error(transparent)]
     Goal(#[from] GoalError),
     /// Measures of different units are added.
-    #[error("measures in `{first}` and in `{other}` have no sum")]
+    #[error("measures in `{first}` and in `{other}` cannot be added")]
     Units {
         /// The unit of the first one.
         first: String,
@@ -86,7 +86,7 @@ pub enum RequestFault {
         cause: Box<RequestFault>,
     },
     /// A table without columns of outputs.
-    #[error("the table has no column beside `time`")]
+    #[error("the table has no column but `time`")]
     NoColumn,
     /// A column in which nothing was measured.
     #[error("the column `{column}` has no value")]
@@ -95,7 +95,7 @@ pub enum RequestFault {
         column: String,
     },
     /// A column of something else than an output.
-    #[error("the column `{column}` is no output; {known}")]
+    #[error("the column `{column}` is not an output; {known}")]
     NoOutput {
         /// The column.
         column: String,
@@ -114,7 +114,7 @@ pub enum RequestFault {
     },
     /// Times of a table that are outside the experiment.
     #[error(
-        "{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; leave these rows out, or change the times of the experiment"
+        "{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; remove these rows, or change the times of the experiment"
     )]
     Times {
         /// How many there are.
@@ -157,7 +157,7 @@ pub enum RequestFault {
         cause: ValueError,
     },
     /// A standard deviation that is not above zero.
-    #[error("`{name}={text}`: a standard deviation is above zero")]
+    #[error("`{name}={text}`: a standard deviation must be positive")]
     Deviation {
         /// The column.
         name: String,
@@ -215,7 +215,7 @@ pub enum RequestFault {
         unit: String,
     },
     /// Something is measured that is not there.
-    #[error("`{name}` is no {what}; {known}")]
+    #[error("`{name}` is not a {what}; {known}")]
     NotMeasured {
         /// The name.
         name: String,
@@ -234,14 +234,14 @@ pub enum RequestFault {
     },
     /// Several starts, but quantities without bounds between which these could be.
     #[error(
-        "{names}: starts are spread between two bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)"
+        "{names}: several starts need bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)"
     )]
     OpenBounds {
         /// The quantities.
         names: String,
     },
     /// None or too many starts.
-    #[error("{starts} starts: there are 1 to {most}")]
+    #[error("{starts} starts, but must be 1 to {most}")]
     Starts {
         /// How many are asked for.
         starts: usize,
@@ -249,7 +249,7 @@ pub enum RequestFault {
         most: usize,
     },
     /// Too many quantities.
-    #[error("{count} quantities are varied; {most} can be")]
+    #[error("{count} quantities are varied, but at most {most} can be")]
     Quantities {
         /// How many there are.
         count: usize,
@@ -257,7 +257,7 @@ pub enum RequestFault {
         most: usize,
     },
     /// Columns whose squares have no sum.
-    #[error("columns in `{first}` and in `{other}` have no sum of squares: `fit` weighs them")]
+    #[error("columns in `{first}` and in `{other}` have no common sum of squares: use `fit`, which weighs them")]
     Squares {
         /// The unit of the first column.
         first: String,

@@ -258,7 +258,7 @@ impl<'a> MjcfReader<'a> {
             self.refuse_or_leave(
                 element,
                 "tendon",
-                format!("{} has a least length, which no rope has", element.called()),
+                format!("{} has a minimum length, which a rope does not have", element.called()),
             );
         }
         let points = ends.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) });

@@ -50,7 +50,7 @@ pub struct WatchCommand {
 impl WatchCommand {
     pub fn run(self) -> Result<(), Failure> {
         if output::is_standard(&self.scene) {
-            return Err(Failure::Usage("`watch` follows a file: standard input comes but once".to_owned()));
+            return Err(Failure::Usage("`watch` needs a file: standard input can be read only once".to_owned()));
         }
         let folder = self.runtimes.unwrap_or_else(runtime::default_folder);
         // Without the module this program is the page's solver.

@@ -123,7 +123,7 @@ function read(text, variable) {
   const { name, factor: own } = shown(variable), { min, max } = variable, unit = pretty(name), plain = text.trim().replaceAll("−", "-").replace(",", ".");
   const others = TYPED_UNITS[variable.unit] ?? {}, [, written = plain, word = ""] = plain.match(/^(.*?[\d.])\s*([A-Za-z°µ"″].*)$/) ?? [];
   const factor = word === "" || word === unit || word === name ? own : others[word], number = (factor === undefined ? plain : written).trim(), value = +number * (factor ?? own), limit = bound => `${+(bound / own).toPrecision(6)} ${unit}`.trim();
-  if (number === "" || !Number.isFinite(value)) return { fault: `"${text}" is no number` };
+  if (number === "" || !Number.isFinite(value)) return { fault: `"${text}" is not a number` };
   if (min !== null && value < min) return { fault: `at least ${limit(min)}` };
   if (max !== null && value > max) return { fault: `at most ${limit(max)}` };
   return { value };

@@ -24,7 +24,7 @@ function goBack(by) {
   if (!next) return;
   history.now += by;
   adopt(next);
-  say(by < 0 ? "undone" : "done again");
+  say(by < 0 ? "undone" : "redone");
   showHistory();
   dispatchEvent(new CustomEvent("cotree-changed"));
 }
@@ -94,7 +94,7 @@ function shareAddress() {
 /** Takes over what an address says of what is still there. */
 function adoptAddress(text) {
   let shared;
-  try { shared = JSON.parse(text); } catch { tell("The address of this page is cut short: what it shares cannot be read."); return; }
+  try { shared = JSON.parse(text); } catch { tell("The address of this page is truncated: its values cannot be read."); return; }
   const [values, pose = null] = Array.isArray(shared) ? shared : [], known = [], lost = [];
   for (const [name, value] of ownNames((Array.isArray(values) ? values : []).filter(Array.isArray))) {
     if (Number.isFinite(value) && knobs.some(knob => knob.name === name)) known.push([name, value]); else lost.push(name);
@@ -102,7 +102,7 @@ function adoptAddress(text) {
   const fits = Array.isArray(pose) && pose.length === TOUCH?.coordinates.length && pose.every(Number.isFinite);
   adopt({ values: known, pose: fits ? pose : null });
   commit();
-  if (lost.length) tell(`The address has values of what this page does not have: ${lost.join(", ")}`);
+  if (lost.length) tell(`The address has values of quantities that this page does not have: ${lost.join(", ")}`);
 }
 
 const title = () => document.querySelector("h1").textContent.replace(/[^\w.-]+/g, "_") || "mechanism";

@@ -6,7 +6,7 @@
   const notice = document.getElementById("notice");
   const lines = id => { const made = Object.assign(document.createElement("p"), { id, className: "notice plain lines", hidden: true }); notice.after(made); return made; };
   const warnings = lines("warnings"), conflict = lines("conflict");
-  warnings.title = "click: away with it";
+  warnings.title = "click to dismiss";
   warnings.addEventListener("click", () => { warnings.hidden = true; });
   const keep = () => {
     if (!page) return;
@@ -18,7 +18,7 @@
 
   const writes = Object.assign(document.createElement("input"), { type: "checkbox", id: "writes", checked: true });
   if (touch) {
-    const label = Object.assign(document.createElement("label"), { className: "link", title: "What is pulled and changed here is written into the scene's file" });
+    const label = Object.assign(document.createElement("label"), { className: "link", title: "Changes on this page are written into the scene file" });
     label.append(writes, " into the file");
     document.getElementById("save").before(label);
     writes.addEventListener("change", write);
@@ -28,7 +28,7 @@
   /** Says that the file and the page have gone apart, and what can be done. */
   function tellApart(why) {
     file.apart = true;
-    conflict.replaceChildren(`${why}: what you changed here is shown, but is not in the file.\n`, button("Write it into the file", () => { file.apart = false; conflict.hidden = true; write(); }), "   ", button("Take what the file has", () => { sessionStorage.setItem(KEY, JSON.stringify({ ...page.keep(), values: [], pose: null, writes: writes.checked })); location.reload(); }));
+    conflict.replaceChildren(`${why}: your changes are shown, but are not in the file.\n`, button("Write it into the file", () => { file.apart = false; conflict.hidden = true; write(); }), "   ", button("Reload the file", () => { sessionStorage.setItem(KEY, JSON.stringify({ ...page.keep(), values: [], pose: null, writes: writes.checked })); location.reload(); }));
     conflict.hidden = false;
   }
   /** Writes the text as it is now; of several changes meanwhile the last. */
@@ -45,7 +45,7 @@
     file.writing = false;
     if (!answer.ok) {
       Object.assign(file, { text: before, own: file.own.filter(own => own !== text) });
-      tellApart(answer.status === 409 ? "Another program has saved the file meanwhile" : `The file cannot be written (${await answer.text()})`);
+      tellApart(answer.status === 409 ? "Another program has changed the file" : `The file cannot be written (${await answer.text()})`);
       // The next page has the text of the file, and the values of this one over it.
       if (answer.status === 409 && file.news) { keep(); location.reload(); }
     } else if (file.waiting) write();
@@ -72,7 +72,7 @@
   sessionStorage.removeItem(KEY);
   if (!kept || !page) return;
   writes.checked = kept.writes ?? true;
-  if (kept.apart) tellApart("Another program has saved the file meanwhile");
+  if (kept.apart) tellApart("Another program has changed the file");
   const wait = () => document.documentElement.dataset.ready ? page.restore(kept) : setTimeout(wait, 20);
   wait();
 })();

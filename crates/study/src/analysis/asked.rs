@@ -19,7 +19,7 @@ use super::{AnalysisFailure, OperatingPoint};
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ModeError {
     /// No part of that name is held on one side only or rubs.
-    #[error("nothing of the name `{name}` is held on one side only or rubs; {known}")]
+    #[error("no unilateral constraint or dry friction has the name `{name}`; {known}")]
     Unknown {
         /// The name.
         name: String,
@@ -37,7 +37,7 @@ pub enum ModeError {
         permitted: String,
     },
     /// Several things of a joint fit.
-    #[error("`{name}` is more than one thing; {known}")]
+    #[error("`{name}` is ambiguous; {known}")]
     Ambiguous {
         /// The joint.
         name: String,
@@ -51,15 +51,15 @@ pub enum ModeError {
 enum Unfit {
     #[error("`{name}` cannot be {word}: it {why}")]
     Open { name: String, word: &'static str, why: String },
-    #[error("`{name}` cannot rub: nothing presses there, `{on}` is open")]
+    #[error("`{name}` has no friction force: its contact `{on}` is open")]
     NothingPresses { name: String, on: String },
-    #[error("`{name}` cannot stick: it slides by {rate}")]
+    #[error("`{name}` cannot stick: it slides at {rate}")]
     Slides { name: String, rate: String },
-    #[error("`{name}` cannot be idle: it slides by {rate}")]
+    #[error("`{name}` slides at {rate}, so its friction cannot be idle")]
     NotIdle { name: String, rate: String },
-    #[error("`{name}` stands still: write slides+ or slides- for the way in which it begins to slide")]
+    #[error("`{name}` is at rest: write slides+ or slides- for the direction in which it starts to slide")]
     StandsStill { name: String },
-    #[error("`{name}` slides the other way, by {rate}")]
+    #[error("`{name}` slides in the other direction, at {rate}")]
     OtherWay { name: String, rate: String },
 }
 
@@ -159,7 +159,7 @@ pub(super) fn put(
     let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
     if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
         return Err(AnalysisFailure::Instants(format!(
-            "at t = {} s several that stick hold something twice; say by `--mode NAME=idle` which of them carry nothing",
+            "at t = {} s several sticking frictions are redundant (statically indeterminate); set those that carry no load by `--mode NAME=idle`",
             point.time()
         )));
     }
@@ -267,16 +267,15 @@ fn with_signs(
     model: &Model,
     state: &mut State,
 ) -> Result<OperatingPoint, AnalysisFailure> {
-    let refused =
-        |time: f64, why: &str| AnalysisFailure::Instants(format!("at t = {time} s the mode that is asked for {why}"));
+    let refused = |time: f64, why: &str| AnalysisFailure::Instants(format!("at t = {time} s the requested mode {why}"));
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
-        return Err(refused(state.time(), "holds something twice; let one of what holds it be open, free or idle"));
+        return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }
     let unilaterals = &formulated.equations.system.mechanism.unilaterals;
     let slips = variation.rubbing().iter().filter_map(|own| unilaterals[own.place].slip.as_ref());
     let signs: Vec<usize> = slips.flat_map(|slip| slip.signs.iter().map(|sign| sign.0)).collect();
     if signs.len() > MOST_SIGNS {
-        return Err(refused(state.time(), "leaves too many signs of what presses to be tried"));
+        return Err(refused(state.time(), "has too many combinations of signs of normal forces to be tried"));
     }
     let natural: Vec<f64> = signs.iter().map(|&sign| state.parameters()[sign]).collect();
     let (mut first, mut locks) = (None, false);
@@ -299,9 +298,9 @@ fn with_signs(
         }
     }
     let why = if locks {
-        "is none of a motion: friction locks the mechanism, what presses grows with the friction that follows from it"
+        "has no motion: friction locks the mechanism (self-locking)"
     } else {
-        "is none of a motion: nothing presses in the way in which its friction would follow from it"
+        "has no motion: no normal forces are consistent with their friction"
     };
     Err(first.unwrap_or_else(|| refused(state.time(), why)))
 }

@@ -78,7 +78,7 @@ pub enum SetError {
         name: String,
     },
     /// A level of something else than an output.
-    #[error("`{name}` is no output")]
+    #[error("`{name}` is not an output")]
     NoOutput {
         /// The name.
         name: String,
@@ -339,7 +339,7 @@ impl Study {
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         if let Some(slips) = formulated.equations.first_led().and_then(|index| mechanism.what_holds(index)) {
             return Err(AnalysisFailure::Instants(format!(
-                "{slips} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
+                "{slips} acts on a driven motion: at rest its force is not determined, so there is no linear system; use `simulate` or `motion`"
             ))
             .into());
         }
@@ -365,7 +365,7 @@ impl Study {
 fn can_rest(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
     Err(AnalysisFailure::Instants(format!(
-        "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",
+        "the values of sampler `{}` never become constant, so there is no equilibrium: use `simulate`, or `--at` a time",
         sampler.name
     )))
 }

@@ -25,7 +25,7 @@ const DETERMINED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
 /// What to do where it slides.
-pub(super) const ELSEWHERE: &str = "put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest";
+pub(super) const ELSEWHERE: &str = "start elsewhere by `[initial]`, or let `simulate` find where it comes to rest";
 
 /// Where something rests.
 pub(super) struct Rest {
@@ -94,7 +94,7 @@ pub(super) fn rest(
     Err(match slid.or(first) {
         Some(cause) if modes.len() > 1 => AnalysisFailure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
         Some(cause) => cause,
-        None => AnalysisFailure::Instants("no mode is asked for in which anything could rest".to_owned()),
+        None => AnalysisFailure::Instants("the requested modes have no equilibrium".to_owned()),
     })
 }
 
@@ -256,7 +256,7 @@ fn modes(
         start[own.index] = own.wanted == WantedMode::Holds;
         if own.wanted == WantedMode::Slides(None) {
             return Err(AnalysisFailure::Instants(format!(
-                "`{}` slides nowhere at rest: write slides+ or slides- for the place in which it is about to, or ask for it at a time of the motion (`--at`)",
+                "`{}` does not slide at an equilibrium; request this mode at a time of the motion (`--at`)",
                 mechanism.unilaterals[own.index].name
             )));
         }
@@ -266,7 +266,7 @@ fn modes(
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
         return Err(AnalysisFailure::Instants(format!(
-            "{} parts are held on one side only, and all their modes would be tried: of no more than {MOST} that is done; say by --mode which of them are open or closed",
+            "{} unilateral constraints have too many combinations of open and closed (at most {MOST} constraints are tried); set some of them by --mode",
             free.len()
         )));
     }
@@ -324,10 +324,10 @@ fn unfit(
                 Some(format!("`{name}` would pull with {}", told(mechanism, -own.force, force)))
             }
             OneSidedKind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
-                Some(format!("`{name}` would hold back with {}", told(mechanism, -own.force, force)))
+                Some(format!("`{name}` would resist with {}", told(mechanism, -own.force, force)))
             }
             OneSidedKind::Stop if own.is_passed() => {
-                Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length)))
+                Some(format!("`{name}` is exceeded by {}", told(mechanism, -own.gap, length)))
             }
             OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => None,
         }
@@ -337,7 +337,7 @@ fn unfit(
         (needed > most + least + noise[usize::from(!own.angular)]).then(|| {
             let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
             format!(
-                "`{}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; {ELSEWHERE}",
+                "`{}` would need {needed}, but its friction limit is {most}: it slides from this configuration; {ELSEWHERE}",
                 own.name
             )
         })
@@ -350,7 +350,7 @@ fn unfit(
             searched.value(sign) == point.value(sign)
         };
         (acts && !slip.signs.iter().all(same))
-            .then(|| format!("what presses at `{}` does so the other way than it was looked for", own.name))
+            .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", own.name))
     });
     let slides = slides.map(|why| Misfit { why, slides: true });
     stops.or(turned).map(|why| Misfit { why, slides: false }).or(slides)
@@ -438,7 +438,7 @@ fn check_determined(
 pub(super) fn not_determined(names: &[String]) -> AnalysisFailure {
     let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     AnalysisFailure::Instants(format!(
-        "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
+        "supports {} are redundant (statically indeterminate); remove one of them, or give it a stiffness",
         names.join(", ")
     ))
 }

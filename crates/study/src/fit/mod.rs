@@ -139,7 +139,7 @@ pub enum FitError {
 pub enum Undetermined {
     /// Quantities on which no measured value depends.
     #[error(
-        "the measured values do not determine {names}: no measured value depends on it: leave it out, or measure something that it changes"
+        "the measured values do not determine {names}: no measured value depends on it: remove it from --vary, or measure something that it changes"
     )]
     NoEffect {
         /// The quantities.
@@ -147,7 +147,7 @@ pub enum Undetermined {
     },
     /// Quantities of which only a combination has an effect.
     #[error(
-        "the measured values do not determine {names}: only a combination of them has an effect: leave one out, or measure something else too"
+        "the measured values do not determine {names}: only a combination of them has an effect: remove one from --vary, or measure something else too"
     )]
     Combination {
         /// The quantities.
@@ -155,7 +155,7 @@ pub enum Undetermined {
     },
     /// The search has come to the end of what moves.
     #[error(
-        "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
+        "the search ended without a minimum, at values without a motion: {cause}; exclude them by bounds (NAME=LOW..HIGH)"
     )]
     NoMinimum {
         /// Why there is no motion.
@@ -170,7 +170,7 @@ pub enum Undetermined {
         left_out: String,
     },
     /// Standard deviations and quantities do not settle.
-    #[error("the standard deviations of the columns do not settle: give them (--sigma), or fit one column")]
+    #[error("the standard deviations of the columns do not converge: give them (--sigma), or fit one column")]
     Unsettled,
 }
 

@@ -26,7 +26,7 @@ pub enum DesignError {
         most: usize,
     },
     /// None are to be drawn.
-    #[error("0 runs are none: draw at least one")]
+    #[error("the number of runs is 0, but must be at least 1")]
     NoRuns,
     /// A factor is named more than once.
     #[error("`{name}` is given twice")]
@@ -35,7 +35,7 @@ pub enum DesignError {
         name: String,
     },
     /// A factor beside a table has several values.
-    #[error("beside a table `{name}` can have one value only")]
+    #[error("with a table `{name}` can have one value only")]
     BesideTable {
         /// The factor.
         name: String,
@@ -44,7 +44,7 @@ pub enum DesignError {
     #[error(transparent)]
     Sheet(#[from] SheetError),
     /// The table has no headings.
-    #[error("the table has no line of names to begin with")]
+    #[error("the first line of the table must have the names")]
     NoNames,
     /// The table has headings only.
     #[error("the table has names but no runs")]

@@ -19,7 +19,7 @@ pub enum FactorError {
     #[error(transparent)]
     Quantity(#[from] QuantityError),
     /// A standard deviation that is zero or less.
-    #[error("the deviation is not above zero")]
+    #[error("the deviation must be positive")]
     Deviation,
     /// No number of values, or too many.
     #[error("the count after `:` is not between 1 and {most}")]
@@ -28,7 +28,7 @@ pub enum FactorError {
         most: usize,
     },
     /// What stands before `%` is no number.
-    #[error("`{text}` is no number of percent")]
+    #[error("`{text}` is not a percentage")]
     Percent {
         /// As it is written.
         text: String,

@@ -328,7 +328,7 @@ impl Instance {
             Some(contact) => vec![contact.name.clone()],
             None => sticking().map(|contact| contact.name.clone()).collect(),
         };
-        Failure::Contact { time, names, why: "neither of its modes fits the motion that follows" }
+        Failure::Contact { time, names, why: "neither open nor closed is consistent with the motion that follows" }
     }
 
     /// A contact that is open by less than nothing at the end of a step through which it has been looked for.
@@ -345,7 +345,7 @@ impl Instance {
         };
         let index = (0..data.all.len()).find(|&index| is_passed(index))?;
         let (names, time) = (vec![data.all[index].name.clone()], own.within.time());
-        Some(Failure::Contact { time, names, why: "it has been passed without a beginning that could be found" })
+        Some(Failure::Contact { time, names, why: "the time of its event could not be located" })
     }
 }
 
@@ -415,7 +415,7 @@ impl Instance {
         Err(Failure::Contact {
             time,
             names,
-            why: "their modes (open or closed, sticks or slips) change again and again at one instant",
+            why: "their states (open or closed, stick or slip) change without end at the same time (chattering)",
         })
     }
 }

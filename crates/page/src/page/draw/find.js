@@ -10,7 +10,7 @@ const armOf = ({ at, angle }) => { const [u, v] = pixel(at); return [u + ARM * M
 function chooseWish(kind) {
   wish.kind = wish.kind === kind ? null : kind;
   for (const button of document.querySelectorAll("[data-wish]")) button.setAttribute("aria-pressed", button.dataset.wish === wish.kind);
-  $("wish-help").textContent = wish.kind === "poses" ? "Press where the body shall be and drag the way it shall point: three to five times. Drag a pose to move it, its tip to turn it." : wish.kind === "path" ? "Draw the path that a point of the coupler shall follow. It is closed where it ends beside its beginning." : "";
+  $("wish-help").textContent = wish.kind === "poses" ? "Press at a position of the body and drag in its direction, three to five times. Drag a pose to move it, or its tip to turn it." : wish.kind === "path" ? "Draw the path of the coupler point. It is closed if it ends next to its start." : "";
   $("clear-wish").hidden = $("find").hidden = !wish.kind;
   if (wish.kind) choose("move");
   paint();
@@ -41,7 +41,7 @@ function taskText() {
   return `${name}[path]\npoints = ${list(evenPath().map(at => at.map(value => metres(+value.toPrecision(6)))))}\nclosed = ${isClosed()}\n${sheetLimits()}`;
 }
 async function find() {
-  const few = wish.kind === "poses" ? wish.poses.length < 2 && "two poses at least are wanted" : wish.path.length < 5 && "draw a path first";
+  const few = wish.kind === "poses" ? wish.poses.length < 2 && "at least two poses are needed" : wish.path.length < 5 && "draw a path first";
   if (few) { say(few); return; }
   $("answers").replaceChildren();
   $("trade").hidden = true;
@@ -106,7 +106,7 @@ function pressWish(at, where) {
   if (tip >= 0) wish.held = ["turn", tip];
   else if (middle >= 0) wish.held = ["shift", middle];
   else if (wish.poses.length < 5) { wish.poses.push({ at: met(at).at, angle: 0 }); wish.held = ["turn", wish.poses.length - 1]; }
-  else { say("five poses are as many as a linkage of four bars can take exactly"); wish.held = ["none"]; }
+  else { say("a four-bar linkage can meet at most five poses exactly"); wish.held = ["none"]; }
   return true;
 }
 function dragWish(at) {

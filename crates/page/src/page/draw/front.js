@@ -16,7 +16,7 @@ function otherThread() {
       postMessage({ number, failed: Boolean(failed), bytes: found }, [found.buffer]);
     } catch (fault) {
       // A panic leaves the memory of the module as it was in the middle of things.
-      const bytes = new TextEncoder().encode(JSON.stringify({ faults: [{ severity: "error", message: `cotree itself has failed at this text (${fault.message}): please report it with the text`, help: "the text stays as it is" }], omitted: 0 }));
+      const bytes = new TextEncoder().encode(JSON.stringify({ faults: [{ severity: "error", message: `internal error of cotree (${fault.message}): please report it with the text`, help: "the text stays as it is" }], omitted: 0 }));
       postMessage({ number, failed: true, bytes });
       if (module) await start();
     }

@@ -36,7 +36,7 @@ function goBack(by) {
   keepDraft();
   showHistory();
   renewMotion();
-  say(by < 0 ? "undone" : "done again");
+  say(by < 0 ? "undone" : "redone");
   dispatchEvent(new CustomEvent("cotree-text"));
 }
 /** The draft outlives the page: it is kept in the browser, for this very page and what it begins with. */
@@ -82,7 +82,7 @@ function show(text, answer) {
   // Whoever draws keeps his place; what is opened is seen whole.
   if (drawing.fits && answer.good) { drawing.fits = false; fit(); } else paint();
 }
-/** What the compiler says, each with its line in the text. */
+/** Errors and warnings, each with its line in the text. */
 function showFaults({ faults, omitted = 0 }) {
   drawing.faults = faults;
   $("faults").replaceChildren(...faults.map(({ severity, message, help, label, place: at }) => {
@@ -115,7 +115,7 @@ async function renewMotion() {
   const { failed, bytes } = await front.ask("front_page", text);
   if (turn !== motion.turn) return;
   $("motion").classList.toggle("old", failed);
-  $("motion-told").textContent = failed ? motion.frame ? "The motion of the last text without faults." : "The motion comes as soon as the text has no faults." : "";
+  $("motion-told").textContent = failed ? motion.frame ? "The motion of the last text without errors." : "The motion appears when the text has no errors." : "";
   if (failed) return;
   const frame = Object.assign(document.createElement("iframe"), { title: "The mechanism in motion", srcdoc: textOf(bytes), className: "next" });
   $("motion").append(frame);
@@ -151,7 +151,7 @@ function choose(name) {
 /** Does what the tool does with one place, or with a second one. */
 function act(at, target) {
   const own = TOOLS[tool.name];
-  if (drawing.shown !== drawing.text || drawing.stale) { say("the text has faults: mend them first, then go on drawing"); return; }
+  if (drawing.shown !== drawing.text || drawing.stale) { say("the text has errors: correct them before you draw"); return; }
   if (drawing.text.trimStart().startsWith("{")) { say("this scene is JSON: the tools write TOML; change it in the text"); return; }
   if (drawing.sketch?.line) { say("this is a mechanism on a line: change it in the text"); return; }
   if (own.count === 2 && !tool.first) { tool.first = at; say(`from ${called(at)}: where to?`); paint(); return; }
@@ -187,7 +187,7 @@ function typeKey(key) {
 /** A point is taken up, moved and let go. */
 function grab(at) {
   if (at.kind !== "point") return false;
-  if (drawing.stale || drawing.shown !== drawing.text) { say("the text has faults: mend them first"); return false; }
+  if (drawing.stale || drawing.shown !== drawing.text) { say("the text has errors: correct them first"); return false; }
   tool.grabbed = { point: at, text: drawing.text, sketch: drawing.sketch };
   say(`${called(at)} taken`);
   return true;
@@ -316,7 +316,7 @@ function showCursor(at) {
 async function exportFmu(version) {
   say("making the FMU\u2026");
   const { failed, bytes } = await front.ask("front_fmu", drawing.text, { argument: version });
-  if (failed) { const { faults } = JSON.parse(textOf(bytes)); showFaults({ faults }); say("there is no FMU of a text with faults"); return null; }
+  if (failed) { const { faults } = JSON.parse(textOf(bytes)); showFaults({ faults }); say("no FMU: the text has errors"); return null; }
   const name = `${$("name").textContent.replace(/[^A-Za-z0-9_]/g, "_").replace(/^(?=\d)/, "_")}.fmu`;
   say(`${name}: ${Math.round(bytes.length / 1e3)} kB`);
   return { name, bytes };
@@ -332,7 +332,7 @@ async function sharedText() {
   try {
     const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), letter => letter.charCodeAt(0));
     return await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
-  } catch { say("the address of this page is cut short: its scene cannot be read"); return null; }
+  } catch { say("the address of this page is truncated: its scene cannot be read"); return null; }
 }
 
 const fileName = () => $("name").textContent.replace(/[^\w.-]+/g, "_");
@@ -360,7 +360,7 @@ const SAVES = {
   text: () => { save(`${fileName()}.toml`, drawing.text); drawing.saved = drawing.text; },
   svg: () => save(`${fileName()}.svg`, sheetSvg()),
   png: async () => save(`${fileName()}.png`, await sheetPng()),
-  link: async () => { const address = await shareAddress(); history.replaceState(null, "", address); try { await navigator.clipboard.writeText(address); say("address copied"); } catch { say("the address of this page has the scene in it now"); } },
+  link: async () => { const address = await shareAddress(); history.replaceState(null, "", address); try { await navigator.clipboard.writeText(address); say("address copied"); } catch { say("the address of this page now contains the scene"); } },
 };
 function listenToButtons() {
   for (const [name, { say: text, hint, key }] of Object.entries(TOOLS)) {

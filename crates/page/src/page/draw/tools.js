@@ -25,12 +25,12 @@ function named(text, { kind, owner, name, body, at }, wanted) {
 const joined = (text, type, name, ends, more = []) => addTable(text, `joints.${freshName(text, name)}`, [`type    = "${type}"`, `between = [${ends.map(end => `"${end}"`).join(", ")}]`, ...more]);
 
 const TOOLS = {
-  move: { key: "v", say: "Move", hint: "drag a point: what hangs on it follows; drag the ground to move the view" },
+  move: { key: "v", say: "Move", hint: "drag a point: the parts connected to it follow; drag the background to move the view" },
   bar: {
     key: "b", say: "Bar", count: 2, hint: "from one end to the other; an end on a point or a bar is pinned to it; a length can be typed: 120, or 120<45; 1 kg per metre, `density` in the text",
     act(text, from, to) {
       const length = far(from.at, to.at), name = freshName(text, "bar");
-      if (length * view.scale < 6) throw new Error("a bar needs two ends that are apart");
+      if (length * view.scale < 6) throw new Error("a bar needs two different ends");
       text = addTable(text, `bodies.${name}`, [`points = { a = [0, 0], b = [${metres(length)}, 0] }`, `shape  = { rod = ["a", "b"], density = "1 kg/m" }`]);
       for (const [end, at] of [["a", from], ["b", to]]) {
         if (at.kind === "free") continue;
@@ -43,7 +43,7 @@ const TOOLS = {
     },
   },
   pin: {
-    key: "p", say: "Pin", count: 1, hint: "on a point: pins it to what lies there, else to the ground",
+    key: "p", say: "Pin", count: 1, hint: "on a point: pins it to another body there, else to the ground",
     act(text, at) {
       if (at.kind === "point" && at.body !== null) {
         const joints = drawing.sketch.geometry.joints, holds = (one, other) => joints.some(({ ends }) => [[0, 1], [1, 0]].some(([i, k]) => ends[i].body === one && ends[k].body === other && far(world(ends[i]), at.at) < 1e-9 * (1 + Math.abs(at.at[0]))));
@@ -57,7 +57,7 @@ const TOOLS = {
     },
   },
   slider: {
-    key: "s", say: "Slider", count: 2, hint: "on a point, then where its rail leads: a block on the ground",
+    key: "s", say: "Slider", count: 2, hint: "on a point, then in the direction of its rail: a slider on the ground",
     act(text, at, to) {
       if (at.kind === "free") throw new Error("a slider begins at a point of a body");
       const [first, end] = named(text, at, "pin"), block = freshName(first, "block");
@@ -66,7 +66,7 @@ const TOOLS = {
     },
   },
   slot: {
-    key: "o", say: "Slot", count: 2, hint: "on a point, then where the slot leads: a slot in the ground",
+    key: "o", say: "Slot", count: 2, hint: "on a point, then in the direction of the slot: a slot in the ground",
     act(text, at, to) {
       if (at.kind === "free") throw new Error("a slot begins at a point of a body");
       const [first, end] = named(text, at, "pin"), [second, ground] = named(first, { kind: "free", at: at.at }, "rail");
@@ -76,7 +76,7 @@ const TOOLS = {
   spring: { key: "g", say: "Spring", count: 2, hint: "from one end to the other", act: (text, from, to) => stretched(text, from, to, "spring", length => [`stiffness = "1000 N/m"`, `length    = ${metres(length)}`]) },
   damper: { key: "d", say: "Damper", count: 2, hint: "from one end to the other", act: (text, from, to) => stretched(text, from, to, "damper", () => [`damping = "10 N.s/m"`]) },
   motor: {
-    key: "m", say: "Motor", count: 1, hint: "on a pin: it turns once in a second",
+    key: "m", say: "Motor", count: 1, hint: "on a pin: it turns once per second",
     act(text, at) {
       const joint = drawing.sketch.geometry?.joints.filter(({ hold }) => hold === "pin").map(own => [far(world(own.ends[1]), at.at) * view.scale, own]).filter(([d]) => d < 14).sort((a, b) => (a[1].ends[0].body !== null) - (b[1].ends[0].body !== null))[0]?.[1];
       if (!joint) throw new Error("a motor turns a pin: choose one");
@@ -102,7 +102,7 @@ const TOOLS = {
     },
   },
   remove: {
-    key: "x", say: "Remove", count: 1, hint: "a joint, a load, a point or a body: what is shown on top there",
+    key: "x", say: "Remove", count: 1, hint: "removes the topmost joint, load, point or body",
     act(text, at, _, target) {
       const part = target?.closest?.("[data-load],[data-joint]"), name = part?.dataset.load ?? part?.dataset.joint;
       if (name) return without(text, name, ["joints", "drivers", "loads"]);
@@ -117,7 +117,7 @@ const TOOLS = {
 };
 const axis = (from, to) => {
   const way = minus(to, from), length = Math.hypot(...way);
-  if (length * view.scale < 6) throw new Error("draw the way that it leads");
+  if (length * view.scale < 6) throw new Error("draw its direction");
   return `[${way.map(value => digits12(+(value / length).toFixed(12))).join(", ")}]`;
 };
 function stretched(text, from, to, type, more) {
@@ -185,7 +185,7 @@ function moved(text, grabbed, to) {
     const zeros = own.length === 2 && [`${first.name}.x`, `${first.name}.y`, `${second.name}.y`].every(word => number(`${point.owner}.${word}`)?.value === 0) && number(`${point.owner}.${second.name}.x`)?.value > 0;
     if (zeros) {
       const [a, b] = own.map(other => here.includes(other) ? to : other.at), way = minus(b, a), now = angle + oneWay(Math.atan2(way[1], way[0]) - angle);
-      if (Math.hypot(...way) < 1e-9) throw new Error("the ends of a bar are apart");
+      if (Math.hypot(...way) < 1e-9) throw new Error("the ends of a bar must be different");
       set(`${point.owner}.${second.name}.x`, Math.hypot(...way));
       guess(`${point.owner}.angle`, now, true);
       ["x", "y"].forEach((word, k) => guess(`${point.owner}.${word}`, (a[k] + b[k]) / 2, false));

@@ -16,10 +16,10 @@ const CONTRADICTION: f64 = 1e-8;
 #[derive(Debug, Error)]
 pub enum StartError {
     /// Rates that are not given and are not zero.
-    #[error("`[initial]` leaves rates open in a mechanism that moves at its start: give them")]
+    #[error("`[initial]` does not determine the velocities of a mechanism that moves at the start: give them")]
     RatesOpen,
     /// What is known contradicts the loops for other values.
-    #[error("what is known at the start and the loops fit for these very values only")]
+    #[error("the initial values and the loops are compatible for these values only")]
     TheseValuesOnly,
     /// No decomposition.
     #[error(transparent)]
