@@ -93,7 +93,7 @@ class Best(Report):
 
 @dataclass(frozen=True)
 class Assembly:
-    """A way in which the loops close: positions and angles by name, SI, and how many starts led to it; `own` if it is that of the scene."""
+    """An assembly mode: positions and angles by name, SI, and how many starts led to it; `own` if it is that of the scene."""
 
     values: dict[str, float]
     found: int
@@ -216,7 +216,7 @@ class Commands:
         return Report(told)
 
     def assemblies(self, *, starts: int = 200, set: Mapping[str, Value] | None = None) -> list[Assembly]:
-        """The ways in which the loops close, from so many starts, the scene's first; raises RunError where poses are no single ones."""
+        """The assembly modes, from so many starts, the scene's first; raises RunError if configurations are not isolated."""
         with raised():
             found = json.loads(_cotree.assemblies(self._core, starts, given.settings(set)))
         if found["continuous"]:

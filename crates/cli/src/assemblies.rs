@@ -13,10 +13,10 @@ use cotree_draw::pose::draw;
 use super::failure::Failure;
 use super::{MessageFormat, output};
 
-/// Find the ways in which a mechanism can be assembled, with lines to paste that pick each
+/// Find the assembly modes of a mechanism, with lines to paste that choose each
 ///
-/// The loops are closed from many starts. What neither drivers nor known initial values give is held where the scene begins; where its guesses lead to no pose, at the first one that
-/// is found.
+/// The loops are closed from many starts. Coordinates that neither drivers nor known initial values give are held at the start of the scene; if its guesses lead to no configuration, at the first one
+/// that is found.
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree assemblies four_bar.toml --drawings poses")]
 pub struct AssembliesCommand {
@@ -74,7 +74,7 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
             found.poses.len() - 1
         );
     }
-    let ways = counted(found.poses.len(), "way");
+    let ways = counted(found.poses.len(), "assembly mode");
     let given = |name: &str| {
         let known = mechanism.initial.iter().filter(|own| own.known).map(|own| mechanism.variable_name(own.variable));
         found.held.iter().any(|held| held.name == name) || known.into_iter().any(|known| known == name)

@@ -18,10 +18,9 @@ use cotree_text::assumptions::assumptions;
 use super::failure::{Failure, say};
 use super::{MessageFormat, output};
 
-/// Check a scene: every fault at once, with its place and what to do
+/// Check scenes: list all errors and warnings with their places and what to do
 ///
-/// A scene without faults is described in a few lines, with what was assumed because the scene does not say it. Several scenes are looked at one after the
-/// other, whatever is wrong with one of them.
+/// A scene without errors is described in a few lines, with the assumptions made for missing values. Several scenes are checked independently.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png\n  \

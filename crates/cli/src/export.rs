@@ -11,9 +11,9 @@ use super::failure::Failure;
 use super::words::one_of;
 use super::{MessageFormat, output};
 
-/// Make an FMU: one file for any tool that reads FMI 2.0, or 3.0 with --fmi 3
+/// Export an FMU for any tool that reads FMI 2.0, or 3.0 with --fmi 3
 ///
-/// The FMU has its solver inside and needs neither cotree nor anything else. The same scene gives the same file.
+/// The FMU contains its solver and needs no other program. The same scene gives the same file.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  cotree export slider_crank.toml --fmi 3\n  \

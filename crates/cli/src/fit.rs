@@ -19,11 +19,11 @@ use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop, study};
 
-/// Find values of parameters from a measured motion: least squares, with standard errors and correlations
+/// Fit parameters to a measured motion by least squares, with standard errors and correlations
 ///
-/// Parameters, constant inputs and initial values are changed until the outputs are as near as possible to what was measured, by Levenberg's and
-/// Marquardt's method with the exact derivatives of the motion. Columns count by their standard deviations, which are estimated from their residuals
-/// unless --sigma gives them. Numbers without a unit are SI. Each motion shows its values and residuals where standard error is a terminal; Ctrl-C ends the search
+/// Parameters, constant inputs and initial values are changed until the outputs are as close as possible to the measured values, by the Levenberg-Marquardt
+/// method with exact derivatives of the motion. Columns are weighted by their standard deviations, which are estimated from the residuals
+/// unless --sigma gives them. Numbers without a unit are SI. On a terminal each motion shows its values and residuals; Ctrl-C ends the search
 /// with the best values so far. Rows in which a variable has no value or no derivative at the first values are left out, and counted.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \

@@ -16,8 +16,8 @@ const LARGEST: u64 = 50 << 20;
 
 /// Import a linkage, a robot or a drawing as a commented scene
 ///
-/// Reads `.pmks` files of PMKS+ and its addresses (in a text file), JSON of pylinkage, robots as MJCF, URDF or SDF, and drawings as DXF. The kind of file is found
-/// from its content. Each line of the report says what is exact, approximated, or left out; what acts and cannot be imported is an error.
+/// Reads `.pmks` files of PMKS+ and its addresses (in a text file), JSON of pylinkage, robots as MJCF, URDF or SDF, and drawings as DXF. The format is found
+/// from the content. Each line of the report says what is exact, approximated, or left out; a load that cannot be imported is an error.
 #[derive(Args)]
 #[command(after_help = "Examples:
   cotree import linkage.pmks

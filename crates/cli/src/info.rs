@@ -8,7 +8,7 @@ use cotree::report::inspect::Contents;
 use super::failure::Failure;
 use super::output;
 
-/// Show what is in an FMU that cotree has made
+/// Show the contents of an FMU that cotree made
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree info slider_crank.fmu\n  cotree info slider_crank.fmu --scene > slider_crank.toml"

@@ -12,10 +12,10 @@ use super::{MessageFormat, output, times};
 /// More points than this are a mistake in `--step` or `--stop`.
 const MOST_POINTS: u64 = 1_000_000;
 
-/// Linearise a mechanism: A, B, C, D from the inputs of the scene to its outputs
+/// Linearize a mechanism: state-space matrices A, B, C, D from the inputs of the scene to its outputs
 ///
-/// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. Where that is no rest its own dx/dt is said, too.
-/// The states are independent coordinates and their rates: as few as the mechanism has. The derivatives are exact. An output file that
+/// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. If the point is not an equilibrium its dx/dt is reported too.
+/// The states are independent coordinates and their rates, two per degree of freedom. The derivatives are exact. An output file that
 /// ends in `.m` is a script of MATLAB and Octave.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree linearize cart_pole.toml\n  \

@@ -12,11 +12,11 @@ use super::failure::Failure;
 use super::units::{self, InUnits};
 use super::{MessageFormat, output, study};
 
-/// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
+/// Analyse one turn or stroke of an input: range, limits, transmission angle, drive torque, reactions, shaking forces
 ///
-/// The input moves with constant speed, which the first line says, or with --speed 0 nothing moves and forces are static. Without masses forces are those of the loads. Transmission angles are 90 degrees less the angle between the
-/// static force that a load on the output makes at a joint, and the path of that joint; the joint-force index is the largest joint force for a
-/// load of one. The shaking moment is about the input joint.
+/// The input moves at constant speed, which the first line reports; with --speed 0 forces are static. Without masses forces are those of the loads. The transmission angle is 90 degrees minus the angle between the
+/// static force that a load on the output makes at a joint and the path of that joint; the joint-force index is the largest joint force for a
+/// unit load. The shaking moment is about the input joint.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree motion crank_rocker.toml --input O2 --output O4 --speed \"20 rad/s\" --every \"60 deg\"\n  \

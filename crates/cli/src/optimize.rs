@@ -23,10 +23,10 @@ use super::{MessageFormat, output, stop, study};
 const STARTS: usize = 64;
 const TURN_STARTS: usize = 8;
 
-/// Find the best values of parameters: measures made small or large within limits, or a curve that is met
+/// Optimize parameters: minimize or maximize measures under constraints, or match a curve
 ///
-/// Parameters, constant inputs and initial values are changed by sequential quadratic programming with the exact derivatives of the motion, from many starts: the scene's values, and points
-/// between the bounds. Optima that differ are listed with how often each was reached, and limits with what they cost. The same --seed gives the same result. Ctrl-C ends the search with the
+/// Parameters, constant inputs and initial values are changed by sequential quadratic programming with exact derivatives of the motion, from many starts: the values of the scene, and points
+/// between the bounds. Different optima are listed with the number of searches that reached each, and the cost of each constraint. The same --seed gives the same result. Ctrl-C ends the search with the
 /// best values so far.
 #[derive(Args)]
 #[command(group = ArgGroup::new("aim").required(true).args(["minimize", "maximize", "matched"]))]

@@ -24,10 +24,10 @@ use super::{MessageFormat, output, stop};
 /// The largest table of runs [bytes].
 const LARGEST_TABLE: u64 = 1 << 30;
 
-/// Run a scene with many values: a table with a few numbers of each run
+/// Run a scene with many values, and write a table with measures of each run
 ///
-/// Runs are spread over all processors; a run has the bits of a simulation by itself. The table is CSV: the number of the run, what was set, what was
-/// measured, and why a run failed if it did. With -o it is kept in FILE.part until the sweep is done: Ctrl-C loses nothing, and --resume goes on.
+/// Runs use all processors; each has the bits of a single simulation. The table is CSV: the number of the run, the values that were set, the
+/// measures, and the error of a failed run. With -o it is kept in FILE.part until the sweep is finished: after Ctrl-C, --resume continues.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
                   cotree sweep slider_crank.toml --set crank_length=0.4..0.6:21 --set rod_length=1.4,1.5 --output \"max(cylinder.fn)\" --plot out.png\n  \

@@ -10,10 +10,10 @@ use super::failure::Failure;
 use super::units::InUnits;
 use super::{MessageFormat, output};
 
-/// Find linkages for a task: a body through poses, a function, a path, a stroke
+/// Find linkages for a task: poses of a body, a function, a path or a stroke
 ///
-/// All four-bars, slider-cranks and slotted linkages that meet the task are found, judged and ranked. What is printed as good has been driven by the
-/// program itself: on one circuit, without a dead point, in order, every pose met. Bare numbers of a task are in metres and radians.
+/// All four-bars, slider-cranks and slotted linkages that meet the task are found, checked and ranked. Good linkages have been simulated:
+/// they have no circuit, branch or order defect. Bare numbers of a task are in metres and radians.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree synthesize boot_lid.toml -o lids\n  cotree synthesize curve.toml --json\n  \

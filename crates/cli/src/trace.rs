@@ -17,9 +17,9 @@ use super::failure::Failure;
 use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output};
 
-/// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
+/// Trace the curves of points during the experiment, and cam profiles, as CSV or as DXF for CAD
 ///
-/// A point is `body.point`, or `body` for its mass centre. The name of a cam's joint stands for its profile, in the cam's axes with the shaft
+/// A point is `body.point`, or `body` for its mass centre. The name of a cam's joint means its profile, in the cam's axes with the shaft
 /// as origin.
 #[derive(Args)]
 #[command(

@@ -19,11 +19,11 @@ use super::{MessageFormat, output, serve};
 /// More pictures than this are a mistake in the rate or the speed.
 const MOST_PICTURES: u32 = 100_000;
 
-/// See it move: one page for a browser, with the mechanism in motion, plots and sliders
+/// Show the motion in a browser: one page with the mechanism, plots and sliders
 ///
-/// The page needs no network. It has the solver of the FMU inside if the runtime for browsers is there (`web/cotree_runtime.wasm` in
-/// the folder of runtimes, made by tools/build-runtimes.sh). Otherwise this machine serves the page, with its solver in this program; a file without it plays a
-/// run that is stored in it, and says so.
+/// The page needs no network. It contains the solver of the FMU if the runtime for browsers is there (`web/cotree_runtime.wasm` in
+/// the folder of runtimes, made by tools/build-runtimes.sh). Otherwise this machine serves the page and solves it; a file without a solver plays a
+/// stored run, with a note.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree view slider_crank.toml\n  cotree view slider_crank.toml -o crank.html --runtimes target/runtimes\n  \

@@ -31,7 +31,7 @@ use super::{MessageFormat, output, stop, study};
 use progress::RunProgress;
 use record::Record;
 
-/// Simulate a scene: its outputs over time, as a table, as a plot, and in figures
+/// Simulate a scene: its outputs over time as a table, a plot or a summary
 ///
 /// Runs exactly the code that the FMU runs. The table is CSV: `time` first, then the outputs of the scene. All is SI; with `--units` or
 /// `[display]` in the scene it is in those units, and the header says which. If the solver cannot go on, table and plot hold what comes

@@ -256,7 +256,7 @@ fn modes(
         start[own.index] = own.wanted == WantedMode::Holds;
         if own.wanted == WantedMode::Slides(None) {
             return Err(AnalysisFailure::Instants(format!(
-                "`{}` does not slide at an equilibrium; request this mode at a time of the motion (`--at`)",
+                "`{}` does not slide at an equilibrium: write slides+ or slides- for the configuration in which it is about to slide, or give a time of the motion (`--at`)",
                 mechanism.unilaterals[own.index].name
             )));
         }
