@@ -266,7 +266,7 @@ fn an_fmu_whose_parts_do_not_belong_together_is_damaged() {
     type Change<'a> = Box<dyn Fn(&str) -> String + 'a>;
     let guid = text_between(&at("crank.fmu"), "guid=\"", "\"");
     let descriptions: [(&str, Change); 3] = [
-        ("breaks off", Box::new(|text| text[..text.find("</ModelVariables>").unwrap()].to_owned())),
+        ("truncated", Box::new(|text| text[..text.find("</ModelVariables>").unwrap()].to_owned())),
         ("GUIDs differ", Box::new(|text| text.replace(&guid, "{0}"))),
         ("variables differ", Box::new(|text| text.replace("\"crank_length\"", "\"crank_size\""))),
     ];

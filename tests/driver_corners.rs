@@ -1,4 +1,4 @@
-//! Where the rate of a driver jumps, its impulse acts on what is not driven, whatever the coordinates and the method are.
+//! Where the rate of a driver is discontinuous, its impulse acts on what is not driven, whatever the coordinates and the method are.
 
 use crate::support::run;
 
@@ -257,5 +257,5 @@ fn sensitivities_end_at_a_corner() {
     assert!(derivative("5*t", STOP).is_ok());
     assert!(derivative("5*min(t, 0.5)", 0.9 * CORNER).is_ok());
     let refused = derivative("5*min(t, 0.5)", STOP).map(|_| ()).map_err(|error| error.to_string());
-    assert!(refused.as_ref().is_err_and(|why| why.contains("the rate of a driver jumps")), "{refused:?}");
+    assert!(refused.as_ref().is_err_and(|why| why.contains("the rate of a driver is discontinuous")), "{refused:?}");
 }

@@ -107,10 +107,10 @@ fn what_an_older_address_does_not_say_is_refused() {
         ("C,1,4,coupler%7Crocker,R", "C,1,4,coupler%7Crocker,P", "joint `C` slides"),
         ("false,false,cm", "false,true,cm", "which of the two is not known"),
         ("false,false,cm", "false,false,in", "lengths are in `in`"),
-        ("30,false,false,cm", "30", "cut"),
+        ("30,false,false,cm", "30", "truncated"),
         ("&f=", "&f=F1,1", "with forces"),
         ("B%7CC,,l", "B%7CX,,l", "has the joint `X`"),
-        ("-4,2,crank", "-4,x,crank", "has no place"),
+        ("-4,2,crank", "-4,x,crank", "has no position"),
         (
             "C,1,4,coupler%7Crocker,R,f,0,0.1,f",
             "C,1,4,coupler%7Crocker,R,f,0,0.1,t",
@@ -299,7 +299,7 @@ fn what_cannot_be_read_is_refused_with_every_reason() {
     let json = fs::read_to_string(example("four_bar.json")).unwrap();
     let odd = json.replace("\"driver\"", "\"servo\"").replace("\"coupler.1_rocker.0\"\n", "\"nowhere\"\n");
     for (text, words) in [
-        (good.replace("crank", "crankshaft"), vec!["cut or changed"]),
+        (good.replace("crank", "crankshaft"), vec!["truncated or changed"]),
         (good[..40].to_owned(), vec!["neither a file or address of PMKS+"]),
         (json[..60].to_owned(), vec!["not JSON of pylinkage"]),
         ("{}".to_owned(), vec!["not JSON of pylinkage"]),
