@@ -202,7 +202,7 @@ const STROKE: &[TaskKey] = &[
     TaskKey("time_ratio", ValueForm::Number, "time ratio: time of the forward stroke per time of the return stroke"),
     TaskKey("swing", ValueForm::Number, "angle of swing of a rocker [rad]"),
     TaskKey("stroke", ValueForm::Number, "stroke of a slider [m]"),
-    TaskKey("offset", ValueForm::Number, "distance of the line of the slider from the pivot of the crank [m]"),
+    TaskKey("offset", ValueForm::Number, "distance distance of the line of the slider from the pivot of the crank [m]"),
     TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
 const LIMITS: &[TaskKey] = &[
@@ -910,7 +910,7 @@ impl TaskReader<'_> {
             TaskKind::Function { .. } | TaskKind::Stroke { .. } => {
                 let message =
                     "six-bars are found for paths, poses and functions of a rocker, not for this task".to_owned();
-                self.wrong(node, message, "leave `bars` out")
+                self.wrong(node, message, "remove `bars`")
             }
         }
     }

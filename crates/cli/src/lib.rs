@@ -62,9 +62,9 @@ use failure::Failure;
     version,
     arg_required_else_help = true,
     after_help = "First steps:\n  cotree demo                        see a mechanism move, in a browser\n  cotree new my_mechanism            write a commented scene to start from\n  \
-                  cotree check my_mechanism.toml     is it right?\n  \
-                  cotree simulate my_mechanism.toml  see it move, as numbers\n  \
-                  cotree view my_mechanism.toml      see it move, in a browser\n  \
+                  cotree check my_mechanism.toml     check it for errors\n  \
+                  cotree simulate my_mechanism.toml  print the motion as a table\n  \
+                  cotree view my_mechanism.toml      show the motion in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
                   Exit codes: 0 success, 1 the scene has errors (or cotree has: cotree::internal), 2 usage or file error,\n            \
                   3 the solver failed, 130 stopped by Ctrl-C. Also 1, without a message, if standard output is closed before everything is written."

@@ -136,7 +136,7 @@ impl<'a> MjcfReader<'a> {
             ends,
             laws: JointLaws::default(),
         });
-        let soft = "MuJoCo holds them softly, by solref and solimp; here loops close exactly";
+        let soft = "soft in MuJoCo (solref, solimp), exact here";
         self.report.note(format!("equality constraints: {soft}"));
     }
 

@@ -183,7 +183,7 @@ impl RobotWriter<'_> {
             key(
                 "friction",
                 format!("{{ coulomb = {} }}", number(laws.friction)),
-                "dry friction, which sticks",
+                "Coulomb friction with sticking",
                 self.report,
             );
         }

@@ -1,7 +1,7 @@
 // A page that this machine serves has its front end and its solver there: each call is a request, through the few calls that the modules for browsers have. A page in a file or in a
 // frame names the server.
 (() => {
-  const server = window.cotreeServer ?? location.href.split("#")[0], address = name => new URL(`call/${name}`, server).href, gone = () => new Error("the program that serves this page has ended: start it again, and open the address that it prints");
+  const server = window.cotreeServer ?? location.href.split("#")[0], address = name => new URL(`call/${name}`, server).href, gone = () => new Error("the program that serves this page has stopped: start it again, and open the address that it prints");
   const read = (failed, text) => { const answer = JSON.parse(text); if (failed) throw new Error(answer.faults[0].message); return answer; };
   const check = status => { if (status !== 200) throw new Error(`the program that serves this page has answered ${status}`); };
   /** The page waits for the answer: for what a picture needs, and while it opens. */

@@ -34,7 +34,7 @@ impl Answer {
             notes.push(Cell::from(format!("\n0 of {} meet the limits; {last}", count(self.looked_at, "candidate"))));
             let is_too_many = matches!(&self.task.kind, TaskKind::Poses { at, .. } if at.len() > MOST_POSES);
             notes.extend(is_too_many.then(|| {
-                let advice = "four-bars take five poses and no more, but for special ones: these are far from what any of them does; leave some out, or write `bars = 6` in `[limits]` for six-bars";
+                let advice = "a four-bar can meet at most five general poses, and these are far from any of its motions; remove some poses, or write `bars = 6` in `[limits]` for six-bars";
                 Cell::from(advice)
             }));
         }
