@@ -51,7 +51,7 @@ fn what_is_no_file_or_never_ends_is_refused() {
             assert!(message.contains(file) && message.contains(reason), "{message}");
         }
     }
-    for (file, reason) in [("folder", "a folder"), ("pipe", "a pipe"), ("/dev/zero", "a device"), ("large", "no FMU")] {
+    for (file, reason) in [("folder", "a folder"), ("pipe", "a pipe"), ("/dev/zero", "a device"), ("large", "not an FMU")] {
         let message = refused(folder.path(), &["info", file]);
         assert!(message.contains(file) && message.contains(reason), "{message}");
     }
@@ -456,10 +456,10 @@ fn scenes_of_one_name_have_files_of_their_own() {
     fs::copy(folder.path().join("crank.toml"), folder.path().join("scene.toml")).unwrap();
     for (scene, file) in [("crank.toml", "crank.fmu"), ("longer.toml", "longer.fmu")] {
         let output = cotree(folder.path(), &["export", scene]);
-        assert_eq!((stdout(&output).trim(), stderr(&output).contains("was there already")), (file, false));
+        assert_eq!((stdout(&output).trim(), stderr(&output).contains("existed and is overwritten")), (file, false));
     }
     let again = cotree(folder.path(), &["export", "longer.toml"]);
-    assert!(stderr(&again).contains("longer.fmu was there already"), "{}", stderr(&again));
+    assert!(stderr(&again).contains("longer.fmu existed and is overwritten"), "{}", stderr(&again));
     let page = stdout(&cotree(folder.path(), &["view", "longer.toml"]));
     assert_eq!(page.trim(), "longer.html");
     // What every scene may be called says nothing.

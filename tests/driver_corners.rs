@@ -221,7 +221,7 @@ fn the_warning_says_what_becomes_of_the_impulse() {
         run::compiled(&text).warnings.map(|warnings| warnings.render(false, 400)).unwrap_or_default()
     };
     let said = warning("preset = \"recommended\"");
-    assert!(said.contains("its impulse changes the speeds"), "{said}");
+    assert!(said.contains("the impulse changes the speeds"), "{said}");
     let said = warning("rotation = [\"motor\", \"pen\"]");
     assert!(said.contains("without the impulse"), "{said}");
 }

@@ -98,7 +98,7 @@ fn named_methods_refuse_change_points_and_lose_no_branch() {
             let (said, outcome) = run(&member(family, seed), Some(engine), tolerance, 0.0131);
             match outcome {
                 Outcome::Passed(_) => passed += 1,
-                Outcome::Failed(why) if why.contains("leave the choice of the method to the program") => refused += 1,
+                Outcome::Failed(why) if why.contains("and the scene names another method") => refused += 1,
                 _ => panic!("{said}"),
             }
         }

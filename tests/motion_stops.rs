@@ -155,7 +155,7 @@ fn limits_of_the_input_end_its_range() {
     let limited = rail.replace("axis = [1, 0]", "axis = [1, 0]\nlimits = { min = -3, max = 7 }");
     ends(&figures(&limited, &["--input", "rail"]), [Some(("rail.min", -3.0)), Some(("rail.max", 7.0))]);
     let one = told(&limited.replace("min = -3, ", ""), &["--input", "rail"]).unwrap_err();
-    assert!(one.contains("moves without an end: give its range"), "{one}");
+    assert!(one.contains("has an unlimited range: give one"), "{one}");
     let half = figures(&limited.replace("min = -3, ", ""), &["--input", "rail", "--range", "0..9"]);
     ends(&half, [None, Some(("rail.max", 7.0))]);
 }
@@ -222,7 +222,7 @@ fn limits_of_the_rocker_stop_the_crank() {
     std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
     let checked = stderr(&cotree(folder.path(), &["check", "a.toml"]));
     assert!(
-        checked.contains("would stop what drivers move") && checked.contains("`cotree motion` says how"),
+        checked.contains("a prescribed motion cannot stop") && checked.contains("`cotree motion` computes how large"),
         "{checked}"
     );
 }
@@ -350,7 +350,7 @@ fn what_the_drive_does_not_determine_is_refused() {
     )
     .replace("slider = {", "bob = { mass = 1, inertia = 1, points = { o = [0, \"80 mm\"] } }\nslider = {");
     let refused = told(&free, &[]).unwrap_err();
-    assert!(refused.contains("the drive leaves something free") && refused.contains("`P.min`"), "{refused}");
+    assert!(refused.contains("the drive leaves other degrees of freedom") && refused.contains("`P.min`"), "{refused}");
     let caught = slider_crank("", "F = { type = \"one_way\", between = [\"ground\", \"crank\"] }", "100 deg");
     let refused = told(&caught, &[]).unwrap_err();
     assert!(refused.contains("freewheel `F`") && refused.contains("the direction of the drive"), "{refused}");

@@ -55,7 +55,7 @@ fn a_driver_that_jumps() {
 #[test]
 fn a_search_for_trees_that_is_gone() {
     let cheapest = said("[coordinates]\npreset = \"cheapest\"\n");
-    assert!(cheapest.len() == 1 && cheapest[0].contains("`cheapest` takes the recommended trees"), "{cheapest:?}");
+    assert!(cheapest.len() == 1 && cheapest[0].contains("`cheapest` is obsolete and means the recommended trees"), "{cheapest:?}");
     assert_eq!(said("[coordinates]\npreset = \"joint\"\n"), [""; 0]);
 }
 
@@ -94,7 +94,7 @@ fn assumptions_read_well() {
         assert!(!sentence.contains("  ") && !sentence.contains("-0.000000"), "{sentence}");
         assert!(sentence.split(' ').all(|word| !word.starts_with("0.3333333")), "{sentence}");
     }
-    assert!(sentences.iter().any(|own| own.contains("write `unit`, or the units of its numbers")), "{sentences:?}");
+    assert!(sentences.iter().any(|own| own.contains("give `unit`, or units of the numbers")), "{sentences:?}");
 }
 
 /// The hook is moved and has no mass: no length and no mass depends on anything but parameters.

@@ -170,7 +170,7 @@ fn what_cannot_be_answered_is_said() {
     let limits = |limit: &str| {
         refused(&format!("name = \"x\"\n[poses]\nat = [[0, 0, 0], [1, 0, 0.3], [2, 1, 0.9]]\n[limits]\n{limit}\n"))
     };
-    assert!(limits("length = [2, 1]").contains("lower end is above the upper one"));
+    assert!(limits("length = [2, 1]").contains("its lower bound is above the upper one"));
     assert!(limits("transmission = \"95 deg\"").contains("below 90 degrees"));
     assert!(limits("speed = 1").contains("no key `speed`"));
     assert!(refused("name = \"x\"\n").contains("no table `[poses]`, `[function]`, `[path]` or `[stroke]`"));
@@ -257,7 +257,7 @@ fn too_many_poses_are_named() {
     let answer = answered(&format!("name = \"x\"\n[poses]\nat = [{at}]\n"));
     assert_eq!(answer.good().count(), 0);
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
-    assert!(text.contains("take five poses and no more"), "{text}");
+    assert!(text.contains("at most five general poses"), "{text}");
 }
 
 /// Between given pivots five points have finitely many four-bars: this many, as Morgan and Wampler 1990 published, and all are looked at.

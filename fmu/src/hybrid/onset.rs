@@ -214,7 +214,7 @@ mod tests {
 
     /// A crossing behind the limit is none, one before it is found as without; near the end of a short step after a long time few numbers are left.
     #[test]
-    fn what_begins_behind_the_limit_costs_one_place_and_times_that_are_one_are_not_told_apart() {
+    fn what_begins_behind_the_limit_costs_one_place_and_times_that_are_one_are_not_distinguished() {
         let places = |limit: f64, spacing: f64| {
             let (mut count, mut excess) = (0, |t: f64| t - 0.3);
             let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
