@@ -31,7 +31,7 @@ def four_bar(draw):
 
 
 def pose(bars, angle):
-    """The body where the first bar has an angle: where its origin is, and its turn; none out of reach."""
+    """The body where the first bar has an angle: the position of its origin, and its turn; none out of reach."""
     (a, a0, r), (b, b0, s) = bars
     pin = a0 + cmath.rect(r, angle)
     to, body = b0 - pin, b - a

@@ -141,9 +141,9 @@ fn impossible(fault: &check::Fault) -> Fault {
     let check::Fault::Value { what } = fault else {
         return internal(&fault.to_string());
     };
-    let message = format!("the numbers of this scene are too large or too small to compute with: {what} is not finite");
+    let message = format!("{what} is not finite: values of this scene are too large or too small for double precision");
     Fault::new("scene::out_of_range", message, Span::default())
-        .help("look for a mass, an inertia, a length or a stiffness with a wrong unit or power of ten")
+        .help("check the units and powers of ten of masses, inertias, lengths and stiffnesses")
 }
 
 /// Something that no scene should be able to cause.
@@ -155,7 +155,7 @@ fn internal(what: &str) -> Fault {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuantityError {
     /// Not two numbers.
-    #[error("two numbers are wanted")]
+    #[error("must be two numbers")]
     NotTwo,
     /// Numbers that are written together have units of different kinds.
     #[error("`{other}` and `{last}` are of different kinds")]

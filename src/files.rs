@@ -38,7 +38,7 @@ impl Draft {
             // To be replaced it need not be writable, but whoever made it read-only does not expect that.
             Ok(data) if data.is_file() => drop(OpenOptions::new().write(true).open(&place)?),
             Ok(_) => {
-                let file = open_patiently(OpenOptions::new().write(true), &place, "nobody reads from")?;
+                let file = open_patiently(OpenOptions::new().write(true), &place, "no program reads from")?;
                 return Ok(Self { writer: Some(BufWriter::new(file)), place, stage: DraftStage::Placed });
             }
             Err(_) => {}
@@ -123,7 +123,7 @@ fn followed(path: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(place),
         }
     }
-    Err(io::Error::other("its links lead in a circle"))
+    Err(io::Error::other("its links form a cycle"))
 }
 
 /// Makes something under a free name in the same folder, so that renaming does not copy. The name is short: the place's own may be as long as names
@@ -198,7 +198,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return Err(large());
     }
     let mut bytes = Vec::new();
-    let reading = || open_patiently(OpenOptions::new().read(true), path, "nobody writes to");
+    let reading = || open_patiently(OpenOptions::new().read(true), path, "no program writes to");
     let file = if data.is_file() { File::open(path)? } else { reading()? };
     file.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { Err(large()) } else { Ok(bytes) }

@@ -42,7 +42,7 @@ fn guesses_that_lead_nowhere_hide_no_assembly() {
     let output = cotree(folder.path(), &["assemblies", "a.toml"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
-    assert!(text.starts_with("four_bar: the loops close in 2 ways") && text.contains("lead to none of them"), "{text}");
+    assert!(text.starts_with("four_bar: the loops close in 2 assembly modes") && text.contains("lead to none of them"), "{text}");
     assert!(!text.contains("that of the scene"), "{text}");
 }
 
@@ -55,7 +55,7 @@ fn both_assemblies_of_a_four_bar_are_found_and_can_be_pasted() {
     let output = cotree(folder.path(), &["assemblies", "a.toml", "--drawings", "poses"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
-    assert!(text.starts_with("four_bar: the loops close in 2 ways (from 200 starts)"), "{text}");
+    assert!(text.starts_with("four_bar: the loops close in 2 assembly modes (from 200 starts)"), "{text}");
     let mut found = Vec::new();
     for (index, part) in text.split("\n# ").skip(1).enumerate() {
         let lines: String = part.lines().skip(2).map(|line| format!("{line}\n")).collect();
@@ -126,7 +126,7 @@ fn folded_poses_that_turn_freely_hide_no_single_ones() {
     let output = cotree(folder.path(), &["assemblies", "a.toml"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
-    assert!(text.contains("the loops close in 2 ways") && text.contains("can move on, though all is held"), "{text}");
+    assert!(text.contains("the loops close in 2 assembly modes") && text.contains("can move although all degrees of freedom are fixed"), "{text}");
     for angle in ["30.000000", "-30.000000"] {
         assert!(text.contains(&format!("\"c.angle\" = {{ guess = \"{angle} deg\" }}")), "{text}");
     }
@@ -141,7 +141,7 @@ fn what_is_open_is_held_where_the_scene_begins() {
     )
     .unwrap();
     let text = stdout(&cotree(folder.path(), &["assemblies", "a.toml"]));
-    assert!(text.contains("the loops close in 2 ways with `"), "{text}");
+    assert!(text.contains("the loops close in 2 assembly modes with `"), "{text}");
     let check = stdout(&cotree(folder.path(), &["check", "a.toml"]));
     assert!(!check.contains("one of"), "a guess has picked one\n{check}");
     std::fs::write(
@@ -150,7 +150,7 @@ fn what_is_open_is_held_where_the_scene_begins() {
     )
     .unwrap();
     let check = cotree(folder.path(), &["check", "a.toml"]);
-    assert!(stdout(&check).contains("this assembly is one of 2"), "{}{}", stdout(&check), stderr(&check));
+    assert!(stdout(&check).contains("this is one of 2"), "{}{}", stdout(&check), stderr(&check));
 }
 
 /// A wheel turns a rack, a rod ties both: where the rack is counts whole turns of the wheel.

@@ -15,7 +15,7 @@ const G: f64 = 9.81;
 fn number(formula: &Formula) -> f64 {
     match formula {
         Formula::Number(number) => *number,
-        other => panic!("{other:?} is no number"),
+        other => panic!("{other:?} is not a number"),
     }
 }
 

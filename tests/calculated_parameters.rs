@@ -170,7 +170,12 @@ fn the_description_says_so() {
 #[test]
 fn who_sets_one_is_told_what_to_set() {
     let error = scene(SCENE).simulate_many(&[vec![("half", 0.3)]]).expect_err("it is calculated").to_string();
-    assert!(error.contains("`half` follows other parameters (half the length; calculated: `length/2`)"), "{error}");
+    assert!(
+        error.contains(
+            "`half` cannot be set: it is calculated from other parameters (half the length; calculated: `length/2`)"
+        ),
+        "{error}"
+    );
     let error = Study::new(&scene(SCENE)).expect("a scene").set("inertia", |_| Ok(1.0)).expect_err("it is calculated");
     let error = error.to_string();
     assert!(

@@ -43,7 +43,7 @@ fn a_scene_comes_from_standard_input() {
     }
     let wrong = with_input(folder.path(), &["check", "-"], &scene.replace("stop = 2", "stop = \"2 m\""));
     assert!(code(&wrong) == 1 && stderr(&wrong).contains("standard input:7:"), "{}", stderr(&wrong));
-    assert!(stderr(&with_input(folder.path(), &["watch", "-"], scene)).contains("follows a file"));
+    assert!(stderr(&with_input(folder.path(), &["watch", "-"], scene)).contains("needs a file"));
 }
 
 #[test]
@@ -174,10 +174,13 @@ fn settings_that_make_no_sense_say_why() {
         (&["--set", "rod_length=2 kg"], "not in m"),
         (&["--set", "rod_length=10 cm"], "at least 1.0 m"),
         (&["--stop", "-1"], "before the start"),
-        (&["--step", "0"], "above zero"),
+        (&["--step", "0"], "positive"),
         (&["--step", "1 ns", "--stop", "1 min"], "rows"),
-        (&["--tolerance", "2"], "2e0 is not between 1e-13"),
-        (&["--tolerance", "1e-30"], "1e-30 is not between 1e-13, the finest that double precision permits, and 0.01"),
+        (&["--tolerance", "2"], "the tolerance is 2e0, but must be between 1e-13"),
+        (
+            &["--tolerance", "1e-30"],
+            "the tolerance is 1e-30, but must be between 1e-13 (the limit of double precision) and 0.01",
+        ),
         (&["--sensitivity", "rod", "--sensitivity", "gas"], "initial value `gas`"),
         (&["--input", "table.csv"], "line 2, column 2"),
     ];
@@ -304,7 +307,7 @@ fn info_says_why_it_cannot_read_a_file() {
         assert_eq!((code(&info), stdout(&info).as_str()), (2, ""));
         assert!(stderr(&info).contains(message), "{message}: {}", stderr(&info));
     }
-    for (file, message) in [("crank.toml", "it is no FMU"), ("missing.fmu", "missing.fmu")] {
+    for (file, message) in [("crank.toml", "it is not an FMU"), ("missing.fmu", "missing.fmu")] {
         let info = cotree(folder.path(), &["info", file]);
         assert!(code(&info) == 2 && stderr(&info).contains(message), "{}", stderr(&info));
     }

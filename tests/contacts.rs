@@ -60,7 +60,7 @@ fn a_follower_that_would_fly_is_told_of() {
     let spin = 30.0;
     let found = of_experiment(&Scene::from_toml(&cam(spin)).unwrap());
     let [fault] = &found.faults[..] else { panic!("{found:?}") };
-    assert!(found.needed.is_empty() && fault.message.starts_with("`contact` has to pull"), "{fault:?}");
+    assert!(found.needed.is_empty() && fault.message.starts_with("`contact` would have to pull"), "{fault:?}");
     let angles: Vec<f64> = (0..100_000).map(|k| TAU * f64::from(k) / 1e5).collect();
     let least = angles.iter().map(|angle| carried(spin, *angle)).fold(f64::MAX, f64::min);
     let more = number(&fault.help, "at least ");
@@ -83,7 +83,7 @@ fn every_command_that_shows_forces_says_so() {
             let output = cotree(folder.path(), &[&arguments[..1], &[scene], &arguments[1..]].concat());
             assert_eq!(code(&output), 0, "{}", stderr(&output));
             let said = if told { stderr(&output) } else { stdout(&output) };
-            assert_eq!(said.contains("`contact` has to pull"), flies, "{arguments:?} {scene}: {said}");
+            assert_eq!(said.contains("`contact` would have to pull"), flies, "{arguments:?} {scene}: {said}");
         }
     }
 }
@@ -99,7 +99,7 @@ fn forces_and_places_are_in_the_units_that_are_asked_for() {
             let output = cotree(folder.path(), &[command, &["--units", units]].concat());
             let said = stdout(&output) + &stderr(&output);
             let said = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
-            let (_, told) = said.split_once("`contact` has to pull").unwrap_or_else(|| panic!("{said}"));
+            let (_, told) = said.split_once("`contact` would have to pull").unwrap_or_else(|| panic!("{said}"));
             told.to_owned()
         };
         let (si, shown) = (told("si"), told("kN,ms,rad"));

@@ -482,7 +482,7 @@ fn what_is_wrong_with_keys_of_signals_is_said() {
     let cases = [
         (filter("input = 1\n"), "filter `slow` has neither of `time` or `cutoff`"),
         (filter("input = 1\ntime = 1\ncutoff = 1\n"), "has both of `time` or `cutoff`"),
-        (filter("input = 1\ntime = 1\ndamping = 1\n"), "has `damping`, but is of first order"),
+        (filter("input = 1\ntime = 1\ndamping = 1\n"), "has `damping`, but is a first-order filter"),
         (filter("input = 1\ntime = -1\n"), "`time` of filter `slow` must be positive"),
         (filter("time = 1\n"), "filter `slow` has no `input`"),
         (filter("input = 1\ncutoff = \"3 Hz\"\n"), "`Hz` leaves open"),

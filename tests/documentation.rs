@@ -105,7 +105,7 @@ fn a_large_mechanism_stands_still_and_says_so() {
     }
     fs::write(folder.path().join("many.toml"), scene + "[outputs]\nvariables = [\"b0.x\"]\n").unwrap();
     let (page, _) = page(folder.path(), "many.toml", &[]);
-    assert!(page.contains("The picture stands still: the mechanism has 101 bodies"), "{page:.600}");
+    assert!(page.contains("The picture is not animated: the mechanism has 101 bodies"), "{page:.600}");
     assert!(page.contains("<svg") && page.contains("<h2>Use</h2>") && !page.contains("<script"));
 }
 

@@ -153,12 +153,12 @@ stop = 4.0
     std::fs::write(folder.path().join("still.toml"), wheel("0.2")).unwrap();
     let checked = String::from_utf8(cotree(folder.path(), &["check", "still.toml"]).stdout).unwrap();
     assert!(
-        checked.contains("`pin.friction` is at rest at the start") && checked.contains("not determined"),
+        checked.contains("`pin.friction`: kept at rest by drivers at the start") && checked.contains("not determined"),
         "{checked}"
     );
     let said = String::from_utf8(cotree(folder.path(), &["simulate", "still.toml"]).stderr).unwrap();
     assert!(
-        said.contains("`turn.torque` has no value") && said.contains("dry friction of what drivers keep still"),
+        said.contains("`turn.torque` has no value") && said.contains("dry friction of a driven motion"),
         "{said}"
     );
 }
@@ -318,7 +318,7 @@ fn figures_of_the_linkage_do_not_depend_on_friction() {
     assert!(without.friction.is_none());
     let still = MotionRequest { speed: Some(0.0), ..request };
     let said = of_motion(PRESS, &still).unwrap_err();
-    assert!(said.contains("give a speed above zero"), "{said}");
+    assert!(said.contains("give a positive speed"), "{said}");
 }
 
 /// The press with a light pendulum that hangs on its slider: what the drive gives is as without it, though the mechanism moves freely now, and what the linkage rubs turns at events.
@@ -408,7 +408,7 @@ tolerance = 1e-11
     let carried = "friction = { mu = 0.2, radius = 0.01 }\n[loads.brake]\ntype = \"torque\"\non = \"bob\"\nvalue = \"0.01*push.force\"";
     let refused = Scene::from_toml(&cart("friction = { mu = 0.3 }", carried)).and_then(|scene| compile(&scene));
     let refused = refused.unwrap_err().to_string();
-    for word in ["scene::friction", "`rail.friction` rubs where drivers move it", "velocity"] {
+    for word in ["scene::friction", "`rail.friction` has dry friction in a driven motion", "velocity"] {
         assert!(refused.contains(word), "{refused}");
     }
     for arguments in [&["linearize", "scene.toml"][..], &["show", "scene.toml", "--equations", "text"]] {
@@ -429,7 +429,7 @@ fn analysis_of_driven_friction_is_refused() {
         let output = cotree(folder.path(), &[command, "press.toml"]);
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(
-            !output.status.success() && said.contains("acts where drivers determine the motion"),
+            !output.status.success() && said.contains("acts on a driven motion"),
             "{command}: {said}"
         );
     }

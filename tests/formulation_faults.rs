@@ -149,8 +149,8 @@ fn a_huge_file_is_answered() {
 fn a_law_of_a_driver_is_said_to_jump_where_it_does() {
     let laws = [
         ("abs(t - 0.7)", Some("its rate goes from -0.300000 to 0.300000")),
-        ("abs(t - 0.7)^0.5", Some("its rate grows beyond all bounds")),
-        ("sign(t - 0.7)*abs(t - 0.7)^0.5", Some("its rate grows beyond all bounds")),
+        ("abs(t - 0.7)^0.5", Some("its rate is unbounded")),
+        ("sign(t - 0.7)*abs(t - 0.7)^0.5", Some("its rate is unbounded")),
         ("if(t < 0.7, 0, 1e-3)", Some("it goes from 0.000000 to 0.000300")),
         ("sin(500*t) + if(t < 0.7, 0, 1e-2)", Some("it goes from")),
         ("if(t < 0.7, 0, 2*(t - 0.7))", Some("its rate goes from 0.000000 to 0.600000")),
@@ -167,7 +167,7 @@ fn a_law_of_a_driver_is_said_to_jump_where_it_does() {
              axis = [1, 0]\n[joints.pin]\ntype = \"revolute\"\nbetween = [\"cart\", \"bob.top\"]\n[drivers.motor]\n\
              joint = \"rail\"\ndisplacement = \"0.3*({law})\"\n[experiment]\nstop = 1.5\n"
         );
-        let said = faults(law, text).map(|faults| faults.render(false, 100));
+        let said = faults(law, text).map(|faults| faults.render(false, 400));
         match (expected, &said) {
             (None, None) => {}
             (Some(expected), Some(said)) => assert!(said.contains(expected), "{law}: {said}"),
@@ -194,9 +194,9 @@ fn particles_without_inertia_are_told_of_together() {
     let messages: Vec<&str> = said.list.iter().map(|fault| &*fault.message).collect();
     assert_eq!(
         messages,
-        ["nothing turns `a`, `b`, and their inertias are zero: how fast to turn them is not determined"]
+        ["no joint or load turns `a`, `b`, and their inertias are zero: the angular acceleration is not determined"]
     );
-    assert!(said.list[0].help.contains("any inertia above zero does"), "{}", said.list[0].help);
+    assert!(said.list[0].help.contains("give any positive inertia"), "{}", said.list[0].help);
     let ends = |inertia: &str| {
         let results = Scene::from_toml(&scene(inertia)).unwrap().simulate().unwrap();
         ["a.x", "b.y", "c.x"].map(|name| *results.column(name).unwrap().values.last().unwrap())
@@ -216,9 +216,9 @@ fn drivers_that_contradict_each_other_are_named() {
         let [fault] = &faults.list[..] else { panic!("{}", faults.render(false, 100)) };
         format!("{} {}", fault.code, fault.message)
     };
-    let open = "at best, 12.89 mm are missing at `rocker_pin`";
+    let open = "the smallest gap is 12.89 mm at `rocker_pin`";
     let said = first(four_bar.clone());
-    let why = "the joints leave 1 freedom, but 2 motions are prescribed";
+    let why = "the joints leave 1 degree of freedom, but drivers prescribe 2 motions";
     assert_eq!(said, format!("assembly::conflict drivers `motor`, `brake` conflict: {why}; {open}"));
     let pendulum =
         "[bodies.bob]\nmass = 1\ninertia = 1\n[joints.swing]\ntype = \"revolute\"\nbetween = [\"ground\", \"bob\"]\n";
@@ -229,11 +229,16 @@ fn drivers_that_contradict_each_other_are_named() {
     ));
     assert_eq!(
         said,
-        format!("assembly::conflict drivers `motor`, `brake` conflict: without one of them the loops close; {open}")
+        format!(
+            "assembly::conflict drivers `motor`, `brake` conflict: without any one of them the loops close; {open}"
+        )
     );
     let (rest, _) = four_bar.split_once("[drivers.motor]").unwrap();
     let said = first(format!("{rest}[drivers.path]\non = \"crank.pin\"\nposition = [0.3, 0.3]\n"));
-    assert!(said.starts_with(&format!("assembly::conflict driver `path` prescribes too much: {why}")), "{said}");
+    assert!(
+        said.starts_with(&format!("assembly::conflict driver `path` overconstrains the mechanism: {why}")),
+        "{said}"
+    );
     let said = first(format!("{rest}[drivers.motor]\njoint = \"rocker_pivot\"\nangle = \"10 deg\"\n"));
     assert!(said.starts_with("assembly::open_loop the loops cannot be closed"), "{said}");
 }

@@ -285,7 +285,7 @@ fn a_freewheel_that_drivers_turn_is_refused() {
         "[drivers.motor]\njoint = \"axle\"\nangle = \"t\"\n",
     );
     let found = Scene::from_toml(&text).and_then(|scene| compile(&scene)).expect_err("a fault").to_string();
-    assert!(found.contains("would stop what drivers move"), "{found}");
+    assert!(found.contains("a prescribed motion cannot stop"), "{found}");
     let wrong = disc("direction = \"left\"", "0", 0.0);
     let found = Scene::from_toml(&wrong).and_then(|scene| compile(&scene)).expect_err("a fault").to_string();
     assert!(found.contains("direction"), "{found}");

@@ -20,7 +20,7 @@ use cotree_fmu::program::Engine;
 const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by side, 5-100", "Jansen's leg, 1000 turns"];
 
 /// What a run says that ends at a singular pose.
-const REFUSALS: [&str; 2] = ["comes to a singular pose", "has left its branch in a singular pose"];
+const REFUSALS: [&str; 2] = ["reaches a singular configuration", "has left its branch in a singular configuration"];
 
 /// What a method says at a singular pose that a user has named: only series pass one.
 const NAMED: &str = "leave the choice of the method to the program";
@@ -130,7 +130,7 @@ fn springs_at_change_points_are_passed() {
 fn check_method(case: &Case, run: &str, engine: Option<Engine>, outcome: Outcome, tolerance: f64) {
     match (engine, outcome) {
         (Some(_), Outcome::Failed(why) | Outcome::Refused(why))
-            if why.contains("singular pose") && why.contains(NAMED) => {}
+            if why.contains("singular configuration") && why.contains(NAMED) => {}
         (_, outcome) => check(case, run, outcome, tolerance),
     }
 }
@@ -360,7 +360,7 @@ fn very_stiff_springs_end_in_front_of_change_points() {
             let (Outcome::Refused(why) | Outcome::Failed(why)) = &outcome else {
                 panic!("{seed} at {tolerance:e}, {points:?}: {outcome:?}")
             };
-            assert!(why.contains("singular pose") && why.contains("make it less stiff"), "{why}");
+            assert!(why.contains("singular configuration") && why.contains("make it less stiff"), "{why}");
         }
     }
 }
@@ -376,7 +376,10 @@ fn accelerations_in_a_singular_pose_are_refused_with_the_cause() {
     let Err(InstanceError::Solver(failure)) = instance.get(variable) else { panic!("a value") };
     let Failure::Undetermined { time: 0.0, joints } = &failure else { panic!("{failure}") };
     assert_eq!(joints, &["rocker_pin"]);
-    assert!(failure.to_string().contains("a singular pose, where the loop equations of `rocker_pin`"), "{failure}");
+    assert!(
+        failure.to_string().contains("a singular configuration, where the loop equations of `rocker_pin`"),
+        "{failure}"
+    );
     instance.step_to(0.5).expect("the motion goes on");
     assert!((get_variable(&mut instance, "rocker.omega") - get_variable(&mut instance, "crank.omega")).abs() < 1e-6);
     assert!(get_variable(&mut instance, "rocker.alpha").is_finite());
@@ -540,7 +543,11 @@ fn every_passage_is_told_when_it_is_past_and_is_where_the_bars_are_in_line() {
     assert_eq!(passages.len(), crossings, "{passages:?}");
     for passage in &passages {
         let message = passage.to_string();
-        assert!(message.ends_with("`crank`, `coupler` and `rocker` are in line; passing with 1 freedom gained"));
+        assert!(
+            message.ends_with(
+                "`crank`, `coupler` and `rocker` are collinear; crossing it with 1 degree of freedom gained"
+            )
+        );
         // A communication point in the very pose.
         let mut other = started(model.clone(), Engine::Taylor, 4.0, 1e-10);
         other.step_to(passage.time).expect("the polynomial serves it");

@@ -26,7 +26,10 @@ fn angles_of_hertz_without_a_factor_are_refused() {
     ];
     for angle in refused {
         let faults = Scene::from_toml(&scene(own, angle, "")).and_then(|scene| scene.resolve()).expect_err(angle);
-        assert!(faults.to_string().contains("which `Hz` leaves open"), "{angle}: {faults}");
+        assert!(
+            faults.to_string().contains("but `Hz` does not say whether of turns or of radians"),
+            "{angle}: {faults}"
+        );
     }
     let taken = [
         "2*pi*w*t",
@@ -48,7 +51,7 @@ fn angles_of_hertz_without_a_factor_are_refused() {
     }
     let start = "[initial]\n\"p.omega\" = \"w\"\n";
     let faults = Scene::from_toml(&scene(own, "", start)).and_then(|scene| scene.resolve()).expect_err("open");
-    assert!(faults.to_string().contains("which `Hz` leaves open"), "{faults}");
+    assert!(faults.to_string().contains("but `Hz` does not say whether of turns or of radians"), "{faults}");
     let clear = "[initial]\n\"p.omega\" = \"2*pi*w\"\n";
     assert!(Scene::from_toml(&scene(own, "", clear)).and_then(|scene| scene.resolve()).is_ok());
 }

@@ -150,13 +150,13 @@ fn words_have_the_types_that_their_page_names() {
     let text = read(&root().join("docs/words.md"));
     let rows: Vec<Vec<&str>> = text
         .lines()
-        .filter(|line| line.starts_with("| ") && !line.starts_with("| word "))
+        .filter(|line| line.starts_with("| ") && line.contains("` in `"))
         .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
         .collect();
     assert!(rows.len() >= 40, "{rows:?}");
     let (mut words, mut types) = (std::collections::BTreeSet::new(), std::collections::BTreeSet::new());
     for row in rows {
-        let [word, meaning, carrier] = row[..] else { panic!("three columns: {row:?}") };
+        let [word, meaning, carrier, _] = row[..] else { panic!("four columns: {row:?}") };
         let codes: Vec<&str> = carrier.split('`').skip(1).step_by(2).collect();
         let [name, file] = codes[..] else { panic!("a type in a file: {carrier}") };
         let source = read(&root().join(file));
@@ -176,6 +176,93 @@ fn defined<'a>(line: &'a str, kind: &str) -> Option<&'a str> {
     let is_item = public.is_empty() || public == "pub" || public.starts_with("pub(") && public.ends_with(')');
     let end = rest.1.find(|letter: char| !letter.is_alphanumeric()).unwrap_or(rest.1.len());
     is_item.then_some(&rest.1[..end])
+}
+
+/// The words that `docs/words.md` names as not used: those in backticks in the last column of its tables.
+fn unused_words() -> Vec<String> {
+    let text = read(&root().join("docs/words.md"));
+    let rows = text.lines().filter(|line| line.starts_with("| "));
+    let last = rows.filter_map(|line| line.trim_end_matches([' ', '|']).rsplit('|').next());
+    let is_unused = |cell: &&str| cell.trim().starts_with('`') && !cell.contains("` in `");
+    let words = last.filter(is_unused).flat_map(|cell| cell.split('`').skip(1).step_by(2).map(str::to_owned));
+    words.collect()
+}
+
+/// Where a word stands in a text as a word of its own. "there is no" is English, and so is "is no longer".
+fn has_word(text: &str, word: &str) -> bool {
+    let is_part = |letter: char| letter.is_alphanumeric() || ['_', '-', '`'].contains(&letter);
+    text.match_indices(word).any(|(at, _)| {
+        let (before, after) = (&text[..at], &text[at + word.len()..]);
+        let alone = !before.ends_with(is_part) && !after.starts_with(is_part);
+        let article = word == "is no"
+            && (before.trim_end().to_lowercase().ends_with("there")
+                || ["longer", "more", "less", "other"].iter().any(|next| after.trim_start().starts_with(next)));
+        alone && !article
+    })
+}
+
+/// The texts between quotes of a source, its comments and its unit tests left out, each with its line; lines that are joined by `\` are one.
+fn quoted(source: &str) -> Vec<(usize, String)> {
+    let source = source.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let mut texts = Vec::new();
+    let mut rest = source;
+    while let Some(at) = rest.find(['"', '\'', '/']) {
+        let (found, behind) = (&rest[at..at + 1], &rest[at + 1..]);
+        rest = match found {
+            "/" if behind.starts_with('/') => behind.split_once('\n').map_or("", |(_, next)| next),
+            "'" if behind.starts_with("\"'") || behind.starts_with("\\\"'") => &behind[2..],
+            "\"" => {
+                let mut escaped = false;
+                let end = behind.find(|letter| {
+                    let ends = letter == '"' && !escaped;
+                    escaped = letter == '\\' && !escaped;
+                    ends
+                });
+                let end = end.unwrap_or(behind.len());
+                let line = source.len() - rest.len() + at;
+                let joined: Vec<&str> = behind[..end].split("\\\n").map(str::trim_start).collect();
+                texts.push((source[..line].lines().count(), joined.concat()));
+                behind.get(end + 1..).unwrap_or_default()
+            }
+            _ => behind,
+        };
+    }
+    texts
+}
+
+/// A page without its blocks of code and what stands between backticks.
+fn prose(page: &str) -> String {
+    page.split("```").step_by(2).map(|part| part.split('`').step_by(2).collect::<Vec<_>>().join("_")).collect()
+}
+
+/// Messages and pages use the words of the field. What is left out here names a thing of another program, or shows the word.
+#[test]
+fn messages_and_pages_use_the_words_of_the_field() {
+    let words = unused_words();
+    assert!(words.len() >= 20, "{words:?}");
+    let mut files = Vec::new();
+    ["src", "crates", "fmu/src", "python/src"].iter().for_each(|folder| sources(&root().join(folder), &mut files));
+    let is_test = |path: &PathBuf| path.components().any(|part| part.as_os_str() == "tests");
+    files.retain(|path| !is_test(path) && !path.ends_with("tests.rs"));
+    let mut found = Vec::new();
+    let mut look = |path: &Path, line: usize, text: &str| {
+        let wrong = words.iter().filter(|word| has_word(text, word));
+        found.extend(wrong.map(|word| format!("{}:{line}: {word}: {text:.90}", path.display())));
+    };
+    for path in &files {
+        let source = read(path);
+        // A single word is a key or a name of a mode; what stands in braces is filled in.
+        let texts = quoted(&source).into_iter().filter(|(_, text)| text.trim().contains(' '));
+        texts.for_each(|(line, text)| look(path, line, &text.replace(['{', '}'], "_")));
+    }
+    let faults = root().join("docs/faults").read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let shows = ["docs/words.md", "docs/style.md", "CHANGELOG.md"];
+    let pages = documents().into_iter().chain(faults).filter(|path| shows.iter().all(|shown| !path.ends_with(shown)));
+    for path in pages {
+        let text = prose(&read(&path));
+        text.lines().enumerate().for_each(|(line, text)| look(&path, line + 1, text));
+    }
+    assert!(found.is_empty(), "docs/words.md has other words for these:\n{}", found.join("\n"));
 }
 
 #[test]

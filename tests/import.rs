@@ -107,10 +107,10 @@ fn what_an_older_address_does_not_say_is_refused() {
         ("C,1,4,coupler%7Crocker,R", "C,1,4,coupler%7Crocker,P", "joint `C` slides"),
         ("false,false,cm", "false,true,cm", "which of the two is not known"),
         ("false,false,cm", "false,false,in", "lengths are in `in`"),
-        ("30,false,false,cm", "30", "cut"),
+        ("30,false,false,cm", "30", "truncated"),
         ("&f=", "&f=F1,1", "with forces"),
         ("B%7CC,,l", "B%7CX,,l", "has the joint `X`"),
-        ("-4,2,crank", "-4,x,crank", "has no place"),
+        ("-4,2,crank", "-4,x,crank", "has no position"),
         (
             "C,1,4,coupler%7Crocker,R,f,0,0.1,f",
             "C,1,4,coupler%7Crocker,R,f,0,0.1,t",
@@ -211,7 +211,7 @@ fn a_cylinder_between_moving_links_raises_a_boom() {
     assert!(close(rod, barrel), "{rod} {barrel}");
     let output = cotree(folder.path(), &["import", &example("cylinder.pmks"), "-o", "again.toml"]);
     let note = stderr(&output);
-    let cut = note.split("the run is cut at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f64>);
+    let cut = note.split("the run stops at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f64>);
     assert!(cut.is_some_and(|time| time.is_ok_and(|time| (7.9..=8.0).contains(&time))), "{note}");
 }
 
@@ -289,7 +289,7 @@ fn an_arc_driver_of_pylinkage_goes_to_and_fro() {
     let outside = fs::read_to_string(example("to_and_fro.json")).unwrap().replace("1.3853981633974484", "0.7");
     fs::write(folder.path().join("outside.json"), outside).unwrap();
     let output = cotree(folder.path(), &["import", "outside.json"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("outside its arc"), "{}", stderr(&output));
+    assert!(code(&output) == 2 && stderr(&output).contains("but its arc is from"), "{}", stderr(&output));
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn what_cannot_be_read_is_refused_with_every_reason() {
     let json = fs::read_to_string(example("four_bar.json")).unwrap();
     let odd = json.replace("\"driver\"", "\"servo\"").replace("\"coupler.1_rocker.0\"\n", "\"nowhere\"\n");
     for (text, words) in [
-        (good.replace("crank", "crankshaft"), vec!["cut or changed"]),
+        (good.replace("crank", "crankshaft"), vec!["truncated or changed"]),
         (good[..40].to_owned(), vec!["neither a file or address of PMKS+"]),
         (json[..60].to_owned(), vec!["not JSON of pylinkage"]),
         ("{}".to_owned(), vec!["not JSON of pylinkage"]),

@@ -83,7 +83,7 @@ fn what_was_set_is_named_if_there_is_no_start() {
     let mut instance = instance(&compiled);
     instance.set(rod, 0.2).expect("in range");
     let error = instance.initialise().expect_err("the rod does not reach the rail").to_string();
-    assert!(error.contains("with `rod_length` = 0.2 instead of 1.5 there is no start: "), "{error}");
+    assert!(error.contains("with `rod_length` = 0.2 instead of 1.5 the mechanism cannot start: "), "{error}");
     assert!(error.contains("`crank.angle`"), "{error}");
     instance.set(rod, 1.4).expect("in range");
     instance.initialise().expect("long enough");

@@ -378,7 +378,7 @@ fn what_is_wrong_with_a_cam_that_lets_go_is_said() {
     let fault = |text: &str| Scene::from_toml(text).and_then(|scene| compile(&scene)).expect_err("a fault").to_string();
     let sound = lifter(TAU, 0.3);
     let both = fault(&sound.replace("roller = 0.01", "roller = 0.01\nclosure = \"form\""));
-    assert!(both.contains("holds its follower both ways"), "{both}");
+    assert!(both.contains("guides its follower in both directions"), "{both}");
     let below = fault(&sound.replace("\"guide.s\" = 0.04", "\"guide.s\" = 0.039"));
     assert!(below.contains("the start is beyond `contact`"), "{below}");
     let share = fault(&sound.replace("restitution = 0.3", "restitution = -0.3"));
@@ -387,5 +387,5 @@ fn what_is_wrong_with_a_cam_that_lets_go_is_said() {
         "[initial]\n\"guide.s\" = 0.04\n\"guide.v\" = 0\n",
         "[drivers.lift]\njoint = \"guide\"\ndisplacement = \"0.06\"\n",
     ));
-    assert!(driven.contains("would stop what drivers move"), "{driven}");
+    assert!(driven.contains("a prescribed motion cannot stop"), "{driven}");
 }

@@ -114,11 +114,11 @@ fn what_rubs_is_told_in_its_own_words() {
     let checked = cotree(folder.path(), &["check", "belt.toml"]);
     let checked = String::from_utf8(checked.stdout).unwrap();
     assert!(
-        checked.contains(".friction` sticks at the start and holds with ")
-            || checked.contains(".friction` slides at the start, by "),
+        checked.contains(".friction`: sticks at the start, with ")
+            || checked.contains(".friction`: slides at the start, at "),
         "{checked}"
     );
-    assert!(!checked.contains("it strikes"), "{checked}");
+    assert!(!checked.contains("the stop"), "{checked}");
 }
 
 #[test]
@@ -129,5 +129,5 @@ fn a_ratchet_tells_that_it_turns_freely() {
     std::fs::write(folder.path().join("ratchet.toml"), ratchet).unwrap();
     let checked = cotree(folder.path(), &["check", "ratchet.toml"]);
     let checked = String::from_utf8(checked.stdout).unwrap();
-    assert!(checked.contains("`ratchet` turns freely at the start, by 2 rad/s"), "{checked}");
+    assert!(checked.contains("`ratchet`: disengaged at the start, with a relative speed of 2 rad/s"), "{checked}");
 }

@@ -1,4 +1,4 @@
-//! What is held on one side only: limits, contacts, ropes, and joints that events remove, against closed forms and other formulations.
+//! What is a unilateral constraint: limits, contacts, ropes, and joints that events remove, against closed forms and other formulations.
 
 use std::f64::consts::{PI, TAU};
 
@@ -699,7 +699,7 @@ fn what_is_wrong_with_limits_is_said() {
         .replace("\"crank.angle\" = 1.5\n", "")
         .replace("[initial]", "[drivers.motor]\njoint = \"pivot\"\nangle = \"1.5 + 3*t\"\n[initial]");
     let driven = fault(&driven);
-    assert!(driven.contains("would stop what drivers move"), "{driven}");
+    assert!(driven.contains("a prescribed motion cannot stop"), "{driven}");
     let unknown = fault(&ball(0.5).replace("\"pad.mode\"", "\"rail.mode\""));
     assert!(unknown.contains("`rail.mode`"), "{unknown}");
 }
@@ -862,7 +862,7 @@ fn limits_of_a_driven_joint_are_refused_as_what_they_are() {
         .replace("\"lower.omega\" = 0.0\n", "")
         .replace("[initial]", "[drivers.motor]\njoint = \"elbow\"\nangle = \"0.2*t\"\n[initial]");
     let found = fault(&driven);
-    assert!(found.contains("would stop what drivers move") && !found.contains("conflicts"), "{found}");
+    assert!(found.contains("a prescribed motion cannot stop") && !found.contains("conflicts"), "{found}");
 }
 
 /// The crank of `end_stop` in its angle alone, theta'' = (T - J' omega^2 / 2) / J, by Runge-Kutta steps that end at impacts.

@@ -93,7 +93,7 @@ fn a_start_out_of_reach_was_not_found_and_is_drawn() {
     std::fs::write(folder.path().join("a.toml"), LEAF.replace("START", "-1.5 m")).unwrap();
     let output = cotree(folder.path(), &["check", "a.toml", "--drawing", "a.svg"]);
     let said = stderr(&output);
-    assert!(code(&output) == 1 && said.contains("no pose was found with `rail.s` at -1500 mm"), "{said}");
+    assert!(code(&output) == 1 && said.contains("no configuration was found with `rail.s` = -1500 mm"), "{said}");
     assert!(std::fs::read_to_string(folder.path().join("a.svg")).unwrap().contains("leaf"));
 }
 
@@ -105,7 +105,7 @@ fn a_pose_that_is_not_the_guessed_one_is_drawn() {
     std::fs::write(folder.path().join("a.toml"), turned).unwrap();
     let output = cotree(folder.path(), &["check", "a.toml", "--drawing", "a.svg"]);
     let said = stderr(&output);
-    assert!(said.contains("assembly::other_branch") && said.contains("the pose that was found"), "{said}");
+    assert!(said.contains("assembly::other_branch") && said.contains("the configuration that was found"), "{said}");
     let picture = std::fs::read_to_string(folder.path().join("a.svg")).unwrap();
     assert!(picture.contains("coupler") && !picture.contains("class=\"gap\""));
 }

@@ -383,7 +383,7 @@ fn what_cannot_be_asked_is_refused_with_its_reason() {
     let message =
         refused(&OptimizeRequest { starts: 3, ..request(&vary, least("peak(motor.torque)"), &contradiction) });
     assert!(
-        message.contains("no values were found that meet all limits") && message.contains("range(slide.s)"),
+        message.contains("no values were found that meet all constraints") && message.contains("range(slide.s)"),
         "{message}"
     );
     let message = refused(&request(

@@ -1,5 +1,5 @@
 //! Files that are parts of scenes: a wishbone written once and used twice is the scene that is written out, to the last bit; faults of a part's file
-//! show that file; what does not go together is refused.
+//! show that file; what cannot be combined is refused.
 
 use crate::support::run;
 

@@ -171,7 +171,7 @@ fn friction_stands_in_the_equations_with_its_level() {
         &[
             "[M]*{a} + [Phi_q]^T*{lambda} = {Q} + {Q_friction}",
             "Q_friction[1] = -rubbing.friction.direction*rubbing.friction.level",
-            "`rubbing.friction` sticks rubbing.friction.sticks = 1, rubbing.friction.direction = 0, rubbing.friction.rate = 0 abs(lambda[1]) <= static_rubbing*rubbing.friction.level it slides the way it is pushed",
+            "`rubbing.friction` sticks rubbing.friction.sticks = 1, rubbing.friction.direction = 0, rubbing.friction.rate = 0 abs(lambda[1]) <= static_rubbing*rubbing.friction.level it slides in the direction of the load",
             "slides rubbing.friction.sticks = 0, rubbing.friction.direction = 1, lambda[1] = 0 0 <= rubbing.friction.rate it sticks, or slides back",
             "slides back rubbing.friction.sticks = 0, rubbing.friction.direction = -1, lambda[1] = 0 rubbing.friction.rate <= 0 it sticks, or slides on",
             "rubbing.friction.level = mu*abs(rubbing.fn)",
@@ -196,9 +196,9 @@ fn levels_are_written_with_their_laws() {
     assert_has(
         &named(&scene(BALL)),
         &[
-            "`ratchet` free ratchet.closed = 0, lambda[1] = 0 0 <= ratchet.rate it is caught where it stands; by an impact with ratchet.rate_after = 0",
+            "`ratchet` free ratchet.closed = 0, lambda[1] = 0 0 <= ratchet.rate it engages at the current angle; with an impact: ratchet.rate_after = 0",
             "caught ratchet.closed = 1, ratchet.rate = 0 lambda[1] <= 0 it is let go",
-            "apart floor_pad.friction.sticks = 0, floor_pad.friction.direction = 0, lambda[4] = 0 `floor_pad` is open it rubs",
+            "apart floor_pad.friction.sticks = 0, floor_pad.friction.direction = 0, lambda[4] = 0 `floor_pad` is open its friction acts",
             "floor_pad.friction.level = mu_floor_pad*abs(lambda[3])",
             "floor_pad.friction.rate = ball.vx + r_floor_pad*ball.omega",
             "floor_pad.gap = ball.y - r_floor_pad",
@@ -324,7 +324,7 @@ fn code_says_what_its_factors_are_and_is_refused_where_friction_sticks() {
 
 #[test]
 fn each_mode_has_reduced_equations_of_its_own() {
-    for (name, what) in [("end_stop", "`guide.max` is held on one side only"), ("stick_slip", "sticks or slides")] {
+    for (name, what) in [("end_stop", "`guide.max` is a unilateral constraint"), ("stick_slip", "sticks or slides")] {
         let scene = model(name);
         let mut formulated = formulated(&scene.resolve().unwrap());
         let list = written::reduced(&mut formulated, SymbolNotation::Prose(Prose::Text), false).unwrap_err();

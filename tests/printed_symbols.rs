@@ -195,7 +195,7 @@ fn every_number_has_a_name_and_the_loads_are_apart() {
     ] {
         assert!(text.lines().any(|own| own.trim() == line), "`{line}` is missing:\n{text}");
     }
-    // Behind the values there is no number but factors, powers and indices.
+    // Behind the values there is not a number but factors, powers and indices.
     let equations = text.split("\nEquations\n").nth(1).unwrap();
     assert!(!equations.contains("9.81") && !equations.contains("0.25") && !equations.contains("0.5625"), "{equations}");
     let text = named(&model("vibration"), SymbolNotation::Prose(Prose::Text));

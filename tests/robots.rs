@@ -275,7 +275,7 @@ fn what_cannot_be_imported_is_refused_with_its_place_and_an_option() {
         (body("<geom type=\"mesh\" mesh=\"part\"/>"), &["body `arm` needs an inertial", "mass=\"0\""]),
         (
             body("<body name=\"b\"><freejoint/><geom size=\".1\" pos=\"0 .1 .1\"/><geom size=\".1\"/></body>"),
-            &["does not stay in the plane", "--in-plane"],
+            &["would leave the plane", "--in-plane"],
         ),
         (
             body("").replace("</mujoco>", "<actuator><muscle name=\"m\" joint=\"pin\"/></actuator></mujoco>"),
@@ -646,7 +646,7 @@ fn a_drawing_that_leaves_something_open_is_refused_with_both_places() {
     refuse(
         &(whole.clone() + &line("BARS", [500.0, 0.0, 600.0, 0.0])),
         &options,
-        &["touches no pin", "500.000000,0.000000"],
+        &["does not touch a pin", "500.000000,0.000000"],
     );
     refuse("0 TEXT 8 NOTES 1 hello", &options, &["no body", "--layer"]);
     refuse("0 LINE 8 BARS 10 1e400 20 0 11 1 21 1", &options, &["sketch.dxf:", "1e400"]);

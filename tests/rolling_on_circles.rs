@@ -55,7 +55,7 @@ fn run<const N: usize>(mut state: [f64; N], time: f64, slope: impl Fn([f64; N]) 
     state
 }
 
-/// True above zero, and of what is no number.
+/// True above zero, and of what is not a number.
 fn is_over(value: f64) -> bool {
     value.is_nan() || value > 0.0
 }

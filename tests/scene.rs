@@ -152,7 +152,7 @@ fn outputs_have_units_and_descriptions() {
     let built = Scene::new("crank").output_expression_in("mm", "stroke", "crank.end.x - block.x", "how far");
     assert_eq!(built.outputs.expressions[0], scene.outputs.expressions[0]);
     for (entry, told) in [
-        ("wrong = { value = \"crank.x\", unit = \"s\" }", "is in `m`, which cannot be shown in `s`"),
+        ("wrong = { value = \"crank.x\", unit = \"s\" }", "is in `m`, which cannot be converted to `s`"),
         ("wrong = { value = \"crank.x\", unit = \"mn\" }", "mn"),
         ("wrong = { unit = \"mm\" }", "value"),
         ("wrong = { value = \"crank.x\", units = \"mm\" }", "units"),

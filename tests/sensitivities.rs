@@ -232,11 +232,11 @@ fn every_model_and_everything_that_can_be_set() {
         let names: Vec<String> = parameters.map(|(_, own)| own.name.clone()).chain(inputs).collect();
         // The valve of the arm begins closed, at the corner of its law: oil comes in on one side and goes out on the other; the train is between its flanks where its motor turns; the block and the worm begin at rest.
         let refused = [
-            ("barrier", "would begin in motion"),
-            ("excavator_arm", "stays at its corner"),
-            ("play_train", "happens where its comparison jumps"),
-            ("stick_slip", "would begin in motion"),
-            ("worm_hoist", "would begin in motion"),
+            ("barrier", "would start to slide"),
+            ("excavator_arm", "starts at a corner"),
+            ("play_train", "happens at a discontinuity of its comparison"),
+            ("stick_slip", "would start to slide"),
+            ("worm_hoist", "would start to slide"),
             ("valve_train", "for these very values only"),
         ];
         if let Some((_, why)) = refused.iter().find(|(own, _)| *own == name) {

@@ -186,7 +186,10 @@ fn units() {
     let said = |signal: &str, wanted: &str| says(&sled(&format!("s = {signal}"), "s", ""), wanted);
     said("{ value = \"k*guide.v\", unit = \"N\" }", "scene::wrong_unit signal `s` is in `");
     said("{ value = 3, unit = \"m\" }", "scene::wrong_unit `vector` of force `push` must be a force");
-    said("{ value = \"0.1*sin(t)\", unit = \"kN\" }", "scene::unit_in_expression signal `s` is taken in `N`");
+    said(
+        "{ value = \"0.1*sin(t)\", unit = \"kN\" }",
+        "scene::unit_in_expression signal `s` is an expression without a unit, so it is in `N`",
+    );
     said("\"guide.s\"", "scene::wrong_unit");
     said("{ value = 3, unit = \"newtons\" }", "scene::unknown_unit");
 }
@@ -196,9 +199,9 @@ fn one_slip_is_one_fault() {
     let used = "a + 2*a - b";
     says(
         &sled("a = \"b + 1\"\nb = \"2*a\"", used, ""),
-        "scene::cycle signals depend on each other in a circle: `a` -> `b` -> `a`",
+        "scene::cycle signals depend on each other in a cycle: `a` -> `b` -> `a`",
     );
-    says(&sled("a = \"a\"\nb = 1", used, ""), "scene::cycle signals depend on each other in a circle: `a` -> `a`");
+    says(&sled("a = \"a\"\nb = 1", used, ""), "scene::cycle signals depend on each other in a cycle: `a` -> `a`");
     says(
         &sled("a = \"kk*t\"\nb = \"a\"", used, ""),
         "scene::unknown_name signal `a` uses a name that is not in the scene: `kk`",
@@ -358,10 +361,7 @@ fn laws_use_the_forces_of_other_loads() {
         format!("{SLED}{}[initial]\n\"guide.s\" = 0.5\n", other.replace("FORCE", law))
             + "[outputs]\nvariables = [\"other.force\"]\n"
     };
-    says(
-        &both("other.force - 1"),
-        "scene::cycle loads depend on each other in a circle: `other` -> `third` -> `other`",
-    );
+    says(&both("other.force - 1"), "scene::cycle loads depend on each other in a cycle: `other` -> `third` -> `other`");
     let mut instance = run::started(&run::model(&both("-20*length")), None, 1.0, 1e-9);
     assert_eq!(run::value(&mut instance, "other.force"), -20.0);
     says(&both("third.force"), "scene::cycle `force` of actuator `third` depends on itself: `third.force`");

@@ -47,7 +47,7 @@ fn a_step_longer_than_the_run() {
 fn a_driver_that_jumps() {
     let driven = |law: &str| said(&format!("[drivers.motor]\njoint = \"pin\"\nangle = \"{law}\"\n"));
     let jump = driven("if(t < 1, 0, 1)");
-    assert!(jump.len() == 1 && jump[0].contains("`motor` jumps: at t = 1 s"), "{jump:?}");
+    assert!(jump.len() == 1 && jump[0].contains("`motor` is discontinuous: at t = 1 s"), "{jump:?}");
     assert_eq!(driven("if(t < 1, t, 1)"), [""; 0], "a corner of a driven position is no jump");
 }
 
@@ -55,7 +55,7 @@ fn a_driver_that_jumps() {
 #[test]
 fn a_search_for_trees_that_is_gone() {
     let cheapest = said("[coordinates]\npreset = \"cheapest\"\n");
-    assert!(cheapest.len() == 1 && cheapest[0].contains("`cheapest` takes the recommended trees"), "{cheapest:?}");
+    assert!(cheapest.len() == 1 && cheapest[0].contains("`cheapest` is obsolete and means the recommended trees"), "{cheapest:?}");
     assert_eq!(said("[coordinates]\npreset = \"joint\"\n"), [""; 0]);
 }
 
@@ -94,7 +94,7 @@ fn assumptions_read_well() {
         assert!(!sentence.contains("  ") && !sentence.contains("-0.000000"), "{sentence}");
         assert!(sentence.split(' ').all(|word| !word.starts_with("0.3333333")), "{sentence}");
     }
-    assert!(sentences.iter().any(|own| own.contains("write `unit`, or the units of its numbers")), "{sentences:?}");
+    assert!(sentences.iter().any(|own| own.contains("give `unit`, or units of the numbers")), "{sentences:?}");
 }
 
 /// The hook is moved and has no mass: no length and no mass depends on anything but parameters.
@@ -114,7 +114,7 @@ fn a_pose_far_from_its_guess_is_told() {
         assumed(&scene).into_iter().find(|sentence| sentence.contains("far from its guess"))
     };
     let sentence = told("26 m").unwrap();
-    assert!(sentence.starts_with("`rod.x` is at 0 m at the start, far from its guess, 26 m"), "{sentence}");
+    assert!(sentence.starts_with("`rod.x` is 0 m at the start, far from its guess of 26 m"), "{sentence}");
     assert_eq!(told("0.1 m"), None);
 }
 

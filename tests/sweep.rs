@@ -98,7 +98,7 @@ fn a_run_that_fails_does_not_end_the_sweep() {
     let text = swept(folder.path(), &[&arguments[..], &["--output", "cylinder.s"]].concat());
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 4, "{text}");
-    assert!(lines[1..].iter().all(|line| line.contains("there is no start")), "{text}");
+    assert!(lines[1..].iter().all(|line| line.contains("the mechanism cannot start")), "{text}");
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn what_is_wrong_is_said() {
         (&["--set", "rod_length=1..2 kg:3"], 2, "kg"),
         (&["--output", "largest(cylinder.s)"], 2, "none of max"),
         (&["--output", "max(cylinder.z)"], 1, "cylinder"),
-        (&["--output", "max(cylinder.z)"], 1, "what is asked for"),
+        (&["--output", "max(cylinder.z)"], 1, "the request"),
         (&["--set", "rod_length=0.1,1.5"], 2, "0.1 must be at least 0.6 m"),
         (&["--random", "10", "--latin", "3"], 2, "cannot be used with"),
         (&["--random", "0", "--set", "rod_length=1.4..1.5"], 2, "0 runs"),

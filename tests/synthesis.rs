@@ -165,17 +165,17 @@ fn what_cannot_be_answered_is_said() {
     assert!(poses("[0, 0, 0], [1, 1, 0], [2, 3, 0]").contains("does not turn"));
     assert!(poses("[1, 0, 0], [0, 1, \"90 deg\"], [-1, 0, \"180 deg\"]").contains("one point"));
     assert!(poses("[1, 0, 0], [0, 1, \"90 deg\"], [-1, 0, \"180 deg\"]").contains("(0 m, 0 m)"));
-    assert!(poses("[1, 0, 0]").contains("two poses or more"));
-    assert!(poses("[1, 0], [0, 1, 1]").contains("2 numbers instead of three"));
+    assert!(poses("[1, 0, 0]").contains("at least two poses"));
+    assert!(poses("[1, 0], [0, 1, 1]").contains("2 numbers, but must have three"));
     let limits = |limit: &str| {
         refused(&format!("name = \"x\"\n[poses]\nat = [[0, 0, 0], [1, 0, 0.3], [2, 1, 0.9]]\n[limits]\n{limit}\n"))
     };
-    assert!(limits("length = [2, 1]").contains("lower end is above the upper one"));
+    assert!(limits("length = [2, 1]").contains("its lower bound is above the upper one"));
     assert!(limits("transmission = \"95 deg\"").contains("below 90 degrees"));
     assert!(limits("speed = 1").contains("no key `speed`"));
     assert!(refused("name = \"x\"\n").contains("no table `[poses]`, `[function]`, `[path]` or `[stroke]`"));
     let scene = refused("format = 1\nname = \"x\"\ngravity = [0, -9.81]\n[bodies.bar]\nmass = 1\n");
-    assert!(scene.contains("this is a scene, not a task: `format` is a key of scenes"), "{scene}");
+    assert!(scene.contains("this is a scene, not a task: it has the key `format`"), "{scene}");
     let two = refused("name = \"x\"\n[path]\npoints = [[0, 0], [1, 1], [2, 0]]\n[stroke]\nswing = 1\n");
     assert!(two.contains("2 tables are written: `[path]`, `[stroke]`"), "{two}");
     let path = |more: &str| refused(&format!("name = \"x\"\n[path]\n{more}\n"));
@@ -187,7 +187,7 @@ fn what_cannot_be_answered_is_said() {
     let stroke = |more: &str| refused(&format!("name = \"x\"\n[stroke]\ntime_ratio = 1.2\n{more}\n"));
     let swing = stroke("swing = \"200 deg\"");
     assert!(swing.contains("`swing` is 200 deg, but must be between 0 and 180 deg"), "{swing}");
-    assert!(stroke("stroke = \"-5 mm\"").contains("`stroke` is -0.005, but must be above zero"));
+    assert!(stroke("stroke = \"-5 mm\"").contains("`stroke` is -0.005, but must be positive"));
     assert!(stroke("swing = 0.5\n[limits]\nwithin = \"1 mm\"").contains("no effect on a stroke"));
     assert!(stroke("swing = 0.5\n[limits]\nbars = 6").contains("six-bars are found for paths"));
     assert!(path("points = [[0, 0], [1, 1], [2, 0]]\n[limits]\nprefer = \"size\"").contains("without `within`"));
@@ -209,8 +209,7 @@ fn the_limit_that_removed_the_last_one_is_named() {
     assert_eq!(answer.good().count(), 0);
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
     assert!(
-        text.contains("candidates is good;")
-            && text.contains("came furthest: limit `length`; the nearest misses it by"),
+        text.contains("candidates meet the limits;") && text.contains("limit `length`; the closest misses it by"),
         "{text}"
     );
 }
@@ -258,7 +257,7 @@ fn too_many_poses_are_named() {
     let answer = answered(&format!("name = \"x\"\n[poses]\nat = [{at}]\n"));
     assert_eq!(answer.good().count(), 0);
     let text = answer.report().text(&cotree_study::synthesis::report::usual());
-    assert!(text.contains("take five poses and no more"), "{text}");
+    assert!(text.contains("at most five general poses"), "{text}");
 }
 
 /// Between given pivots five points have finitely many four-bars: this many, as Morgan and Wampler 1990 published, and all are looked at.

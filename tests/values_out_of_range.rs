@@ -66,7 +66,7 @@ fn a_start_with_such_values_is_refused_by_name() {
         (
             "load",
             0.5,
-            "with `load` = 0.5 instead of 2 there is no start: `mass` of body `disc` must not be negative, but `load-1` is -0.5",
+            "with `load` = 0.5 instead of 2 the mechanism cannot start: `mass` of body `disc` must not be negative, but `load-1` is -0.5",
         ),
         ("slow", -0.1, "`velocity` of the friction of joint `pin` must be positive, but `slow/2` is -0.05"),
         ("rough", -0.2, "`coulomb` of the friction of joint `pin` must not be negative, but `rough` is -0.2"),

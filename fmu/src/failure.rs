@@ -36,8 +36,8 @@ pub struct Outside {
 impl Outside {
     fn help(&self) -> &'static str {
         match self.domain.limit {
-            Limit::Distance => "keep the points apart, for example by placing one of them a little aside",
-            _ => "keep it where it has one, for example by `max`, `min` or `if`, or end the run before",
+            Limit::Distance => "keep the points apart, for example by moving one of them slightly aside",
+            _ => "keep the argument in its domain, for example by `max`, `min` or `if`, or stop the run before",
         }
     }
 }
@@ -54,7 +54,7 @@ impl fmt::Display for Outside {
                 write!(f, "`{place}` takes the arc sine or cosine of `{argument}`, which is {value} there")
             }
             Limit::Base => {
-                write!(f, "`{place}` raises `{argument}`, which is {value} there, to a power that is no whole number")
+                write!(f, "`{place}` raises `{argument}`, which is {value} there, to a power that is not an integer")
             }
             Limit::Distance => write!(f, "`{place}` acts along the line between {argument}, which meet there"),
             Limit::Value => write!(f, "`{place}` is `{argument}`, which is {value} there"),
@@ -77,7 +77,7 @@ impl fmt::Display for Outside {
 pub enum Failure {
     /// No assembly exists, or none was found.
     #[error(
-        "the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial pose"
+        "the loops cannot be closed: the largest gap is {gap}; check the lengths, or give a better guess of the initial configuration"
     )]
     LoopsOpen {
         /// The largest gap.
@@ -85,7 +85,7 @@ pub enum Failure {
     },
     /// No assembly was found with a relation that the joints imply only with the parameters of the export.
     #[error(
-        "the loops cannot be closed while `{relation}` stays what the joints imply with the parameters of the export: the largest gap is {gap}; with the parameters that were set they may not imply it: write them into the scene and export it again"
+        "the loops cannot be closed with a constant `{relation}`, which the joints imply for the parameters of the export: the largest gap is {gap}; write the new parameters into the scene and export it again"
     )]
     NotImplied {
         /// What is implied, such as `beam.angle`.
@@ -104,10 +104,10 @@ pub enum Failure {
         loops: bool,
     },
     /// The loops cannot be followed from the pose for other values.
-    #[error("the loops do not stay closed on the way from the values before to these")]
+    #[error("the loops do not stay closed while the values change from the previous to these")]
     WayEnds,
     /// The loops close on another branch than the guess.
-    #[error("the loops close, but on another branch than the guess: `{condition}` was guessed {} and becomes {}; give a closer guess", value(*.guess, *.angular), value(*.found, *.angular))]
+    #[error("the loops close in another assembly mode than guessed: the guess of `{condition}` is {}, but it becomes {}; give a closer guess", value(*.guess, *.angular), value(*.found, *.angular))]
     OtherBranch {
         /// The guessed variable.
         condition: String,
@@ -119,7 +119,7 @@ pub enum Failure {
         angular: bool,
     },
     /// Redundant joints or drivers do not agree with the others.
-    #[error("at t = {time} s `{}` repeats what other joints prescribe, but contradicts them by {gap}: the lengths do not repeat each other exactly, or the equations that are imposed have passed a pose in which they depend on each other; change the joint, or remove it", gap.owner)]
+    #[error("at t = {time} s the redundant constraint `{}` contradicts the other joints by {gap}: the lengths do not match exactly, or the mechanism has crossed a configuration in which the imposed loop equations are dependent; correct the lengths, or remove the joint", gap.owner)]
     Redundant {
         /// When [s].
         time: f64,
@@ -137,7 +137,7 @@ pub enum Failure {
         why: &'static str,
     },
     /// The mechanism is where something keeps it from being: at the start, or after a limit was moved.
-    #[error("at t = {time} s the mechanism is beyond `{name}` by {}: begin within it, and move it only where nothing is in the way", value(*.by, *.angular))]
+    #[error("at t = {time} s the mechanism is beyond `{name}` by {}: start within this limit, and do not move the limit into the mechanism", value(*.by, *.angular))]
     Beyond {
         /// What holds there.
         name: String,
@@ -150,7 +150,7 @@ pub enum Failure {
     },
     /// Numbers left the range of numbers.
     #[error(
-        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; look for a body there that can move without mass or inertia, and for the law of a load or a driver that divides by zero, itself or its derivatives, grows beyond all numbers, or reads accelerations or reactions and has no solution"
+        "at t = {time} s the accelerations are not finite, first that of `{coordinate}`; check for a moving body without mass or inertia, and for a law whose value or derivatives divide by zero, overflow, or read accelerations or reactions and have no solution"
     )]
     NotFinite {
         /// When [s].
@@ -174,7 +174,7 @@ pub enum Failure {
     },
     /// A law grows faster than any motion can be followed.
     #[error(
-        "at t = {time} s the motion cannot be followed any further, because a law grows beyond all bounds: {law}; keep it smaller, for example by `min`, or end the run before"
+        "at t = {time} s the integration fails, because a law is unbounded: {law}; bound it, for example by `min`, or stop the run before"
     )]
     Boundless {
         /// When [s].
@@ -183,7 +183,7 @@ pub enum Failure {
         law: Box<Outside>,
     },
     /// The step became too small to go on.
-    #[error("at t = {time} s the motion cannot be followed any further: even the shortest steps miss the tolerance, and `{coordinate}` changes fastest{}", because(.cause))]
+    #[error("at t = {time} s the integration fails: the shortest possible steps miss the tolerance, and `{coordinate}` changes fastest{}", because(.cause))]
     StepUnderflow {
         /// When [s].
         time: f64,
@@ -194,7 +194,7 @@ pub enum Failure {
     },
     /// So many steps that it looks like for ever.
     #[error(
-        "at t = {time} s the steps have become so short, {pace:.1e} s on average, that it would take more than {most} of them to come to t = {target} s; look for what moves so fast: a very small mass or inertia, a very stiff spring or strong damper, a fast input, or a law that jumps (`sign`, `if`)"
+        "at t = {time} s the step size is {pace:.1e} s on average, so that t = {target} s would take more than {most} steps; check for a very small mass or inertia, a very stiff spring or strong damper, a fast input, or a discontinuous law (`sign`, `if`)"
     )]
     TooManySteps {
         /// When [s].
@@ -208,7 +208,7 @@ pub enum Failure {
     },
     /// The computer has taken as long as it may.
     #[error(
-        "at t = {time} s the {budget} s that the computer may take for one communication step are over (`time_budget` in the scene's `[solver]`); give more, take shorter communication steps, or ask for a larger tolerance"
+        "at t = {time} s one communication step has used its computing time of {budget} s (`time_budget` in `[solver]`); increase it, use shorter communication steps, or a larger tolerance"
     )]
     OutOfTime {
         /// When, in the motion [s].
@@ -217,14 +217,14 @@ pub enum Failure {
         budget: f64,
     },
     /// Whoever waits for the motion wants it to end.
-    #[error("at t = {time} s the motion was interrupted; it could go on from there")]
+    #[error("at t = {time} s the run was interrupted; it can continue from there")]
     Interrupted {
         /// When, in the motion [s].
         time: f64,
     },
     /// As much work as a communication step may take.
     #[error(
-        "at t = {time} s as much work is done as one communication step may take, and t = {target} s is not reached: so many short steps are much for a mechanism of this size; look for what moves so fast, ask for a larger tolerance, or go on from there in shorter communication steps"
+        "at t = {time} s the limit of steps for one communication step of a mechanism of this size is reached before t = {target} s; check for very fast motions, use a larger tolerance, or shorter communication steps"
     )]
     TooMuchWork {
         /// When, in the motion [s].
@@ -234,7 +234,7 @@ pub enum Failure {
     },
     /// A law in pieces, each of which leads back into the other at once.
     #[error(
-        "at t = {time} s a law in pieces (`sign`, `if`, `abs`, `min`, `max`) switches back and forth without end, and `{coordinate}` with it: each side pushes the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
+        "at t = {time} s a piecewise law (`sign`, `if`, `abs`, `min`, `max`) chatters, and `{coordinate}` with it: each piece drives the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
     )]
     SlidingMode {
         /// When [s].
@@ -244,7 +244,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the rates belong to none of them or to all.
     #[error(
-        "at t = {time} s the mechanism is in a singular pose, and its velocities do not say on which branch it goes on: the loop equations of {} depend on each other; give velocities that belong to one branch, or another initial pose", list(.joints)
+        "at t = {time} s the mechanism is in a singular configuration, where the loop equations of {} are dependent, and its velocities do not determine the branch; give velocities that belong to one branch, or another initial configuration", list(.joints)
     )]
     Undecided {
         /// When [s].
@@ -254,7 +254,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the linear system of accelerations and reactions has no solution, or many.
     #[error(
-        "at t = {time} s the mechanism is in a singular pose, where the loop equations of {} depend on each other: they do not determine accelerations and reactions there; leave those out of the outputs, or begin a little aside", list(.joints)
+        "at t = {time} s the mechanism is in a singular configuration, where the loop equations of {} are dependent and do not determine accelerations and reactions; remove these from the outputs, or start slightly aside", list(.joints)
     )]
     Undetermined {
         /// When [s].
@@ -264,7 +264,7 @@ pub enum Failure {
     },
     /// Redundant joints: the loop equations that are imposed come to depend on each other, in a pose that is not singular.
     #[error(
-        "at t = {time} s the loop equations that are imposed of redundant joints come to depend on each other, first those of {}: the mechanism can go on, but only series choose others in every pose, {}, or leave out a joint that repeats others", list(.joints), without_series(*.named)
+        "at t = {time} s the imposed loop equations of redundant joints become dependent, first those of {}; only Taylor series can choose other equations there, {}, or remove a redundant joint", list(.joints), without_series(*.named)
     )]
     ChoiceDependent {
         /// When [s].
@@ -276,7 +276,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and the method evaluates what does not tell them apart there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other: only series pass such a pose, {}", list(.joints), without_series(*.named)
+        "at t = {time} s the mechanism reaches a singular configuration, where the loop equations of {} are dependent; only Taylor series can cross it, {}", list(.joints), without_series(*.named)
     )]
     SingularAhead {
         /// When [s].
@@ -288,7 +288,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet, and the steps were too short to tell them apart.
     #[error(
-        "at t = {time} s the motion has left its branch in a singular pose, where the loop equations of {} depend on each other: the steps were so short there that rounding errors decided; {}; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints), easier(*.named)
+        "at t = {time} s the motion has left its branch in a singular configuration, where the loop equations of {} are dependent: the steps were so short that rounding errors decided; {}; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints), easier(*.named)
     )]
     BranchLost {
         /// When [s].
@@ -300,7 +300,7 @@ pub enum Failure {
     },
     /// Branches of the motion meet ahead, and no step passes there.
     #[error(
-        "at t = {time} s the mechanism comes to a singular pose, where the loop equations of {} depend on each other, and rounding errors leave no step that passes it; ask for a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
+        "at t = {time} s the mechanism reaches a singular configuration, where the loop equations of {} are dependent, and rounding errors leave no step that crosses it; use a larger tolerance; if a stiff spring or damper keeps the steps short, make it less stiff", list(.joints)
     )]
     NotPassed {
         /// When [s].
@@ -310,7 +310,7 @@ pub enum Failure {
     },
     /// The loops come apart during the motion.
     #[error(
-        "at t = {time} s the loops cannot be kept closed: {gap} are missing; ask for a smaller tolerance, or shorter steps (`max_step`)"
+        "at t = {time} s the loops cannot be kept closed: the gap is {gap}; use a smaller tolerance, or shorter steps (`max_step`)"
     )]
     Drift {
         /// When [s].
@@ -320,7 +320,7 @@ pub enum Failure {
     },
     /// The motion has come to the end of what the loops permit.
     #[error(
-        "at t = {time} s the mechanism locks up: the loops at {} are at the end of their reach, and the motion cannot go on; change the lengths or the drivers", list(.joints)
+        "at t = {time} s the mechanism locks: the loops at {} are at a limit position (dead point), and the driven motion cannot continue; change the lengths or the drivers", list(.joints)
     )]
     EndOfReach {
         /// When [s].
@@ -330,7 +330,7 @@ pub enum Failure {
     },
     /// Drivers come to a singular pose and turn back in it.
     #[error(
-        "at t = {time} s the drivers turn back in a singular pose, where the loop equations of {} depend on each other: nothing says on which branch the mechanism goes on; let them go through the pose, or turn back before it", list(.joints)
+        "at t = {time} s the drivers reverse in a singular configuration, where the loop equations of {} are dependent: the branch of the motion after it is not determined; let the drivers go through this configuration, or reverse before it", list(.joints)
     )]
     DriverTurnsBack {
         /// When [s].
@@ -339,7 +339,7 @@ pub enum Failure {
         joints: Vec<String>,
     },
     /// What drives the mechanism moves in no time.
-    #[error("at t = {time} s what drives `{}` jumps by {gap}, and the mechanism cannot follow; make the law continuous, for example a steep ramp", gap.owner)]
+    #[error("at t = {time} s the law of the driver of `{}` jumps by {gap}, and the mechanism cannot follow; make the law continuous, for example a short ramp", gap.owner)]
     DriverJumps {
         /// When [s].
         time: f64,
@@ -348,7 +348,7 @@ pub enum Failure {
     },
     /// What drives the mechanism is not a number.
     #[error(
-        "at t = {time} s what drives `{owner}` has no finite value or rate; look for a division by zero, a root or logarithm of a negative number, the derivative of a root of zero, or a number too large"
+        "at t = {time} s the law of the driver of `{owner}` has no finite value or rate; check for a division by zero, a root or logarithm of a negative number, the derivative of a root of zero, or a number too large"
     )]
     DriverUndefined {
         /// When [s].
@@ -357,7 +357,7 @@ pub enum Failure {
         owner: String,
     },
     /// A driven mechanism cannot go on.
-    #[error("at t = {time} s the mechanism locks up: from here on the loops cannot be closed at `{}`; change the lengths or the drivers", gap.owner)]
+    #[error("at t = {time} s the mechanism locks: from here on the loops cannot be closed at `{}`; change the lengths or the drivers", gap.owner)]
     LockUp {
         /// When [s].
         time: f64,
@@ -381,18 +381,14 @@ fn list(names: &[String]) -> String {
 /// Why there is no series, and what helps.
 fn without_series(named: bool) -> &'static str {
     if named {
-        "and the method is named; leave the choice of the method to the program"
+        "and the scene names another method; remove `method` from `[solver]`"
     } else {
-        "and there is none along this motion: where the scene has none at all, `cotree show` says why; change the lengths, or the law that has none"
+        "and this motion has none (`cotree show` says why if the whole scene has none); change the lengths, or the law that has none"
     }
 }
 
 fn easier(named: bool) -> &'static str {
-    if named {
-        "leave the choice of the method to the program, or ask for a larger tolerance"
-    } else {
-        "ask for a larger tolerance"
-    }
+    if named { "remove `method` from `[solver]`, or use a larger tolerance" } else { "use a larger tolerance" }
 }
 
 fn value(value: f64, angular: bool) -> String {

@@ -108,7 +108,7 @@ class Builder:
     def sampled(
         self, name: str, period: Value, values: Mapping[str, SampledValue], **keys: Unpack[SamplerKeys]
     ) -> Builder:
-        """Values that change at ticks only, by their names, with the time from tick to tick [s]; offset is the time of the first tick."""
+        """Values that change at ticks only, by their names, with the time from tick to tick [s]; offset is the time of the first sample."""
         return self._add("sampled", name, {"period": period, "values": dict(values), **keys})
 
     def event(self, name: str, when: str, **keys: Unpack[EventKeys]) -> Builder:

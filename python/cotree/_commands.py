@@ -93,7 +93,7 @@ class Best(Report):
 
 @dataclass(frozen=True)
 class Assembly:
-    """A way in which the loops close: positions and angles by name, SI, and how many starts led to it; `own` if it is that of the scene."""
+    """An assembly mode: positions and angles by name, SI, and how many starts led to it; `own` if it is that of the scene."""
 
     values: dict[str, float]
     found: int
@@ -216,11 +216,11 @@ class Commands:
         return Report(told)
 
     def assemblies(self, *, starts: int = 200, set: Mapping[str, Value] | None = None) -> list[Assembly]:
-        """The ways in which the loops close, from so many starts, the scene's first; raises RunError where poses are no single ones."""
+        """The assembly modes, from so many starts, the scene's first; raises RunError if configurations are not isolated."""
         with raised():
             found = json.loads(_cotree.assemblies(self._core, starts, given.settings(set)))
         if found["continuous"]:
-            raise RunError(f"more than {len(found['poses']) - 1} poses: they are no single ones")
+            raise RunError(f"more than {len(found['poses']) - 1} configurations: they are not isolated")
         each = enumerate(zip(found["poses"], found["found"], strict=True))
         return [Assembly({**found["held"], **pose}, count, bool(found["own"] and index == 0)) for index, (pose, count) in each]
 

@@ -42,7 +42,7 @@ class CotreeError(Exception):
 
 
 class SceneError(CotreeError, ValueError):
-    """A scene is at fault. Its text shows every fault with its lines; `faults` has them as objects."""
+    """A scene has errors. Its text lists each of them with its lines; `faults` has them as objects."""
 
     faults: tuple[Fault, ...]
     file: str
@@ -56,7 +56,7 @@ class SceneError(CotreeError, ValueError):
 
 
 class RunError(CotreeError, RuntimeError):
-    """The numbers do not work out; `results` has what comes before, if there is anything."""
+    """The solver failed; `results` has the motion before, if there is any."""
 
     results: Results | None
 

@@ -16,7 +16,7 @@ def measured(text: str) -> tuple[str, str]:
     if found is None:
         return "last", text.strip()
     if found[1] not in MEASURES:
-        raise ValueError(f"measures: {text!r}: {found[1]!r} is none of {', '.join(MEASURES)}, which have derivatives")
+        raise ValueError(f"measures: {text!r}: {found[1]!r} is not one of {', '.join(MEASURES)}, which have derivatives")
     return found[1], found[2]
 
 

@@ -39,9 +39,9 @@ class SampledValue(TypedDict, total=False):
 
     #: one line about it
     description: str
-    #: its value from a tick on: an expression of everything just before the tick; new(x) is what the value x of the same sampler gets at this tick; as it was; events may set it if absent
+    #: its value from a tick on: an expression of everything just before the tick; new(x) is what the value x of the same sampler gets at this tick; unchanged; events may set it if absent
     next: Quantity
-    #: its value before the first tick: an expression of parameters, inputs, and positions, velocities and states at the start; 0 if absent
+    #: its value before the first sample: an expression of parameters, inputs, and positions, velocities and states at the start; 0 if absent
     start: Quantity
     #: its unit, that of numbers without one; that of its start if absent
     unit: str
@@ -80,7 +80,7 @@ class StateKeys(TypedDict, total=False):
 
     #: one line about it
     description: str
-    #: its usual size: tolerances are relative to it; the size of its start, or 1 if absent
+    #: its nominal value: tolerances are relative to it; the size of its start, or 1 if absent
     nominal: Quantity
     #: its unit, that of numbers without one; that of its start if absent
     unit: str
@@ -89,53 +89,53 @@ class StateKeys(TypedDict, total=False):
 class SignalKeys(TypedDict, total=False):
     """Keys of a signal."""
 
-    #: the error before the start: its derivative counts from there; 0 if absent
+    #: the error before the start, for the first derivative; 0 if absent
     before: Quantity
-    #: the angular frequency from which a filter of second order lets less through [rad/s]
+    #: the cutoff angular frequency of a second-order filter [rad/s]
     cutoff: Quantity
-    #: the damping ratio, with cutoff; 1/sqrt(2), the flattest if absent
+    #: the damping ratio, with cutoff; 1/sqrt(2), maximally flat if absent
     damping: Quantity
-    #: what it gives by the rate of the error
+    #: derivative gain: output per rate of the error
     derivative: Quantity
     #: one line about it
     description: str
-    #: what is to vanish: what is wanted less what is
+    #: the control error: setpoint minus actual value
     error: Quantity
-    #: the time constant with which its derivative follows [s]; must be given with derivative, unless it is sampled if absent
+    #: time constant of the filter of the derivative part [s]; must be given with derivative, unless it is sampled if absent
     filter: Quantity
-    #: what it hears: a law
+    #: its input: a law
     input: Quantity
-    #: what it gives by the error and the time
+    #: integral gain: output per error and time
     integral: Quantity
-    #: the most that it gives
+    #: upper limit of the output (saturation)
     max: Quantity
-    #: the least that it gives
+    #: lower limit of the output (saturation)
     min: Quantity
-    #: its usual size: tolerances are relative to it; that of its limits or of its start, or 1 if absent
+    #: its nominal value: tolerances are relative to it; the size of its limits or of its start, or 1 if absent
     nominal: Quantity
-    #: the first tick, if it is sampled [s]; 0 if absent
+    #: the time of the first sample, if it is sampled [s]; 0 if absent
     offset: Quantity
-    #: how many states write the past, a whole number to 10; 4 if absent
+    #: number of states of the approximation, an integer from 1 to 10; 4 if absent
     order: Quantity
-    #: from tick to tick, if it is sampled: what it gives changes at ticks only [s]; it is continuous if absent
+    #: the sample time, if it is sampled: its output changes at sample times only [s]; it is continuous if absent
     period: Quantity
-    #: what it gives by the error
+    #: proportional gain: output per error
     proportional: Quantity
-    #: its integral part at the start; 0 if absent; what it gives at the start; 0 if absent; what it heard before the start; 0 if absent
+    #: the integral part at the start; 0 if absent; its output at the start; 0 if absent; its input before the start; 0 if absent
     start: Quantity
-    #: the time constant of a filter of first order [s]; how long ago [s]
+    #: the time constant of a first-order filter [s]; how long ago [s]
     time: Quantity
-    #: the time constant with which its integral gives way at a limit; if it is sampled, the period at least [s]; proportional/integral if absent
+    #: anti-windup: the tracking time constant of the integral part at a limit; if sampled, at least the period [s]; proportional/integral if absent
     tracking: Quantity
     type: Literal['pid'] | Literal['filter'] | Literal['delay']
-    #: its unit: the law must have it, and of numbers that stand alone it is the unit; the one that follows from the law if absent
+    #: its unit: the law must have it; a bare number is in it; the unit of the law if absent
     unit: str
 
 
 class SamplerKeys(TypedDict, total=False):
     """Keys of a sampler."""
 
-    #: the time of the first tick [s]; 0 if absent
+    #: the time of the first sample [s]; 0 if absent
     offset: Quantity
 
 
@@ -144,9 +144,9 @@ class EventKeys(TypedDict, total=False):
 
     #: one line about it
     description: str
-    #: whether it happens once only; false, but true where it removes something if absent
+    #: whether it happens only once; false, but true where it removes something if absent
     once: bool
-    #: names of joints, drivers and loads that are there no longer
+    #: names of joints, drivers and loads that are removed
     remove: Sequence[str]
     #: new values of sampled values, expressions of everything just before the event
     set: Mapping[str, Quantity]
@@ -159,22 +159,22 @@ class OutputKeys(TypedDict, total=False):
 
     #: one line about it
     description: str
-    #: the unit that it is shown in; the one that follows from its variables if absent
+    #: the unit in which it is shown; the unit of its expression if absent
     unit: str
 
 
 class PartKeys(TypedDict, total=False):
     """Keys of a part."""
 
-    #: by how much it is turned [rad]; 0 if absent
+    #: its angle of rotation [rad]; 0 if absent
     angle: Quantity
-    #: where its origin is [m]; [0, 0] if absent
+    #: the position of its origin [m]; [0, 0] if absent
     at: Vector
-    #: whether its left and right are exchanged, before it is turned; false if absent
+    #: whether it is mirrored left to right, before the rotation; false if absent
     mirror: bool
-    #: the body of this scene that its ground is fixed to; "ground" if absent
+    #: the body of this scene to which its ground is fixed; "ground" if absent
     on: str
-    #: new values of its parameters, expressions of this file's; its own if absent
+    #: new values of its parameters: expressions of the parameters of this file; its own if absent
     parameters: Mapping[str, Quantity]
 
 
@@ -219,11 +219,11 @@ class SolverKeys(TypedDict, total=False):
     atol: Quantity
     #: the longest step [s]
     max_step: Quantity
-    #: the integrator: of both kinds as the motion asks for, or of one
+    #: the integrator: automatic switching between stiff and non-stiff methods, or one of them
     method: Literal['auto', 'explicit', 'implicit']
     #: relative tolerance of a step; the solver's if absent
     rtol: Quantity
-    #: how long the computer may take for one communication step; longer is an error [s]
+    #: limit of the computing time of one communication step; more is an error [s]
     time_budget: Quantity
 
 
@@ -240,7 +240,7 @@ class JointKeys(TypedDict, total=False):
     armature: Quantity
     #: the direction in the first body's frame; axis = [1.0, 0.0] is the direction of a line through the first point; the direction in the carrier's frame
     axis: Vector
-    #: the play of the second wheel against the first, and how flanks rebound [rad]; the play of the displacement, and how flanks rebound [m]
+    #: backlash of the second wheel against the first, with a coefficient of restitution [rad]; backlash of the displacement, with a coefficient of restitution [m]
     backlash: Mapping[str, Any]
     #: the radius of the base circle, on which the follower is where the law is zero [m]
     base: Quantity
@@ -252,7 +252,7 @@ class JointKeys(TypedDict, total=False):
     closure: Literal['force', 'form']
     #: viscous friction [N.m.s]; viscous friction [N.s/m]
     damping: Quantity
-    #: the way in which the second body may turn against the first
+    #: the direction in which the second body may turn against the first
     direction: Literal['counterclockwise', 'clockwise']
     #: the displacement where the angle is zero [m]
     displacement: Quantity
@@ -260,7 +260,7 @@ class JointKeys(TypedDict, total=False):
     face: Vector
     #: the radius of the first pulley [m]
     first_radius: Quantity
-    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the friction against which the disc slides; without it, it does not [N, m/s]; dry friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel by that of the mesh; from 1 on it locks itself [N.m, rad/s]; the torque on the second pulley against which the belt slips; without it, it does not [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
+    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the Coulomb friction of the contact: with it the disc may slip; if absent, it does not slip [N, m/s]; Coulomb friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel by that of the mesh; from 1 on it locks itself [N.m, rad/s]; the torque on the second pulley at which the belt slips; if absent, the belt does not slip [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
     friction: Any
     #: the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute
     guide: str
@@ -270,15 +270,15 @@ class JointKeys(TypedDict, total=False):
     lead: Quantity
     #: the length of the rod [m]; the length of the rope [m]
     length: Quantity
-    #: the torque against which it slips [N.m]
+    #: the friction torque limit: the torque while it slips [N.m]
     level: Quantity
-    #: stops at the ends of its motion [rad]; stops at the ends of its motion [m]
+    #: hard stops at the ends of its motion [rad]; hard stops at the ends of its motion [m]
     limits: Any
     #: the radius of the disc [m]; the radius of a disc about the second point [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
     radius: Quantity
     #: the second wheel's turns for one of the first; negative for external teeth
     ratio: Quantity
-    #: the share of the speed with which it rebounds; the share of the speed with which its ends come back
+    #: the coefficient of restitution; the coefficient of restitution when it becomes taut
     restitution: Quantity
     #: the radius of the follower's roller; a knife edge if absent [m]
     roller: Quantity
@@ -290,7 +290,7 @@ class JointKeys(TypedDict, total=False):
     shaft: str
     #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis, or of the circle, outside by default; where a turning follower touches, seen from the shaft towards its pivot
     side: Literal['left', 'right'] | Literal['left', 'right', 'outside', 'inside']
-    #: its level at rest by that while it slips; 1 if absent
+    #: ratio of the static to the kinetic friction torque limit; 1 if absent
     static: Quantity
     #: lets the follower lift off where it would have to be pulled; it rebounds with the share restitution of its speed
     unilateral: Mapping[str, Any]
@@ -305,7 +305,7 @@ class RevoluteKeys(TypedDict, total=False):
     damping: Quantity
     #: dry friction [N.m, rad/s]
     friction: Any
-    #: stops at the ends of its motion [rad]
+    #: hard stops at the ends of its motion [rad]
     limits: Any
 
 
@@ -320,7 +320,7 @@ class PrismaticKeys(TypedDict, total=False):
     damping: Quantity
     #: dry friction [N, m/s]
     friction: Any
-    #: stops at the ends of its motion [m]
+    #: hard stops at the ends of its motion [m]
     limits: Any
 
 
@@ -348,7 +348,7 @@ class LoadKeys(TypedDict, total=False):
     bulk: Quantity
     #: the length of the column of gas there: its volume over the area of the piston [m]
     column: Quantity
-    #: its torque by current, which is its voltage by angular velocity, too [N.m/A]
+    #: its torque per current, which is also its voltage per angular velocity [N.m/A]
     constant: Quantity
     #: the cubic stiffness [N/m3]; the cubic stiffness [N.m/rad3]
     cubic: Quantity
@@ -364,7 +364,7 @@ class LoadKeys(TypedDict, total=False):
     frame: Literal['world', 'body']
     #: the inductance of its winding [H]
     inductance: Quantity
-    #: flow past the piston by the difference of the pressures [m3/s by Pascal]; 0 if absent
+    #: leakage past the piston per pressure difference [m3/s per Pascal]; 0 if absent
     leakage: Quantity
     #: the free length [m]; the distance between the points where the force is push [m]
     length: Quantity
@@ -378,13 +378,13 @@ class LoadKeys(TypedDict, total=False):
     pull: Quantity
     #: the force that pushes the points apart at length [N]
     push: Quantity
-    #: turns of its rotor for one turn between the bodies; its gear has no mass and no play; 1 if absent
+    #: turns of its rotor per turn between the bodies; its gear has no inertia and no backlash; 1 if absent
     ratio: Quantity
     #: the resistance of its winding [ohm]
     resistance: Quantity
     #: the length at which the volumes are these [m]
     retracted: Quantity
-    #: on which side of its free length or angle it acts
+    #: whether it acts above its free length or angle, below it, or both
     side: Literal['both', 'above', 'below']
     #: the stiffness [N/m]; the stiffness [N.m/rad]; the stiffness, the same in all directions [N/m]
     stiffness: Quantity
@@ -400,7 +400,7 @@ class LoadKeys(TypedDict, total=False):
     torsion_stiffness: Quantity
     #: the torque [N.m]
     value: Quantity
-    #: flow through the open valve by the root of the pressure that is left [m3/s by the root of a Pascal]
+    #: flow through the open valve per square root of the pressure drop [m3/s per square root of a Pascal]
     valve: Quantity
     #: the components [N]
     vector: Vector

@@ -469,7 +469,7 @@ class Model(Commands):
         or where the mechanism rests: "equilibrium". Other arguments are those of `simulate`.
 
         They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
-        Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a law that jumps is touched without being crossed.
+        Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a discontinuity of a law is touched without being crossed.
         """
         if to is None:
             raise ValueError("to: name what the derivatives are with respect to: parameters, constant inputs, initial values")

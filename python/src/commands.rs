@@ -320,7 +320,7 @@ pub fn filmed<'py>(
 ) -> PyResult<(String, Vec<Bound<'py, PyBytes>>, Option<String>)> {
     for (name, value) in [("speed", Some(speed)), ("fps", pictures.map(|(rate, _)| rate))] {
         if value.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
-            return Err(wrong(format!("{name}: is not above zero")));
+            return Err(wrong(format!("{name}: must be positive")));
         }
     }
     let scene = core.get().scene();

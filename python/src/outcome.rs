@@ -16,13 +16,13 @@ create_exception!(
     cotree._cotree,
     SceneError,
     PyException,
-    "A scene is at fault; `faults` has every fault with its places."
+    "A scene has errors; `faults` has each of them with its positions."
 );
 create_exception!(
     cotree._cotree,
     RunError,
     PyException,
-    "The numbers do not work out; `results` has what comes before."
+    "The solver failed; `results` has the motion before."
 );
 
 /// Every fault as JSON, which the Python side turns into objects.

@@ -76,7 +76,7 @@ impl Times {
         let start = scene.start;
         let Some(&stop) = at.last() else { return Err(wrong("times: give at least one")) };
         if at.iter().any(|time| !time.is_finite() || *time < start) || !at.is_sorted() {
-            return Err(wrong(format!("times: are to be ascending, from the start, {start:?} s, on")));
+            return Err(wrong(format!("times: must be increasing, from the start, {start:?} s, on")));
         }
         // Nothing is reported by steps.
         let step = if stop > start { stop - start } else { scene.step };
@@ -101,7 +101,7 @@ fn possible(experiment: Experiment) -> PyResult<Experiment> {
 pub fn word<T: Copy>(name: &str, text: &str, words: &[(&str, &str, T)]) -> PyResult<T> {
     words.iter().find(|(word, ..)| *word == text).map(|(.., value)| *value).ok_or_else(|| {
         let words: Vec<&str> = words.iter().map(|(word, ..)| *word).collect();
-        wrong(format!("{name}: `{text}` is none of {}", words.join(", ")))
+        wrong(format!("{name}: `{text}` is not one of {}", words.join(", ")))
     })
 }
 

@@ -307,7 +307,7 @@ impl Core {
             Some(times) if times.is_empty() => LinearisedAt::Times(vec![start]),
             Some(times) => {
                 if times.iter().any(|time| !time.is_finite() || *time < start) || !times.is_sorted() {
-                    return Err(wrong(format!("times are to be ascending, from the start, {start:?} s, on")));
+                    return Err(wrong(format!("times must be increasing, from the start, {start:?} s, on")));
                 }
                 LinearisedAt::Times(times)
             }

@@ -30,7 +30,7 @@ def test_motion_is_that_of_the_command(root, four_bar):
     assert found.data == json.loads(command("motion", root / FOUR_BAR, *options, "--json"))
     assert found.picture.startswith("<svg") and len(next(iter(found.columns().values()))) > 10
     assert list(found.to_pandas().columns) == list(found.columns())
-    with pytest.raises(ValueError, match="no joint `no_joint` can be driven"):
+    with pytest.raises(ValueError, match="there is no joint `no_joint` that can be driven"):
         four_bar.motion("no_joint")
     with pytest.raises(KeyError, match="is not in the report"):
         found["rnage"]
@@ -102,7 +102,7 @@ def test_drawings_and_films_are_those_of_the_command(root, four_bar, tmp_path):
     assert cotree.png(four_bar.drawing(), width=300).startswith(b"\x89PNG")
     with pytest.raises(ValueError, match="before the start"):
         four_bar.drawing(-1)
-    with pytest.raises(ValueError, match="none of svg, dxf"):
+    with pytest.raises(ValueError, match="not one of svg, dxf"):
         four_bar.drawing(format="bmp")
 
 

@@ -190,7 +190,7 @@ def test_measures_are_those_of_the_whole_run(pendulum):
         assert table["last(hinge.fy)"][index] == run["hinge.fy"][-1]
     assert table.units["when_min(bob.angle)"] == "s" and table.units["max(bob.angle)"] == "rad"
     assert list(table.to_pandas().columns)[0] == "length"
-    with pytest.raises(ValueError, match="none of max"):
+    with pytest.raises(ValueError, match="not one of max"):
         pendulum.measure("largest(bob.angle)", {"length": lengths})
 
 

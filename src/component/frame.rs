@@ -210,7 +210,7 @@ impl Placed<'_> {
             Some(_) if self.frame.mirror || turned != ZERO => self.refuse(
                 key,
                 "its motion, which integrates an input",
-                "let the input be the angle itself: `as = \"position\"`",
+                "let the input be the position itself: `as = \"position\"`",
             ),
             _ => {}
         }

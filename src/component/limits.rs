@@ -6,18 +6,18 @@ use crate::model::{Mechanism, OneSided, Part};
 use crate::network::{Coupling, Direction, Port, System};
 
 pub(super) const OF_ANGLE: Key =
-    Key::optional("limits", Form::Record(Record::Limits(ANGLE)), "stops at the ends of its motion");
+    Key::optional("limits", Form::Record(Record::Limits(ANGLE)), "hard stops at the ends of its motion");
 pub(super) const OF_SLIDE: Key =
-    Key::optional("limits", Form::Record(Record::Limits(LENGTH)), "stops at the ends of its motion");
+    Key::optional("limits", Form::Record(Record::Limits(LENGTH)), "hard stops at the ends of its motion");
 pub(super) const PLAY_OF_ANGLE: Key = Key::optional(
     "backlash",
     Form::Record(Record::Play(ANGLE)),
-    "the play of the second wheel against the first, and how flanks rebound",
+    "backlash of the second wheel against the first, with a coefficient of restitution",
 );
 pub(super) const PLAY_OF_SLIDE: Key = Key::optional(
     "backlash",
     Form::Record(Record::Play(LENGTH)),
-    "the play of the displacement, and how flanks rebound",
+    "backlash of the displacement, with a coefficient of restitution",
 );
 
 /// What the limits of a joint hold.

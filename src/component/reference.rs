@@ -12,28 +12,24 @@ use crate::scene::tables;
 pub fn reference() -> String {
     let mut text = String::from(
         "# Scene reference\n\n\
-         Made from what the components say of themselves in `src/component` and `src/scene/tables.rs`; a test compares.\n\
+         Generated from the descriptions of the components in `src/component` and `src/scene/tables.rs`; a test compares.\n\
          [components.md](components.md) explains the components, [expressions.md](expressions.md) the functions of expressions.\n\n\
          A scene is TOML, or JSON with the same keys. Every number may be a number in SI, a text with a unit (`\"120 mm\"`), or an expression\n\
          (`\"crank_length/2\"`). Keys in **bold** must be given.\n\n",
     );
     table(&mut text, "The top", "", tables::SCENE);
-    let named = "A number, or a table with these keys. The name is the entry's key.";
+    let named = "A number, or a table with these keys. The key of the entry is its name.";
     table(&mut text, "`parameters`", named, tables::PARAMETER);
     table(&mut text, "`inputs`", named, tables::INPUT);
-    let states = "Quantities whose rates are given: currents, pressures, temperatures, integrals of controllers. Laws, outputs and other states use them by \
-                  their names. [machines.md](machines.md) explains them.";
+    let states = "State variables, whose rates are given: currents, pressures, temperatures, integrals of controllers. Laws, outputs and other states use them by name. See [machines.md](machines.md).";
     table(&mut text, "`states`", states, tables::STATE);
-    let sampled = "Values that change at ticks only and are constant in between: controllers, counters, what a computer does. Laws, outputs, rates of states and other \
-                   sampled values use them by their names. [machines.md](machines.md#sampled-values) explains them.";
+    let sampled = "Discrete variables, which change at sample times only and are constant in between (zero-order hold): digital controllers, counters. Laws, outputs, rates of states and other sampled values use them by name. See [machines.md](machines.md#sampled-values-digital-controllers-zero-order-hold).";
     table(&mut text, "`sampled`", sampled, tables::SAMPLED);
-    push(&mut text, "Each of its `values` is a number, its start, or a table with these keys:\n");
+    push(&mut text, "Each of its `values` is a number (its start value) or a table with these keys:\n");
     rows(&mut text, tables::SAMPLED_VALUE);
-    let events = "What happens when a comparison begins to hold; a comparison that holds at the start begins to hold there. `events.NAME.time` is when it happened last, \
-                  and less than zero before that. [machines.md](machines.md#events) explains them.";
+    let events = "State events: what happens when a comparison becomes true; a comparison that is true at the start becomes true there. `events.NAME.time` is the time of the last event, and negative before the first. See [machines.md](machines.md#events).";
     table(&mut text, "`events`", events, tables::EVENT);
-    let signals = "Laws that loads, drivers, outputs and other signals use by their names: a number or an expression, or a table with these keys. \
-                   [expressions.md](expressions.md#signals) explains them.";
+    let signals = "Laws that loads, drivers, outputs and other signals use by name: a number or an expression, or a table with these keys. See [expressions.md](expressions.md#signals).";
     table(&mut text, "`signals`", signals, tables::SIGNAL);
     transfers(&mut text);
     table(&mut text, "`ground`", "Its bare name `ground` is its origin.", tables::GROUND);
@@ -45,17 +41,17 @@ pub fn reference() -> String {
             chapter(component, &mut text);
         }
     }
-    let parts = "Each entry puts the mechanism of another file into this one: every name `x` of it becomes `entry_x`, also written `entry.x`. [parts.md](parts.md) explains it.";
+    let parts = "Each entry includes the mechanism of another file: every name `x` of it becomes `entry_x`, also written `entry.x`. See [parts.md](parts.md).";
     table(&mut text, "`parts`", parts, tables::PART);
-    let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value a number that is known, or a table with this key.";
+    let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value is a number if it is known, or a table with this key.";
     table(&mut text, "`initial`", initial, tables::GUESS);
     table(&mut text, "`outputs`", "", tables::OUTPUTS);
     push(&mut text, "An output that is a table has these keys:\n");
     rows(&mut text, tables::OUTPUT);
     let experiment =
-        "Where parameters are used, their values in the scene count: times do not follow when they are set.";
+        "Parameters in these keys have their values of the scene: setting a parameter does not change the times.";
     table(&mut text, "`experiment`", experiment, tables::EXPERIMENT);
-    let display = "Results are SI unless a unit is given for their kind, here or with `--units`.";
+    let display = "Results are in SI units unless a unit is given for their quantity, here or with `--units`.";
     table(&mut text, "`display`", display, tables::DISPLAY);
     table(&mut text, "`solver`", "", tables::SOLVER);
     table(&mut text, "`coordinates`", "", tables::COORDINATES);
@@ -83,7 +79,7 @@ fn table(text: &mut String, title: &str, about: &str, keys: &[Key]) {
 }
 
 fn rows(text: &mut String, keys: &[Key]) {
-    push(text, "| key | what it says | unit | default |\n|---|---|---|---|");
+    push(text, "| key | meaning | unit | default |\n|---|---|---|---|");
     for key in keys {
         let unit = unit(key.form);
         let unit = if unit.is_empty() { String::new() } else { format!("`{unit}`") };
@@ -134,8 +130,8 @@ fn shapes(text: &mut String) {
 fn transfers(text: &mut String) {
     push(
         text,
-        "A signal with a `type` follows from what it has heard so far; it has states, or sampled values, which are called as the signal with a word behind a point. A bare\n\
-         value is in its `unit`, a bare gain in SI. [machines.md](machines.md#controllers-filters-delays) explains them.\n",
+        "A signal with a `type` is a block with a memory: its output depends on its input so far. Its states or sampled values are named after it, such as `NAME.integral`. A bare\n\
+         value is in its `unit`, a bare gain in SI. See [machines.md](machines.md#pid-controllers-filters-and-delays).\n",
     );
     for transfer in transfer::ALL {
         push(text, &format!("### Signal of type `{}`\n", transfer.name));
@@ -170,9 +166,9 @@ fn variables(text: &mut String) {
     push(text, "## Variables\n");
     push(
         text,
-        "Their names are `owner.variable`, such as `crank.angle`. `energy` and `constraint` are those of the whole mechanism.\n",
+        "Their names are `owner.variable`, such as `crank.angle`. `energy` and `constraint` belong to the whole mechanism.\n",
     );
-    push(text, "| variable | unit | what it is |\n|---|---|---|");
+    push(text, "| variable | unit | meaning |\n|---|---|---|");
     let all = ALL.iter().copied();
     let both =
         |component: &Component| [Dimension::Two, Dimension::One].map(|dimension| component.coordinates(dimension));

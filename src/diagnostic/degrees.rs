@@ -23,13 +23,13 @@ pub fn among(angles: &[f64]) -> Option<f64> {
 
 /// Warns of such an angle.
 pub(crate) fn warning(what: &str, angle: f64, span: Span) -> Fault {
-    let help = format!("write `\"{angle} deg\"` for degrees, `\"{angle} rad\"` if radians are meant");
+    let help = format!("write `\"{angle} deg\"` for degrees, or `\"{angle} rad\"` for radians");
     of(what, angle, span).help(help)
 }
 
 /// Warns of such angles in a column, which is called so in its first line.
 pub fn of_column(what: &str, name: &str, angle: f64, span: Span) -> Fault {
-    let help = format!("write `{name} [deg]` in the first line for degrees, `{name} [rad]` if radians are meant");
+    let help = format!("write `{name} [deg]` in the first line for degrees, or `{name} [rad]` for radians");
     of(what, angle, span).help(help)
 }
 

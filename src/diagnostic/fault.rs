@@ -61,7 +61,7 @@ impl Fault {
     /// An error of the program itself, which no scene should be able to cause.
     pub fn internal(what: impl Into<String>) -> Fault {
         Fault::new("cotree::internal", what, Span::default())
-            .help("this is a fault of cotree, not of the scene: please report it with the scene file")
+            .help("this is a bug in cotree, not an error of the scene: please report it with the scene file")
     }
 
     /// What it is about: the code is the only place where that is written.

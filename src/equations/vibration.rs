@@ -52,7 +52,7 @@ pub enum NonlinearLoad {
         spring: String,
     },
     /// A law of the motion.
-    #[error("the law of `{load}` depends on the motion; write it as a spring if it is linear")]
+    #[error("the law of `{load}` depends on the motion; if it is linear, write it as a spring")]
     Law {
         /// The load.
         load: String,

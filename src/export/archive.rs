@@ -134,11 +134,11 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a
 fn related<'a>(scene: &'a [(String, String)], extras: &'a [Extra]) -> Vec<Related<'a>> {
     let source = scene.iter().enumerate().map(|(index, (name, _))| {
         let description =
-            if index == 0 { "the scene that the FMU was made from" } else { "a file that the scene uses" };
+            if index == 0 { "the scene from which the FMU was made" } else { "a file that the scene uses" };
         Related { name, role: "model", description }
     });
     let page = extras.iter().filter(|extra| extra.name.ends_with(".html"));
-    let report = "the model in motion, its equations and variables, and what its accuracy was measured to be";
+    let report = "the model in motion, its equations and variables, and its measured accuracy";
     source.chain(page.map(|extra| Related { name: extra.name, role: "report", description: report })).collect()
 }
 

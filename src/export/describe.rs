@@ -44,6 +44,6 @@ fn places(inputs: Vec<usize>, rows: &[TableRow]) -> Vec<usize> {
 
 /// What is said of an input that a driver follows.
 fn with_derivatives(description: &str) -> String {
-    const FOLLOWED: &str = "a driver follows it: unless its derivatives are set they are backward differences of its values at communication points";
+    const FOLLOWED: &str = "prescribes a motion: derivatives that are not set are backward differences of its values at communication points";
     if description.is_empty() { FOLLOWED.to_owned() } else { format!("{description}; {FOLLOWED}") }
 }

@@ -95,8 +95,7 @@ fn own_start(mechanism: &Mechanism, starts: usize) -> Result<Own, Vec<Fault>> {
             return Ok(Own { names, state: state.clone(), freedoms, is_own });
         }
     }
-    let message =
-        format!("the loops were closed from none of {starts} starts; `cotree check` says where they are open");
+    let message = format!("the loops closed from none of {starts} starts; `cotree check` reports where they are open");
     Err(vec![Fault::new("assembly::open_loop", message, Span::default())])
 }
 

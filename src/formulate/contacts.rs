@@ -24,31 +24,31 @@ fn unmoved_fault(equations: &Equations, index: usize, own: &Unilateral) -> Fault
         return driven(own);
     }
     if own.slip.is_some() {
-        let message = format!("nothing moves `{}`: what friction holds there is not determined", own.name);
-        let help = "leave the friction out here; an equilibrium, and what vibrates about it, holds drivers still";
-        return Fault::new("scene::friction", message, own.span).label("rubs where nothing moves").help(help);
+        let message = format!("`{}` cannot move, so its friction force is not determined", own.name);
+        let help = "leave the friction out; for an equilibrium or its vibrations drivers do not move";
+        return Fault::new("scene::friction", message, own.span).label("friction where nothing moves").help(help);
     }
-    let message = format!("nothing moves `{}`: what it would stop cannot move", own.name);
+    let message = format!("`{}` cannot move, so a hard stop has no effect", own.name);
     Fault::new("scene::limits", message, own.span).label("holds nothing").help("leave it out")
 }
 
 fn driven(own: &Unilateral) -> Fault {
     if own.slip.is_some() {
         let message = format!(
-            "`{}` rubs where drivers move it: at rest its force is not determined, and the motion beside it follows from that",
+            "`{}` has dry friction in a driven motion, and other motions depend on its force, which is not determined while it is at rest",
             own.name
         );
         return Fault::new("scene::friction", message, own.span)
-            .label("rubs in a driven motion")
-            .help("give friction a `velocity`, with which it is smooth, or let a force or a torque move the mechanism instead of a driver");
+            .label("dry friction in a driven motion")
+            .help("make the friction smooth by giving its `velocity`, or replace the driver by a force or a torque");
     }
     let message = format!(
-        "`{}` would stop what drivers move: a stop gives way or is given way to, and they do neither",
+        "`{}` is a unilateral constraint (hard stop, contact or rope) on a driven motion: a prescribed motion cannot stop",
         own.name
     );
-    Fault::new("scene::limits", message, own.span)
-        .label("stops a driven motion")
-        .help("`cotree motion` says how far the drive goes; else leave it out, or let a force or a torque move the mechanism instead of a driver")
+    Fault::new("scene::limits", message, own.span).label("constrains a driven motion").help(
+        "remove it, or replace the driver by a force or a torque; `cotree motion` reports how far the drive can go",
+    )
 }
 
 /// What is wrong with what parts hold on one side, at the start; `is_driven` says that drivers move all of the mechanism.
@@ -82,11 +82,11 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             let is_angle = equations.constraints[row].held == Held::Angle;
             let signed = |value: f64| format!("{}{}", if value < 0.0 { "-" } else { "" }, show(value, is_angle));
             let [value, limit, by] = [bound + own.held.sign * gap, bound, -gap].map(signed);
-            let message = format!("the start is beyond `{}`: it begins at {value}, the limit is {limit}", own.name);
+            let message = format!("the start is beyond `{}`: it starts at {value}, but the limit is {limit}", own.name);
             let help = other_side(&mechanism, own)
-                .unwrap_or_else(|| format!("begin within the limit, or move the limit by {by}"));
+                .unwrap_or_else(|| format!("start within the limit, or move the limit by {by}"));
             let fault = Fault::new("assembly::beyond_limit", message, own.span);
-            faults.push(fault.label("the start is beyond it").help(help));
+            faults.push(fault.label("the start is beyond this limit").help(help));
         }
     }
     faults
@@ -103,7 +103,7 @@ fn other_side(mechanism: &Mechanism, own: &Unilateral) -> Option<String> {
     let side = if part.choice("side") == Some("right") { "left" } else { "right" };
     let [first, second] = part.between.map(|place| mechanism.place_name(place));
     Some(format!(
-        "the line belongs to `{first}`: write `side = \"{side}\"` if `{second}` stays on its other side, or `between = [\"{second}\", \"{first}\"]` if the line belongs to `{second}`; otherwise begin within the limit"
+        "the line belongs to `{first}`: write `side = \"{side}\"` if `{second}` stays on the other side of it, or `between = [\"{second}\", \"{first}\"]` if the line belongs to `{second}`; otherwise start within the limit"
     ))
 }
 

@@ -33,13 +33,13 @@ pub(super) fn contradiction(found: &Restrictions) -> Option<Fault> {
     let [until, time] = open.times.map(|time| rounded(time, 4));
     let whose = if joints.is_empty() { "each other".to_owned() } else { list(&joints) };
     let message = format!(
-        "{} {} {whose}: all of it holds until t = {until} s, and at t = {time} s `{owner}` is open by {}",
+        "{} {} {whose}: the constraints are compatible until t = {until} s, but at t = {time} s `{owner}` is open by {}",
         list(&drivers),
         if drivers.len() == 1 { "contradicts" } else { "contradict" },
         show(open.gap, row.held == Held::Angle),
     );
     let fault = Fault::new("scene::conflict", message, owner_span(equations, last));
-    Some(fault.label("prescribes what the others do not allow").help(
-        "no motion does what the drivers prescribe and keeps all joints closed: make the laws of the drivers agree, leave out a driver, or let a joint give way",
+    Some(fault.label("incompatible with the other constraints").help(
+        "no motion satisfies the drivers and keeps all joints closed: make the laws of the drivers agree, remove a driver, or add a degree of freedom",
     ))
 }

@@ -29,16 +29,16 @@ pub(super) fn check_acts(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
             jumps.iter().find(|jump| jump.of_rate && moves_freely).map(|jump| &mechanism.drivers[jump.driver].name);
         let (why, help) = match (holds, impacts, jumps) {
             (true, ..) => (
-                "and it is what something holds or rubs by".to_owned(),
-                "let it depend on positions, velocities, states and inputs; friction takes what presses by `mu`",
+                "but it is a friction torque or force limit".to_owned(),
+                "let it depend on positions, velocities, states and inputs; for friction in proportion to the normal force give `mu`",
             ),
             (_, Some(own), _) => (
-                format!("which are impulses where `{}` meets what it stops", own.name),
-                "leave one of the two out, or let the load follow a state that lags behind what it reads",
+                format!("which are impulsive where `{}` closes", own.name),
+                "remove one of the two, or let the load depend on a state that follows the reading with a lag",
             ),
             (.., Some(driver)) => (
-                format!("which are impulses where the law of driver `{driver}` jumps"),
-                "let the law turn smoothly (`smoothstep`, `spline`)",
+                format!("which are impulsive where the law of driver `{driver}` is discontinuous"),
+                "make the law smooth (`smoothstep`, `spline`)",
             ),
             (false, None, None) => continue,
         };
@@ -58,10 +58,10 @@ pub(super) fn warnings(equations: &Equations) -> Vec<Fault> {
     let warning = |driver: &Part| {
         let by = impulses::set_by(mechanism, driver)?;
         let message = format!(
-            "driver `{}` follows {by}, and its rate may jump: {} takes no part in the impulse",
+            "driver `{}` follows {by}, whose rate may be discontinuous: {} is left out of the impulse",
             driver.name, reading.what
         );
-        let help = "let what is set turn smoothly; where it jumps, reactions are impulses, and a law of them is none";
+        let help = "let the input change smoothly; where it is discontinuous reactions are impulses, of which a law has no value";
         Some(Fault::warning("scene::driver_jump", message, driver.span).label("may jump").help(help))
     };
     mechanism.drivers.iter().filter_map(warning).collect()
@@ -74,10 +74,11 @@ pub(super) fn check_determined(equations: &Equations, shared: &Shared) -> Vec<Fa
     let fault = |reading: ReadingLaw| {
         let read = reading.read.iter().find(|variable| reads_reaction(variable) && open(variable))?;
         let read = mechanism.variable_name(*read);
-        let message =
-            format!("{} reads `{read}`, which the equations of motion do not determine: others share it", reading.what);
-        let help =
-            "read a reaction that is determined, or give the mechanism one joint less (`check` says which ones share)";
+        let message = format!(
+            "{} reads `{read}`, which the equations of motion do not determine: the joint is redundant",
+            reading.what
+        );
+        let help = "read a reaction that is determined, or remove a redundant joint (`check` lists them)";
         Some(Fault::new("scene::undetermined_reaction", message, reading.span).label("reads it").help(help))
     };
     readings(mechanism).into_iter().filter_map(fault).collect()

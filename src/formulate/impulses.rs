@@ -30,17 +30,16 @@ pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
     let laws = jumps.iter().map(|jump| {
         let part = &mechanism.drivers[jump.driver];
         let help = if !jump.of_rate || is_branch(equations, jump.driver) {
-            "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; let the law turn smoothly (`smoothstep`, `spline`)"
+            "the other coordinates keep their rates there, without the impulse; make the law smooth (`smoothstep`, `spline`)"
         } else {
-            "its impulse changes the speeds of what is not driven at once, as if the law turned very fast; if that is not meant, let it turn smoothly (`smoothstep`, `spline`)"
+            "the impulse changes the speeds of the other coordinates at once; if that is not meant, make the law smooth (`smoothstep`, `spline`)"
         };
         jumps_there(part, jump).help(help)
     });
     let branches = mechanism.drivers.iter().enumerate().filter(|(driver, _)| is_branch(equations, *driver));
     let set = branches.filter_map(|(_, part)| {
-        let message = format!("driver `{}` follows {}, and its rate may jump", part.name, set_by(mechanism, part)?);
-        let help = "what is not driven keeps the rates of its coordinates there: the impulse is no part of the motion; give what the driver moves a \
-                    mass and an inertia, and keep it out of the trees, as the recommended ones do then";
+        let message = format!("driver `{}` follows {}, whose rate may be discontinuous", part.name, set_by(mechanism, part)?);
+        let help = "the other coordinates keep their rates there, without the impulse; give the driven body a mass and an inertia, and keep the driver out of the trees, as the recommended trees do";
         Some(Fault::warning("scene::driver_jump", message, part.span).label("may jump").help(help))
     });
     laws.chain(set).collect()
@@ -49,15 +48,14 @@ pub(super) fn warnings(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
 /// Laws that jump themselves where drivers prescribe the whole motion.
 pub(super) fn leaps(mechanism: &Mechanism, jumps: &[Jump]) -> Vec<Fault> {
     let leap = |jump: &Jump| {
-        let help = "no mechanism follows a jump: the loops are closed again behind it where they can be, and speeds there are none; let the law turn smoothly \
-                    (`smoothstep`, `spline`)";
+        let help = "a mechanism cannot follow a jump: the loops are closed again after it where possible, without a speed; make the law smooth (`smoothstep`, `spline`)";
         jumps_there(&mechanism.drivers[jump.driver], jump).help(help)
     };
     jumps.iter().filter(|jump| !jump.of_rate).map(leap).collect()
 }
 
 fn jumps_there(driver: &Part, jump: &Jump) -> Fault {
-    let message = format!("the law of driver `{}` jumps: at t = {} s {}", driver.name, jump.time, jump.what);
+    let message = format!("the law of driver `{}` is discontinuous: at t = {} s {}", driver.name, jump.time, jump.what);
     Fault::warning("scene::driver_jump", message, driver.span).label("jumps")
 }
 

@@ -294,13 +294,13 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64,
     let mechanism = &equations.system.mechanism;
     let driven = mechanism.drivers.iter().any(|driver| driver.name == *own || others.contains(&driver.name));
     let when = if driven { format!("at t = {time} s ") } else { String::new() };
-    let message = format!("`{own}` conflicts with {}: {when}they differ by {amount}", list(&others));
+    let message = format!("`{own}` contradicts {}: {when}they differ by {amount}", list(&others));
     if let Some(suspect) = suspect(equations, length).filter(|suspect| suspect.name() != own) {
         return suspect.fault("scene::conflict", &message);
     }
     let label = match driven {
-        true => "prescribes what is prescribed already",
-        false => "holds what is held already",
+        true => "prescribes a motion that is already prescribed",
+        false => "constrains a motion that is already constrained",
     };
     Fault::new("scene::conflict", message, span_of(equations, constraint.element))
         .label(label)
@@ -412,11 +412,14 @@ fn massless(equations: &mut Equations, index: usize) -> Fault {
     let element = equations.system.element(coordinate.element);
     Fault::new(
         "scene::massless",
-        format!("nothing determines how `{}` accelerates: it moves no mass", coordinate.name.position),
+        format!("the acceleration of `{}` is not determined: it moves no mass", coordinate.name.position),
         span_of(equations, coordinate.element),
     )
     .label("moves no mass")
-    .help(format!("give `{}` or what it moves a mass and an inertia, or hold it by a joint or driver", element.name))
+    .help(format!(
+        "give `{}` or the bodies that it moves a mass and an inertia, or constrain it by a joint or driver",
+        element.name
+    ))
 }
 
 /// Bodies with a mass and an inertia of zero that nothing turns, each with the coordinate that says how it is turned.
@@ -446,19 +449,18 @@ fn particles(equations: &mut Equations) -> Vec<(usize, BodyId)> {
 
 fn without_inertia(mechanism: &Mechanism, first: BodyId, particles: &[(usize, BodyId)]) -> Fault {
     let names = suggest::list(particles.iter().map(|(_, body)| mechanism.bodies[body.0].name.as_str()));
-    let (what, them) = if particles.len() == 1 { ("its inertia is", "it") } else { ("their inertias are", "them") };
+    let what = if particles.len() == 1 { "its inertia is" } else { "their inertias are" };
     Fault::new(
         "scene::massless",
-        format!("nothing turns {names}, and {what} zero: how fast to turn {them} is not determined"),
+        format!("no joint or load turns {names}, and {what} zero: the angular acceleration is not determined"),
         mechanism.bodies[first.0].span,
     )
     .label("has no inertia")
-    .help("any inertia above zero does, such as `inertia = 1`: all else moves the same with any of them")
+    .help("give any positive inertia, such as `inertia = 1`: the other motions do not depend on it")
 }
 
 /// What is to be known where the loop equations that are left out are the same in every pose.
-const FIXED: &str = "; which of its loop equations are left out is fixed here, and where the others come to depend on each other a run may lose digits or end: \
-                     compare two tolerances";
+const FIXED: &str = "; here the same redundant loop equations are left out in every configuration, and a run may lose accuracy or end where the others become dependent: compare two tolerances";
 
 /// Which joints and drivers share their loads with others, whatever the trees. `chosen`: independent loop equations are chosen in every pose.
 fn redundancy_warning(equations: &Equations, shared: &Shared, chosen: bool) -> Option<Fault> {
@@ -466,12 +468,14 @@ fn redundancy_warning(equations: &Equations, shared: &Shared, chosen: bool) -> O
         return Some(implied_warning(equations, shared));
     }
     let (first, names) = named(equations, &shared.owners)?;
-    let message = format!("redundant: {} share loads that are not unique", list(&names));
+    let message = format!(
+        "overconstrained: {} have redundant constraints, so their loads are not unique (statically indeterminate)",
+        list(&names)
+    );
     let fault = Fault::warning("scene::redundant", message, span_of(equations, first))
-        .label("part of its constraint is redundant")
+        .label("part of this constraint is redundant")
         .help(format!(
-            "the motion is right, whatever the trees; of the loads that fit it those of least norm are reported: the least sum of the \
-             squares of their forces, and of their torques divided by the longest arm{}",
+            "the motion is unique; of the possible loads those of least norm are reported: the least sum of squares of their forces, and of their torques divided by the longest arm{}",
             if chosen { "" } else { FIXED }
         ));
     Some(fault)
@@ -489,10 +493,10 @@ fn implied_warning(equations: &Equations, shared: &Shared) -> Fault {
         names => (list(names), format!("of {}", list(names))),
     };
     let stay = if relations.len() == 1 { "stays" } else { "stay" };
-    Fault::warning("scene::second_order", format!("{holder} imply that {} {stay} constant, without any slack", list(&relations)), span)
+    Fault::warning("scene::second_order", format!("{holder} imply that {} {stay} constant, but to second order only", list(&relations)), span)
         .label("takes part")
         .help(format!(
-            "the motion is right; the reactions {whose} that do it grow without bound and are not determined; a real mechanism needs play there, or one joint less"
+            "the motion is unique, but the reactions {whose} are unbounded and not determined; a real mechanism needs clearance there, or one joint less"
         ))
 }
 
@@ -521,11 +525,12 @@ fn check_determined(equations: &Equations, shared: &Shared, outputs: &[Output]) 
         if let Some(variable) = asked {
             let name = mechanism.variable_name(variable);
             let message = format!(
-                "`{name}` is not determined: the joints hold a direction in second order only, and what they carry there grows without bound"
+                "`{name}` is not determined: the joints constrain a direction to second order only, and their reactions there are unbounded"
             );
             let owner = Origin::of(variable.owner).and_then(|origin| equations.system.find(origin));
             let span = owner.map_or_else(Span::default, |element| span_of(equations, element));
-            let help = format!("leave the output `{}` out, or give the mechanism play or one joint less", output.name);
+            let help =
+                format!("remove the output `{}`, or give the mechanism clearance or one joint less", output.name);
             faults.push(Fault::new("scene::undetermined_reaction", message, span).label("carries it").help(help));
         }
     }

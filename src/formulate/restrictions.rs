@@ -233,22 +233,23 @@ pub(super) fn owners(equations: &Equations, rows: &[usize]) -> Vec<String> {
 fn undecided_fault(equations: &Equations, rows: &[usize]) -> Fault {
     let names = owners(equations, rows);
     let message = format!(
-        "what {} restrict cannot be decided: the loops hold them to a higher order than the second",
+        "the degrees of freedom of {} cannot be decided: the loops constrain them to higher than second order",
         list(&names)
     );
-    fault(equations, &names, message)
-        .help("the motion there depends on rounding: change a length a little, or leave out what the joints do twice")
+    fault(equations, &names, message).help(
+        "the motion there depends on rounding errors: change a length slightly, or remove the redundant constraint",
+    )
 }
 
 fn turns(equations: &Equations, rows: &[usize]) -> Fault {
     let names = owners(equations, rows);
     let message = format!(
-        "together with other joints, {} {} a motion in second order only, in a direction that turns with the mechanism",
+        "together with other joints, {} {} a motion to second order only, in a direction that turns with the mechanism",
         list(&names),
         if names.len() == 1 { "forbids" } else { "forbid" }
     );
     fault(equations, &names, message).help(
-        "no constant angle or coordinate of a body says what they mean: where two links hold a point in line, replace them by one, or give the point a link of its own",
+        "no constant angle or coordinate of a body expresses this constraint: where two links hold a point in line, replace them by one, or give the point a link of its own",
     )
 }
 

@@ -73,7 +73,7 @@ fn tried(name: &str, linkage: &linkage::ImportedLinkage) -> Result<Imported, Vec
         trial::Trial::Stays(why) => Ok(imported.with(format!("it does not move: {why}"))),
         trial::Trial::Ends(time, why) => {
             let shorter = text::scene(name, linkage, Some(time))?;
-            Ok(shorter.with(format!("the run is cut at {time:.4} s, where the motion ends: {why}")))
+            Ok(shorter.with(format!("the run stops at {time:.4} s, where the motion ends: {why}")))
         }
     }
 }

@@ -43,7 +43,7 @@ pub fn read(file: &str) -> Result<ImportedLinkage, Vec<String>> {
     // Browsers write blanks and other letters of names as codes; the last letter counts the letters.
     let plain = unescaped(line);
     let Some(whole) = [plain.as_str(), line].into_iter().find(|text| is_whole(text)) else {
-        return Err(vec!["it is cut or changed: its last letter does not fit its length".to_owned()]);
+        return Err(vec!["it is truncated or changed: its last letter does not match its length".to_owned()]);
     };
     let mut reader = PmksReader { rest: whole, faults: Vec::new() };
     let linkage = reader.linkage();
@@ -284,7 +284,7 @@ impl<'a> PmksReader<'a> {
             (links, _) => {
                 let bodies = counted(links.len() + usize::from(against_other), "body");
                 self.faults.push(format!(
-                    "joint `{name}` is driven, but joins {bodies}: only with two it is said which moves against which"
+                    "joint `{name}` is driven, but joins {bodies}: a driven joint must join exactly two"
                 ));
             }
         }

@@ -21,8 +21,9 @@ pub fn read(query: &str) -> Result<ImportedLinkage, Vec<String>> {
     let mut faults = Vec::new();
     for (key, what) in [("f", "forces"), ("pp", "points of paths"), ("tp", "traced points")] {
         if !part(key).trim().is_empty() {
-            faults
-                .push(format!("it is an older address of PMKS+ with {what}: of these only joints and links are read"));
+            faults.push(format!(
+                "it is an older address of PMKS+ with {what}, which is not read: only its joints and links are"
+            ));
         }
     }
     let (length, rpm) = settings(part("s"), &mut faults);
@@ -60,14 +61,14 @@ fn settings(text: &str, faults: &mut Vec<String>) -> (f64, f64) {
     match parts[..] {
         [speed, "false", "false", name] => match (speed.parse::<f64>(), unit(name)) {
             (Ok(speed), Some(length)) if speed.is_finite() => return (length, speed),
-            (Ok(_), None) => faults.push(format!("its lengths are in `{name}`: of older addresses cm and m are read")),
-            _ => faults.push(format!("the speed `{speed}` is no number")),
+            (Ok(_), None) => faults.push(format!("its lengths are in `{name}`, but only cm and m are supported in older addresses")),
+            _ => faults.push(format!("the speed `{speed}` is not a number")),
         },
         [_, _, _, _] => faults.push(
             "it is an older address of PMKS+ with a switch for gravity or the sense of turning: which of the two is not known; open it in PMKS+ and save it anew"
                 .to_owned(),
         ),
-        _ => faults.push("its settings `s` are cut: speed, two switches and the unit of lengths".to_owned()),
+        _ => faults.push("its settings `s` are truncated: they need a speed, two switches and the unit of lengths".to_owned()),
     }
     (1.0, 0.0)
 }
@@ -81,15 +82,15 @@ impl OlderPmksJoint {
     fn read(row: &str, length: f64, faults: &mut Vec<String>) -> Option<OlderPmksJoint> {
         let parts: Vec<&str> = row.split(',').collect();
         let [name, x, y, _, kind, ground, _, _, input, ..] = parts[..] else {
-            faults.push(format!("joint `{row}` is cut"));
+            faults.push(format!("joint `{row}` is truncated"));
             return None;
         };
         let [Some(x), Some(y)] = [x, y].map(number) else {
-            faults.push(format!("joint `{name}` has no place: `{x}`, `{y}`"));
+            faults.push(format!("joint `{name}` has no position: `{x}`, `{y}`"));
             return None;
         };
         if kind != "R" {
-            faults.push(format!("joint `{name}` slides: of older addresses only joints that turn are read"));
+            faults.push(format!("joint `{name}` slides, but only revolute joints are supported in older addresses"));
         }
         let pin = Pin {
             name: name.to_owned(),
@@ -106,11 +107,11 @@ impl OlderPmksJoint {
 fn link(row: &str, joints: &[OlderPmksJoint], length: f64, faults: &mut Vec<String>) -> Option<ImportedLink> {
     let parts: Vec<&str> = row.split(',').collect();
     let [name, mass, inertia, x, y, of, ..] = parts[..] else {
-        faults.push(format!("link `{row}` is cut"));
+        faults.push(format!("link `{row}` is truncated"));
         return None;
     };
     let [Some(mass), Some(inertia), Some(x), Some(y)] = [mass, inertia, x, y].map(number) else {
-        faults.push(format!("link `{name}` has a mass, a moment of inertia or a mass centre that is no number"));
+        faults.push(format!("link `{name}` has a mass, a moment of inertia or a mass centre that is not a number"));
         return None;
     };
     let mut pins = Vec::new();

@@ -66,11 +66,7 @@ fn mechanism(file: &str) -> Result<PylinkageMechanism, String> {
         [] => of_example(&value).unwrap_or(value),
         _ => {
             let names: Vec<&str> = examples.iter().map(|(name, _)| name.as_str()).collect();
-            return Err(format!(
-                "it has {} examples ({}); save the one that is wanted alone",
-                names.len(),
-                names.join(", ")
-            ));
+            return Err(format!("it has {} examples ({}); save one of them alone", names.len(), names.join(", ")));
         }
     };
     serde_json::from_value(own).map_err(|error| error.to_string())

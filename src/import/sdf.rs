@@ -495,7 +495,7 @@ impl<'a> SdfReader<'a> {
             "gearbox" => return Err(gearbox(element)),
             other => {
                 return Err(element.refuse(format!(
-                    "{} closes a loop and is of type `{other}`, which no planar motion has",
+                    "{} closes a loop and is of type `{other}`, which a planar mechanism cannot have",
                     element.called()
                 )));
             }

@@ -214,7 +214,7 @@ impl SceneWriter<'_> {
     fn drive(&mut self, drive: &Drive, joints: &[(usize, usize, String)], notes: &mut Vec<String>) {
         let Some((.., joint)) = joints.iter().find(|(pin, link, _)| (*pin, *link) == (drive.pin, drive.link)) else {
             let link = &self.linkage.links[drive.link].name;
-            notes.push(format!("the drive of link `{link}` is left out: its pin does not hold it on the ground"));
+            notes.push(format!("the drive of link `{link}` is left out: its pin is not on the ground"));
             return;
         };
         let (joint, name) = (joint.clone(), self.names.fresh("drive"));
@@ -224,7 +224,7 @@ impl SceneWriter<'_> {
         };
         let law = law(drive.course);
         self.add(format_args!(
-            "\n# {counts} from the pose of the file.\n[drivers.{name}]\njoint = \"{joint}\"\n{key} = \"{law}\"            # {unit}, t in s\n"
+            "\n# {counts} from the configuration of the file.\n[drivers.{name}]\njoint = \"{joint}\"\n{key} = \"{law}\"            # {unit}, t in s\n"
         ));
     }
 
@@ -249,7 +249,7 @@ impl SceneWriter<'_> {
     /// Guesses, outputs, times.
     fn tail(&mut self, end: Option<f64>) {
         let linkage = self.linkage;
-        self.text.push_str("\n# The pose of the file: all angles are zero there. It picks one of the ways to assemble the loops.\n[initial]\n");
+        self.text.push_str("\n# The configuration of the file: all angles are zero there. The guesses choose the assembly mode.\n[initial]\n");
         let guessed = self.bodies.iter().enumerate().filter(|(link, _)| !self.angle_is_known(*link));
         let guesses: String = guessed.map(|(_, name)| format!("\"{name}.angle\" = {{ guess = 0 }}\n")).collect();
         self.text.push_str(&guesses);

@@ -47,9 +47,9 @@ fn refuse_xacro(element: &Element) -> Fallible<()> {
     let place =
         of_attribute.map(|own| &own.place).or_else(|| element.name.starts_with("xacro:").then_some(&element.place));
     if let Some(place) = place {
-        return Err(Refusal::new("it is a xacro file: its values are not computed yet")
+        return Err(Refusal::new("it is a xacro file, which must be expanded first")
             .at(place)
-            .help("run `xacro FILE > out.urdf` first, and import out.urdf"));
+            .help("run `xacro FILE > out.urdf`, and import out.urdf"));
     }
     element.children.iter().try_for_each(refuse_xacro)
 }
@@ -316,7 +316,7 @@ impl<'a> UrdfReader<'a> {
             "ball" => ClosureKind::Point,
             other => {
                 return Err(joint.refuse(format!(
-                    "{} closes a loop and is of type `{other}`, which no planar motion has",
+                    "{} closes a loop and is of type `{other}`, which a planar mechanism cannot have",
                     joint.called()
                 )));
             }
@@ -353,9 +353,8 @@ impl<'a> UrdfReader<'a> {
             "prismatic" => ClosureKind::Slide(axis),
             "fixed" => ClosureKind::Weld(pose * other.inverse()),
             other => {
-                return Err(
-                    joint.refuse(format!("{} is of type `{other}`, which no planar motion has", joint.called()))
-                );
+                return Err(joint
+                    .refuse(format!("{} is of type `{other}`, which a planar mechanism cannot have", joint.called())));
             }
         };
         let ends = match &kind {
@@ -457,7 +456,7 @@ impl<'a> UrdfReader<'a> {
             let is_effort = interfaces.map(|own| own.text.to_lowercase()).any(|text| text.contains("effort"));
             if !is_effort {
                 self.report.note(format!(
-                    "the transmission of joint `{name}` is no effort interface: its controller is not in the file"
+                    "the transmission of joint `{name}` does not have an effort interface: its controller is not in the file"
                 ));
                 continue;
             }
@@ -523,7 +522,7 @@ impl<'a> UrdfReader<'a> {
                 false if self.options.leaves_out(&[&child.name]) => self.report.left_out.push(child.called()),
                 false => self
                     .report
-                    .note(format!("<{}> (line {}) is not known and is left out", child.name, child.place.line)),
+                    .note(format!("unknown element <{}> (line {}) is left out", child.name, child.place.line)),
             }
         }
         for own in root.all("link").flat_map(|link| &link.children).filter(|own| own.name != "inertial") {
@@ -541,7 +540,7 @@ impl<'a> UrdfReader<'a> {
             .chain(root.all("loop_joint"))
             .for_each(|own| own.unread(&mut unread));
         for (called, attribute) in unread {
-            self.report.note(format!("`{attribute}` of {called} is not known and is left out"));
+            self.report.note(format!("unknown attribute `{attribute}` of {called} is left out"));
         }
         const OF_JOINTS: &[&str] = &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
         for own in
@@ -551,7 +550,7 @@ impl<'a> UrdfReader<'a> {
                 true => self.report.idle(format!("<{}>", own.name)),
                 false => self
                     .report
-                    .note(format!("<{}> (line {}) of a joint is not known and is left out", own.name, own.place.line)),
+                    .note(format!("unknown element <{}> (line {}) of a joint is left out", own.name, own.place.line)),
             }
         }
     }

@@ -257,7 +257,7 @@ impl XmlParser<'_> {
             Event::Eof => {
                 let message = match self.open.last() {
                     Some(open) => {
-                        format!("it breaks off: {} of line {} is not closed", open.called(), open.place.line)
+                        format!("the file is truncated: {} of line {} is not closed", open.called(), open.place.line)
                     }
                     None => "it has no element".to_owned(),
                 };

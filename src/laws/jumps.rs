@@ -160,7 +160,7 @@ fn jump(law: &TimeLaw, largest: [f64; 2], time: f64, beside: [f64; 2]) -> Option
     if jumps(0) {
         Some((says("it", 0), false))
     } else if size(&near) > GROWS * size(&far) && size(&near) > largest[1] {
-        Some(("its rate grows beyond all bounds".to_owned(), false))
+        Some(("its rate is unbounded".to_owned(), false))
     } else {
         jumps(1).then(|| (says("its rate", 1), true))
     }

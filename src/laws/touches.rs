@@ -24,12 +24,12 @@ pub(crate) fn touches(mechanism: &Mechanism) -> Vec<Fault> {
 
 fn warning(kind: &str, part: &Part, time: f64) -> Fault {
     let message = format!(
-        "the law of {kind} `{}` compares sides that differ by rounding errors alone about t = {} s: which piece holds there depends on them",
+        "the law of {kind} `{}` compares two sides that differ by rounding errors only near t = {} s: which piece is active there is not determined",
         part.name,
         rounded(time, 4)
     );
     Fault::warning("scene::equal_sides", message, part.span).label("compares them").help(
-        "write what is left between the sides, such as `0 < t^4` for `1 - t^4 < 1`, or compare with a limit that one side passes clearly, such as 0.999 for 1",
+        "compare the difference of the sides, such as `0 < t^4` for `1 - t^4 < 1`, or compare with a limit that is clearly crossed, such as 0.999 for 1",
     )
 }
 

@@ -126,7 +126,7 @@ pub struct Mechanism {
 
 /// A parameter that cannot be set, because it is calculated.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{name}` is calculated, as `{formula}`: set {used}, or give it a number of its own in the scene")]
+#[error("`{name}` cannot be set: it is calculated as `{formula}`; set {used}, or give `{name}` a number in the scene")]
 pub struct CalculatedError {
     /// The parameter.
     pub name: String,

@@ -195,8 +195,8 @@ fn branches<D>(
         let span = names.first().map_or_else(Span::default, |(_, span)| *span);
         let missing = suggest::list(&unreached);
         faults.push(
-            Fault::new("coordinates::not_spanning", format!("the {list} tree does not reach {missing}"), span)
-                .label("these branches do not reach everything")
+            Fault::new("coordinates::not_spanning", format!("the {list} tree does not connect {missing}"), span)
+                .label("these branches do not span the graph")
                 .help(format!("add a body, joint, driver or load that connects {missing} to the rest")),
         );
     }
@@ -224,8 +224,8 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
         (false, _) => "name a body, joint, driver or load of the scene",
     };
     let label = match (known, list) {
-        (true, "rotation") => "holds and carries no angle",
-        (true, _) => "holds and carries no displacement",
+        (true, "rotation") => "has no angle and no torque",
+        (true, _) => "has no displacement and no force",
         (false, _) => "not in the scene",
     };
     Fault::new("coordinates::unknown_branch", message, span).label(label).help(help)
@@ -234,8 +234,8 @@ fn not_in_graph(system: &System, name: &str, span: Span, list: &str) -> Fault {
 fn not_always(name: &str, span: Span, list: &str) -> Fault {
     let message = format!("`{name}` cannot be a branch of the {list} tree: an event removes it");
     Fault::new("coordinates::unknown_branch", message, span)
-        .label("not there all the time")
-        .help("choose a branch that is there all the time, such as the body itself")
+        .label("may be removed during the run")
+        .help("choose a branch that is not removed, such as the body itself")
 }
 
 fn loop_fault(name: &str, span: Span, list: &str, others: &[String]) -> Fault {

@@ -111,7 +111,7 @@ fn solve_tree(own: &Equations, tree: &crate::solve::SolveTree) -> SolveTreeSumma
 fn modes(equations: &Equations) -> Vec<ModesSummary> {
     let all = equations.system.mechanism.unilaterals.iter().enumerate();
     let of = |(index, own): (usize, &Unilateral)| {
-        let modes = if equations.is_led(index) { vec!["slides as drivers say"] } else { own.modes() };
+        let modes = if equations.is_led(index) { vec!["slides, prescribed by drivers"] } else { own.modes() };
         ModesSummary { name: own.name.clone(), modes }
     };
     all.map(of).collect()

@@ -83,10 +83,12 @@ pub struct InspectedVariable {
 #[derive(Debug, thiserror::Error)]
 pub enum InspectError {
     /// It does not begin as archives do.
-    #[error("it is no FMU: it is not a zip archive")]
+    #[error("it is not an FMU: it is not a zip archive")]
     NoArchive,
     /// It is a good description of another model, or the program is another's.
-    #[error("it is damaged: its modelDescription.xml and its program are not of the same model ({0}); export it again")]
+    #[error(
+        "it is damaged: its modelDescription.xml and its program belong to different models ({0}); export it again"
+    )]
     Strangers(&'static str),
     /// Anything else, as a message.
     #[error("{0}")]
@@ -245,7 +247,7 @@ impl Header {
                 Event::Empty(tag) => header.add(&tag).map_err(|error| damaged(&error))?,
                 Event::End(_) => depth = depth.saturating_sub(1),
                 // The reader takes an end in the middle of elements for an end.
-                Event::Eof if depth > 0 => return Err(damaged(&"it breaks off")),
+                Event::Eof if depth > 0 => return Err(damaged(&"it is truncated")),
                 Event::Eof => return Ok(header),
                 _ => {}
             }
@@ -325,7 +327,7 @@ impl fmt::Display for Contents {
         let Experiment { start, stop, step, tolerance, .. } = self.experiment;
         let [start, stop, step] = [start, stop, step].map(short);
         let platforms = self.platforms.iter().map(|(name, size)| format!("{name} ({})", kilobytes(*size)));
-        let scene = if self.scene.is_some() { "inside: print it with --scene" } else { "not inside" };
+        let scene = if self.scene.is_some() { "included: print it with --scene" } else { "not inside" };
         let mut facts: Vec<Vec<String>> = self.credits.iter().map(|(key, text)| cells![key, text]).collect();
         facts.extend([
             cells!["made by", self.tool],

@@ -105,7 +105,7 @@ impl Resolver<'_> {
         }
         if formula.operations() > LONGEST {
             let message =
-                format!("the scene is too large: {what} takes more than {LONGEST} operations with what it uses");
+                format!("the scene is too large: {what} takes more than {LONGEST} operations when written out");
             let fault = Fault::new("scene::too_large", message, pending.text.span).label("too long when written out");
             self.faults.push(fault.help("give one of the parameters that it uses a number"));
             return;
@@ -124,10 +124,10 @@ impl Resolver<'_> {
         let Some(unit) = declared.filter(is_mere) else { return };
         if unit.display.as_ref().is_some_and(|display| display.factor != 1.0) {
             let (written, si) = (unit.shown(), &unit.si);
-            let message = format!("{what} is taken in `{si}`, not in `{written}`: it is an expression without a unit");
+            let message = format!("{what} is an expression without a unit, so it is in `{si}`, not in `{written}`");
             let fault = Fault::warning("scene::unit_in_expression", message, text.span).label(format!("in `{si}`"));
             self.faults.push(fault.help(format!(
-                "write a single number for `{written}`, or give the numbers (`2[{written}]`) or parameters in it units; or remove `unit` if `{si}` is meant"
+                "give its numbers (`2[{written}]`) or parameters units; or remove `unit` if `{si}` is meant"
             )));
         }
     }

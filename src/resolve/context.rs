@@ -175,7 +175,7 @@ impl Resolver<'_> {
                     site.text.part(tree.start, tree.end),
                 )
                 .label(format!("{} and {}", unit_name(a), unit_name(b)))
-                .help("check the units of the parameters and the places of the parentheses"),
+                .help("check the units of the parameters, and the parentheses"),
             );
             KnownUnit::Nothing
         })
@@ -280,7 +280,7 @@ impl Resolver<'_> {
     }
 
     fn refuse_held(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
-        let message = format!("{} depends on {used}, which begins at the same time", site.what);
+        let message = format!("{} depends on {used}, whose start value is found at the same time", site.what);
         let help = "use parameters, inputs, and positions, velocities and states at the start";
         self.refuse("scene::begin_depends", message, help, (tree, site))
     }
@@ -383,12 +383,12 @@ impl Resolver<'_> {
     fn not_constant(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let (message, help) = match site.context {
             Context::Curve(_) => (
-                format!("{} depends on the angle of its own part, but uses {used}", site.what),
+                format!("{} may depend on the angle of its cam only, but uses {used}", site.what),
                 "use `angle`, numbers and parameters",
             ),
             _ => (
                 format!("{} must be constant, but uses {used}", site.what),
-                "use numbers and parameters; for what varies there are drivers, force, torque and actuators",
+                "use numbers and parameters; for a varying value use a driver, a force, a torque or an actuator",
             ),
         };
         self.refuse("scene::not_constant", message, help, (tree, site))
@@ -476,19 +476,19 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         }
         Context::Law(_) => (
             "scene::load_depends",
-            "a load may use positions, velocities, accelerations and reactions of the scene, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
+            "a load may depend on positions, velocities, accelerations, reactions, forces along springs and actuators, torques of loads, states, the time `t`, parameters and inputs",
         ),
         Context::Level => (
             "scene::load_depends",
-            "a level may use positions, velocities, states, sampled values, the time `t`, parameters and inputs; where something presses, friction follows it by `mu`",
+            "a friction limit may depend on positions, velocities, states, sampled values, the time `t`, parameters and inputs; for friction in proportion to a normal force give `mu`",
         ),
         Context::Start => (
             "scene::begin_depends",
-            "what a sampled value begins with may use positions, velocities and states at the start, the time `t`, parameters and inputs",
+            "the start of a sampled value may depend on positions, velocities and states at the start, the time `t`, parameters and inputs",
         ),
         Context::Rate => (
             "scene::rate_depends",
-            "the rate of a state may use states, positions, velocities, accelerations and reactions of the scene, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
+            "the rate of a state may depend on states, positions, velocities, accelerations, reactions, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
         ),
     };
     let is_own = matches!(site.context, Context::Law(own) if variable.owner == Owner::Load(own));
@@ -496,7 +496,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         (Class::Position | Class::Velocity | Class::State, ..) => return None,
         (Class::Effort, ..) if is_own => {
             let message = format!("{what} depends on itself: {called}");
-            return Some(("scene::cycle", message, "a load may use positions and velocities of the scene"));
+            return Some(("scene::cycle", message, "a load may depend on positions and velocities"));
         }
         (Class::Acceleration, ..) | (Class::Effort, Owner::Joint(_) | Owner::Driver(_), _)
             if matches!(site.context, Context::Law(_) | Context::Rate) =>
@@ -510,7 +510,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         (Class::Effort, Owner::Load(_), Quantity::Force | Quantity::Torque) => return None,
         (Class::Effort, Owner::Load(_), _) => "a component or the power of another load",
         (Class::Effort, ..) => "a reaction",
-        (Class::Contact, ..) => "what impacts leave",
+        (Class::Contact, ..) => "a result of impacts",
         (Class::System, ..) => "a sum over the whole system",
     };
     Some((code, format!("{what} depends on {called}, {refused}"), help))

@@ -210,11 +210,10 @@ impl Resolver<'_> {
         };
         let usual = number.abs() >= 90.0 && number % 45.0 == 0.0;
         if usual && wanted.exponents == ANGLE.exponents {
-            let message = format!("{what} grows by {number} radians a second, {:.1} turns", number / TAU);
+            let message = format!("{what} grows by {number} rad/s, {:.1} turns per second", number / TAU);
             let fault = Fault::warning("scene::degrees", message, span).label("degrees?");
-            self.faults.push(
-                fault.help(format!("write `{number}[deg]*t` for degrees, `{number}[rad]*t` if radians are meant")),
-            );
+            self.faults
+                .push(fault.help(format!("write `{number}[deg]*t` for degrees, or `{number}[rad]*t` for radians")));
         }
     }
 
@@ -223,17 +222,17 @@ impl Resolver<'_> {
         let value = self.value(formula);
         let effect = match wanted.exponents {
             known if [STIFFNESS, TORSION_STIFFNESS].iter().any(|stiffness| stiffness.exponents == known) => {
-                "it drives away from rest instead of back"
+                "it pushes away from equilibrium instead of back"
             }
             known if [DAMPING, TORSION_DAMPING].iter().any(|damping| damping.exponents == known) => {
-                "it feeds the motion instead of braking it"
+                "it adds energy instead of dissipating it"
             }
             _ => return,
         };
         if value < 0.0 {
             let message = format!("{what} is negative, {value} {}: {effect}", wanted.si);
             let fault = Fault::warning("scene::negative", message, span).label("below zero");
-            self.faults.push(fault.help("remove the sign, unless the motion is meant to grow"));
+            self.faults.push(fault.help("remove the minus sign, unless an unstable motion is meant"));
         }
     }
 
@@ -286,7 +285,11 @@ impl Resolver<'_> {
 
     /// Refuses an angle, or a rate of one, that is made of hertz.
     pub(super) fn open_hertz(&mut self, what: &str, span: Span, help: &str) {
-        let fault = Fault::new("scene::wrong_unit", format!("{what}, which `Hz` leaves open"), span);
+        let fault = Fault::new(
+            "scene::wrong_unit",
+            format!("{what}, but `Hz` does not say whether of turns or of radians"),
+            span,
+        );
         self.faults.push(fault.label("turns or radians?").help(help));
     }
 
@@ -308,7 +311,7 @@ impl Resolver<'_> {
     fn wrong_unit(&mut self, found: &str, what: &str, wanted: &Wanted, span: Span, numbers: &str) {
         let found = if found.is_empty() { "a pure number".to_string() } else { format!("in `{found}`") };
         let help = match wanted.si {
-            "" => "leave the unit away".to_string(),
+            "" => "remove the unit".to_string(),
             si => format!("give {} (SI: `{si}`); {numbers}", wanted.what),
         };
         self.faults.push(
@@ -337,7 +340,7 @@ impl Resolver<'_> {
                 self.faults.push(
                     Fault::new(
                         "scene::one_dimension",
-                        format!("{what} leaves the line of this one-dimensional scene"),
+                        format!("{what} is off the line of this one-dimensional scene"),
                         vector.span,
                     )
                     .label("one component is wanted")
@@ -349,9 +352,9 @@ impl Resolver<'_> {
         if count != 2 {
             let components = counted(count, "component");
             self.faults.push(
-                Fault::new("scene::wrong_value", format!("{what} has {components} instead of two"), vector.span)
+                Fault::new("scene::wrong_value", format!("{what} has {components}, but must have two"), vector.span)
                     .label("x and y are wanted")
-                    .help("write `[x, y]`; the decimal sign is a point, and the plane has no third direction"),
+                    .help("write `[x, y]`, with decimal points"),
             );
         }
         [x, y.unwrap_or(UNKNOWN)]

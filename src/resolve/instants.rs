@@ -86,7 +86,7 @@ impl Resolver<'_> {
             self.input_units.push(Some((crate::model::Exponents::SECOND, 0)));
             inputs.push(Input {
                 name: format!("events.{}.time", event.name.text),
-                description: format!("when `{}` happened last; less than zero before that", event.name.text),
+                description: format!("time of the last event `{}`; negative before the first", event.name.text),
                 unit: Unit::time(),
                 ..held_input(&event.name)
             });
@@ -94,7 +94,7 @@ impl Resolver<'_> {
         for load in scene.removed() {
             let name = &scene.loads[load.0].name;
             self.input_units.push(None);
-            let (description, start) = (format!("1 while load `{}` is there", name.text), 1.0);
+            let (description, start) = (format!("1 until load `{}` is removed", name.text), 1.0);
             inputs.push(Input { name: format!("{}.presence", name.text), description, start, ..held_input(name) });
         }
     }
@@ -196,7 +196,7 @@ impl Resolver<'_> {
         let place = |own: &model::SampledValue| own.next.as_ref().map_or(own.name.span, |next| next.span);
         let pending = self.nexts.pending[first..].iter().chain([&self.nexts.pending[first]]);
         let circle: Vec<_> = pending.filter_map(value).map(|own| (own.name.text.as_str(), place(own))).collect();
-        let help = "use the value before the tick somewhere: `x` instead of `new(x)`";
+        let help = "use the previous value in one of them: `x` instead of `new(x)`";
         self.refuse_circle(&circle, "new values of sampled values", help);
     }
 
@@ -232,11 +232,10 @@ impl Resolver<'_> {
         if !self.is_reported(name, &name.text) {
             let names = values.iter().map(|value| value.name.text.as_str());
             let help = match values.is_empty() {
-                true => "`new(x)` stands in `next` only".to_owned(),
+                true => "`new(x)` is permitted in `next` only".to_owned(),
                 false => format!("the values of this sampler are {}", suggest::list(names)),
             };
-            let message =
-                format!("{what} uses `new({})`, which is no value that is sampled at the same tick", name.text);
+            let message = format!("{what} uses `new({})`, but that is not a value of the same sampler", name.text);
             self.faults
                 .push(Fault::new("scene::unknown_name", message, name.span).label("not sampled here").help(help));
         }
@@ -301,9 +300,9 @@ impl Resolver<'_> {
     }
 
     fn nothing_happens(&mut self, event: &model::Event, what: &str) {
-        let fault = Fault::new("scene::missing_key", format!("nothing happens at {what}"), event.name.span);
-        let help = "say what happens: `remove = [\"spring\"]`, `set = { x = 0 }` or `stop = true`";
-        self.faults.push(fault.label("neither `remove` nor `set` nor `stop`").help(help));
+        let fault = Fault::new("scene::missing_key", format!("{what} has no effect"), event.name.span);
+        let help = "give its effect: `remove = [\"spring\"]`, `set = { x = 0 }` or `stop = true`";
+        self.faults.push(fault.label("has neither `remove` nor `set` nor `stop`").help(help));
     }
 
     fn set(&mut self, name: &Text, value: &crate::scene::quantity::Quantity, what: &str) -> Option<(InputId, Formula)> {
@@ -313,11 +312,11 @@ impl Resolver<'_> {
                 let names = scene.sampled_values().map(|(_, own)| own.name.text.as_str());
                 let known: Vec<&str> = names.collect();
                 let otherwise = match known.is_empty() {
-                    true => "there are none: give it under `[sampled]`".to_owned(),
+                    true => "the scene has none: define it under `[sampled]`".to_owned(),
                     false => format!("they are {}", suggest::list(known.iter().copied())),
                 };
-                let message = format!("{what} sets `{}`, but only sampled values can be set", name.text);
-                let fault = Fault::new("scene::unknown_name", message, name.span).label("no sampled value");
+                let message = format!("{what} sets `{}`, which is not a sampled value", name.text);
+                let fault = Fault::new("scene::unknown_name", message, name.span).label("not a sampled value");
                 self.faults.push(fault.help(suggest::hint(&name.text, known, otherwise)));
             }
             return None;

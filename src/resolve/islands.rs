@@ -51,11 +51,11 @@ impl Resolver<'_> {
             "give one of them a mass, or join one of them to the ground"
         };
         let message = match island {
-            [_] => format!("body {names} is connected to nothing and has no mass"),
-            _ => format!("bodies {names} are connected to each other only, and have no mass"),
+            [_] => format!("body {names} has no mass and is not connected to any other body"),
+            _ => format!("bodies {names} have no mass and are connected to each other only"),
         };
         self.faults
-            .push(Fault::new("scene::floating", message, first.span).label("nothing says how it moves").help(help));
+            .push(Fault::new("scene::floating", message, first.span).label("its motion is not determined").help(help));
     }
 
     fn owner_index(&self, point: &Text) -> Option<usize> {

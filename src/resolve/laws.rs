@@ -24,9 +24,9 @@ impl Resolver<'_> {
         let length = libm::hypot(self.value(&x), self.value(&y));
         if length == 0.0 {
             self.faults.push(
-                Fault::new("scene::zero_axis", format!("{what} has no length, so it has no direction"), axis.span)
+                Fault::new("scene::zero_axis", format!("{what} is zero, so it has no direction"), axis.span)
                     .label("length zero")
-                    .help("give a direction, of any length: `axis = [1.0, 0.0]`"),
+                    .help("give a vector of any length but zero: `axis = [1.0, 0.0]`"),
             );
         }
         match (constant::number(&x), constant::number(&y)) {
@@ -77,7 +77,11 @@ impl Resolver<'_> {
             return None;
         }
         let refused = [
-            ("viscous", "viscous friction is a key of the joint itself", "write `damping = ...` beside `friction`"),
+            (
+                "viscous",
+                "viscous friction is a key of the joint itself",
+                "write `damping = ...` next to `friction`, as a key of the joint",
+            ),
             ("coefficient", "the coefficient of friction is called `mu`", "write `mu = ...`"),
         ];
         known.extend(refused.map(|(key, ..)| key));
@@ -120,32 +124,35 @@ impl Resolver<'_> {
         let is_round = matches!(pressed, Pressed::Pin | Pressed::Reaction(crate::model::Quantity::Force));
         let fades = matches!(pressed, Pressed::Pin | Pressed::Guide { .. });
         let wrong: Option<(&str, &str)> = match pressed {
-            _ if has("velocity") && !fades => Some(("velocity", "it sticks at rest: leave `velocity` out")),
+            _ if has("velocity") && !fades => Some(("velocity", "it sticks at rest: remove `velocity`")),
             Pressed::Contact if has("coulomb") => {
-                Some(("coulomb", "a contact rubs in proportion to what presses: `mu`"))
+                Some(("coulomb", "friction of a contact is in proportion to the normal force: give `mu`"))
             }
-            Pressed::Nothing if has("mu") => Some(("mu", "nothing is known that presses: give the level, `coulomb`")),
+            Pressed::Nothing if has("mu") => Some(("mu", "it has no normal force: give the friction limit, `coulomb`")),
             _ if has("velocity") && !has("coulomb") => {
-                Some(("velocity", "without `coulomb` there is no level that could fade"))
+                Some(("velocity", "`velocity` smooths the friction limit: give `coulomb`"))
             }
             _ if has("velocity") && has("mu") => {
-                Some(("velocity", "friction in proportion to what presses sticks at rest"))
+                Some(("velocity", "friction in proportion to a normal force sticks at rest"))
             }
-            _ if has("velocity") && has("static") => Some(("static", "what fades at rest has no level there")),
-            _ if is_round && has("mu") && !has("radius") => Some(("mu", "its lever is missing: `radius`")),
+            _ if has("velocity") && has("static") => {
+                Some(("static", "friction with a `velocity` does not stick, so it has no static limit"))
+            }
+            _ if is_round && has("mu") && !has("radius") => Some(("mu", "its lever arm is missing: give `radius`")),
             _ if has("radius") && !(has("mu") && is_round) => {
-                Some(("radius", "it is that of a pin or a thread with `mu`"))
+                Some(("radius", "it belongs to a pin or a thread with `mu`"))
             }
             _ if has("length") && !(has("mu") && is_long) => {
-                Some(("length", "it is that of a guide with `mu` that holds the angle"))
+                Some(("length", "it belongs to a guide with `mu` that keeps the angle"))
             }
-            _ if !has("coulomb") && !has("mu") => Some(("", "it has no level")),
+            _ if !has("coulomb") && !has("mu") => Some(("", "it has no friction limit")),
             _ => None,
         };
         let Some((key, why)) = wrong else { return true };
         let message = format!("{}: {why}", fields.owner);
-        let fault = Fault::new("scene::friction", message, fields.key_span(key).unwrap_or(span)).label("not like this");
-        self.faults.push(fault.help(format!("write for instance `friction = {example}`")));
+        let fault = Fault::new("scene::friction", message, fields.key_span(key).unwrap_or(span))
+            .label("not a valid combination");
+        self.faults.push(fault.help(format!("write, for example, `friction = {example}`")));
         false
     }
 
@@ -170,7 +177,7 @@ impl Resolver<'_> {
         let play = self.faults.required_quantity(
             fields,
             "play",
-            "give the way from one flank to the other: `backlash = { play = \"0.5 deg\", restitution = 0.4 }`, a length if it moves a slide",
+            "give the play between the flanks: `backlash = { play = \"0.5 deg\", restitution = 0.4 }`, a length if it moves a slide",
         );
         let restitution = match fields.get("restitution") {
             Some(node) => Some(self.faults.quantity(node, &of("restitution"))?),
@@ -203,13 +210,12 @@ impl Resolver<'_> {
         let (message, label) = match values {
             [None, None] => (format!("{what} has neither `min` nor `max`"), "no limit"),
             [Some(min), Some(max)] if min >= max => {
-                (format!("the limits of {user} leave nothing between: `min` is not below `max`"), "nothing between")
+                (format!("the limits of {user} contradict each other: `min` must be below `max`"), "nothing between")
             }
             _ => return Some(()),
         };
         let fault = Fault::new("scene::limits", message, span).label(label);
-        self.faults
-            .push(fault.help("write where the motion ends: `limits = { min = -0.1, max = 0.2, restitution = 0.5 }`"));
+        self.faults.push(fault.help("give the hard stops: `limits = { min = -0.1, max = 0.2, restitution = 0.5 }`"));
         None
     }
 
@@ -241,9 +247,10 @@ impl Resolver<'_> {
         let word = self.faults.required_text(&fields, "as", &help)?;
         let Some(order) = InputAs::WORDS.iter().position(|known| *known == word.text) else {
             let otherwise = format!("an input can be {}", suggest::list(InputAs::WORDS));
+            let message = format!("`as` of {what} is `{}`, but must be `position`, `velocity` or `acceleration`", word.text);
             self.faults.push(
-                Fault::new("scene::wrong_value", format!("{what} follows an input as `{}`", word.text), word.span)
-                    .label("not a kind of motion")
+                Fault::new("scene::wrong_value", message, word.span)
+                    .label("not a type of motion")
                     .help(suggest::hint(&word.text, InputAs::WORDS, otherwise)),
             );
             return None;
@@ -270,7 +277,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
-                    format!("{what} follows an input as {}, but the input is in `{found}`", wanted.what),
+                    format!("{what} follows an input as {}, but the unit of the input is `{found}`", wanted.what),
                     span,
                 )
                 .label(format!("not {}", wanted.what))

@@ -242,7 +242,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new("scene::missing_key", "the scene's name is empty", self.scene.name.span)
                     .label("empty")
-                    .help("the FMU takes its name from it: `name = \"my_mechanism\"`"),
+                    .help("give the name of the FMU: `name = \"my_mechanism\"`"),
             );
         }
     }
@@ -269,7 +269,7 @@ impl Resolver<'_> {
         };
         let points = scene.ground.iter().enumerate().filter(|(index, own)| own.within == 0 && !is_named(*index));
         const LAW: &str = "use its name in a load, a driver or an output, or remove it";
-        const VALUE: &str = "use its name where its value is meant, or remove it";
+        const VALUE: &str = "use it in an expression, or remove it";
         const POINT: &str = "connect a joint, a driver or a load to it, or remove it";
         let unused: Vec<(String, Span, &str)> = inputs
             .map(|(_, own)| (format!("input `{}`", own.name.text), own.name.span, LAW))
@@ -293,9 +293,13 @@ impl Resolver<'_> {
     fn must_not_turn(&mut self, what: &str, span: Span) {
         if self.one_dimensional() {
             self.faults.push(
-                Fault::new("scene::one_dimension", format!("{what} turns, but nothing turns in one dimension"), span)
-                    .label("not with `dimension = 1`")
-                    .help(format!("{}; for more remove `dimension = 1`", on_a_line())),
+                Fault::new(
+                    "scene::one_dimension",
+                    format!("{what} is a rotation, which one dimension does not have"),
+                    span,
+                )
+                .label("not with `dimension = 1`")
+                .help(format!("{}; for anything else remove `dimension = 1`", on_a_line())),
             );
         }
     }
@@ -303,7 +307,7 @@ impl Resolver<'_> {
     /// Refuses what needs two directions in a scene of one dimension.
     fn must_have_plane(&mut self, user: &str, span: Span) {
         if self.one_dimensional() {
-            let message = format!("{user} needs the plane, but this scene has one dimension");
+            let message = format!("{user} needs two dimensions, but this scene has one");
             let help = format!("remove `dimension = 1`; {}", on_a_line());
             let fault = Fault::new("scene::one_dimension", message, span).label("not with `dimension = 1`");
             self.faults.push(fault.help(help));

@@ -52,8 +52,8 @@ impl Resolver<'_> {
     pub(super) fn refuse_circle(&mut self, circle: &[(&str, Span)], what: &str, help: &str) {
         let Some((_, span)) = circle.first() else { return };
         let names: Vec<String> = circle.iter().map(|(name, _)| format!("`{name}`")).collect();
-        let message = format!("{what} depend on each other in a circle: {}", names.join(" -> "));
-        self.faults.push(Fault::new("scene::cycle", message, *span).label("part of the circle").help(help));
+        let message = format!("{what} depend on each other in a cycle: {}", names.join(" -> "));
+        self.faults.push(Fault::new("scene::cycle", message, *span).label("part of the cycle").help(help));
     }
 }
 

@@ -33,7 +33,7 @@ impl Resolver<'_> {
                 let problem = format!("output `{}` has the name of a {}", name.text, named.word());
                 self.duplicate_output(problem, name.span);
             } else if !seen.insert(&name.text) {
-                self.duplicate_output(format!("output `{}` is there twice", name.text), name.span);
+                self.duplicate_output(format!("output `{}` is defined twice", name.text), name.span);
             }
             outputs.push(self.expression_output(output));
         }
@@ -42,7 +42,7 @@ impl Resolver<'_> {
 
     fn variable_output(&mut self, name: &Text) -> Option<Output> {
         // What is asked for beside the scene has no place in it.
-        let user = if name.span.is_nowhere() { "what is asked for" } else { "`[outputs]`" };
+        let user = if name.span.is_nowhere() { "the request" } else { "`[outputs]`" };
         if let Some(Named::Signal(index)) = self.names.get(&name.text) {
             return self.signal_output(index, name.span);
         }
@@ -122,7 +122,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
-                    format!("{problem}, which cannot be shown in `{}`", declared.shown()),
+                    format!("{problem}, which cannot be converted to `{}`", declared.shown()),
                     span,
                 )
                 .label(format!("not a unit for `{}`", own.shown()))

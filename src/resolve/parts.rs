@@ -143,13 +143,13 @@ impl<'s> Resolver<'s> {
             self.refuse_rate(fields, key, motions);
             return;
         }
-        let fault = Fault::new("scene::driver_motion", message, span).label("exactly one is wanted");
+        let fault = Fault::new("scene::driver_motion", message, span).label("exactly one is needed");
         self.faults.push(fault.help(help.join(", ")));
     }
 
     /// A driver prescribes a motion over the time: of its speed that is the integral.
     fn refuse_rate(&mut self, fields: &Fields<'_>, key: &str, motions: &[&str]) {
-        let message = format!("{} has no key `{key}`: a speed is written as the motion over time", fields.owner);
+        let message = format!("{} has no key `{key}`: a speed is written as a motion over time", fields.owner);
         let law = fields.get(key).and_then(|node| motion_of_rate(key, node));
         let (law, only) = law.unwrap_or_else(|| ("2*pi*t".to_owned(), None));
         let motions = if only.is_some() { only.as_slice() } else { motions };
@@ -198,7 +198,7 @@ impl<'s> Resolver<'s> {
         let span = wrong.and_then(|key| reading.fields.key_span(key)).unwrap_or(reading.span);
         let called = &reading.fields.owner;
         let fault = if reading.component.section == Section::Drivers {
-            let message = format!("{called} has `{}`, so it needs {wanted} and nothing else", reading.component.name);
+            let message = format!("{called} has `{}`, so it needs {wanted} and no other key", reading.component.name);
             Fault::new("scene::driver_target", message, span).help(driver_targets())
         } else {
             let message = match given.is_empty() {
@@ -207,7 +207,7 @@ impl<'s> Resolver<'s> {
             };
             Fault::new("scene::torque_target", message, span).help(helps(own.into_iter()).join(", "))
         };
-        self.faults.push(fault.label(format!("{wanted} is wanted")));
+        self.faults.push(fault.label(format!("{wanted} is needed")));
     }
 
     fn key(&mut self, key: &'static Key, reading: &mut PartReading<'_>) {
@@ -396,9 +396,9 @@ impl<'s> Resolver<'s> {
         let carrier = carrier.flatten();
         let Some(end) = (0..2).find(|&end| places[end].body() == carrier) else { return true };
         let name = carrier.map_or("ground", |body| self.scene.bodies[body.0].name.text.as_str());
-        let message = format!("{} moves `{name}` against its own carrier", reading.user);
+        let message = format!("{} moves `{name}`, which is its carrier", reading.user);
         let help =
-            "name the body in which the wheels have their bearings: `carrier = \"BODY\"`; without one it is the ground";
+            "name the body that carries the bearings of the wheels: `carrier = \"BODY\"`; the default is the ground";
         let fault = Fault::new("scene::self_connection", message, names[end].span);
         self.faults.push(fault.label("is the carrier").help(help));
         false

@@ -190,7 +190,9 @@ impl Resolver<'_> {
             return Ok(value);
         }
         if is_place && frame.on.is_some() && initial.known {
-            return Err("its angle and place against the body are not known; give a guess, or the value of a joint");
+            return Err(
+                "its angle and position relative to the body are not known; give a guess, or the value of a joint",
+            );
         }
         let zero = || Some(Formula::Number(0.0)).filter(|zero| frame.angle == *zero);
         let both = |words: [Quantity; 2]| {
@@ -234,9 +236,11 @@ impl Resolver<'_> {
         let used = |part: Within| scene.uses.get(part.wrapping_sub(1));
         let mut parts = std::iter::successors(used(self.part), |part| used(part.within));
         let Some(Use { name, .. }) = parts.find(|part| part.is_placed()) else { return };
-        let message =
-            format!("part `{}` is mirrored, turned, moved or on a body, which does not go with {what}", name.text);
-        let mut fault = Fault::new("scene::placed_part", message, span).label("depends on the place").help(help);
+        let message = format!(
+            "part `{}` is mirrored, turned, moved or on a body, which cannot be combined with {what}",
+            name.text
+        );
+        let mut fault = Fault::new("scene::placed_part", message, span).label("depends on the placement").help(help);
         fault.also.push(name.span);
         self.faults.push_about(what, fault);
     }

@@ -116,7 +116,7 @@ impl Resolver<'_> {
             self.faults.push(
                 Fault::new(
                     "scene::not_a_body",
-                    format!("{user} is between bodies, but `{}` is a point", name.text),
+                    format!("{user} connects bodies, but `{}` is a point", name.text),
                     name.span,
                 )
                 .label("a point")
@@ -172,7 +172,7 @@ impl Resolver<'_> {
         let place = self.place(name, user)?;
         if place.body().is_none() {
             self.faults.push(
-                Fault::new("scene::on_ground", format!("{user} acts on the ground, which cannot move"), name.span)
+                Fault::new("scene::on_ground", format!("{user} acts on the ground, where it has no effect"), name.span)
                     .label("the ground")
                     .help("name a body or a point of a body"),
             );

@@ -48,17 +48,16 @@ impl Resolver<'_> {
         if rows < 1.0 && rows > 0.0 {
             let span = given.step.as_ref().map_or(Span::default(), |step| step.span);
             let message =
-                format!("`step` of `[experiment]`, {step} s, is longer than the experiment from {start} s to {stop} s");
-            let fault = Fault::warning("scene::experiment", message, span).label("longer than all");
+                format!("`step` of `[experiment]` is {step} s, longer than the experiment from {start} s to {stop} s");
+            let fault = Fault::warning("scene::experiment", message, span).label("longer than the experiment");
             self.faults.push(fault.help("only the start and the end are reported; give a shorter step"));
         }
         if rows > MOST_ROWS && step > 0.0 {
             let span = given.step.as_ref().or(given.stop.as_ref()).map_or(Span::default(), |step| step.span);
-            let message =
-                format!("the experiment reports {rows:.0e} rows: from {start} s to {stop} s in steps of {step} s");
-            let fault = Fault::warning("scene::experiment", message, span).label("so many rows");
+            let message = format!("the experiment has {rows:.0e} rows: {start} s to {stop} s in steps of {step} s");
+            let fault = Fault::warning("scene::experiment", message, span).label("too many rows");
             self.faults
-                .push(fault.help("make `step` longer or `stop` earlier; the solver takes shorter steps by itself"));
+                .push(fault.help("make `step` longer or `stop` earlier; the solver chooses shorter steps itself"));
         }
         let tolerance = self.meaningful(tolerance.unwrap_or(TOLERANCE));
         Experiment { start, stop, step, tolerance }
@@ -85,7 +84,8 @@ impl Resolver<'_> {
             if let Some(Form::UnitOf(wanted)) = form
                 && wanted.exponents != Some(unit.exponents)
             {
-                let message = format!("`{}` of `[display]` is `{}`, no unit of {}", key.text, name.text, wanted.what);
+                let message =
+                    format!("`{}` of `[display]` is `{}`, which is not a unit of {}", key.text, name.text, wanted.what);
                 let fault = Fault::new("scene::wrong_unit", message, name.span).label(format!("not {}", wanted.what));
                 self.faults.push(fault.help(format!("give a unit such as `{}`", wanted.si)));
             }
@@ -174,7 +174,7 @@ impl Resolver<'_> {
 
     /// The search for trees that cost less than the recommended ones is gone: it gained 2.5 % in the mean.
     fn not_searched(&mut self, name: &Text) {
-        let message = "`cheapest` takes the recommended trees: the search for cheaper ones is gone";
+        let message = "`cheapest` is obsolete and means the recommended trees";
         let fault = Fault::warning("scene::coordinates", message, name.span).label("as `recommended`");
         self.faults.push(fault.help("remove `preset`"));
     }
@@ -219,8 +219,11 @@ impl Resolver<'_> {
             return;
         }
         if name.text == "ground" {
-            let fault =
-                Fault::new("scene::ground_in_tree", "`ground` is in every tree: all branches start from it", name.span);
+            let fault = Fault::new(
+                "scene::ground_in_tree",
+                "`ground` cannot be a branch: it is the root of every tree",
+                name.span,
+            );
             self.faults
                 .push(fault.label("need not be named").help("remove it: name bodies, joints, drivers and loads only"));
             return;
@@ -228,7 +231,7 @@ impl Resolver<'_> {
         if let Some((owner, _)) = name.text.split_once('.')
             && (owner == "ground" || self.names.get(owner).is_some_and(|named| matches!(named, Named::Body(_))))
         {
-            let message = format!("`{}` is a rigid arm or a ground vector: it is always in the tree", name.text);
+            let message = format!("`{}` is a rigid arm or a ground vector, which is always in the tree", name.text);
             let fault = Fault::new("scene::arm_in_tree", message, name.span).label("need not be named");
             self.faults.push(fault.help("remove it: name bodies, joints, drivers and loads only"));
             return;

@@ -73,7 +73,7 @@ impl Resolver<'_> {
         let message = format!("{owner} must have exactly one of {}, but has {found}", suggest::list(kinds()));
         let span = given.get(1).and_then(|shape| fields.key_span(shape.place.name)).unwrap_or(node.span);
         let help = "such as `shape = { rod = [\"POINT\", \"POINT\"], density = \"2.1 kg/m\" }`";
-        self.faults.push(Fault::new("scene::shape", message, span).label("exactly one is wanted").help(help));
+        self.faults.push(Fault::new("scene::shape", message, span).label("exactly one is needed").help(help));
         None
     }
 
@@ -92,19 +92,19 @@ impl Resolver<'_> {
             return Some(vec![self.corner(node, &what, body)?]);
         };
         let Content::Array(items) = &node.kind else {
-            let message = format!("{what} is {}, but must be a list of places", node.kind.name());
-            let help = "each place is a point's name or two coordinates: `[\"POINT\", [0.2, 0.1]]`";
+            let message = format!("{what} is {}, but must be a list of points", node.kind.name());
+            let help = "write each point by its name or by two coordinates: `[\"POINT\", [0.2, 0.1]]`";
             self.faults.push(Fault::new("scene::wrong_type", message, node.span).label("not a list").help(help));
             return None;
         };
         if items.len() < least || items.len() > most {
             let wanted = match least == most {
-                true => format!("{least} places"),
-                false => format!("{least} to {most} places"),
+                true => format!("{least} points"),
+                false => format!("{least} to {most} points"),
             };
-            let message = format!("{what} names {} instead of {wanted}", items.len());
+            let message = format!("{what} has {}, but must have {wanted}", items.len());
             self.faults
-                .push(Fault::new("scene::wrong_value", message, node.span).label(format!("{wanted} are wanted")));
+                .push(Fault::new("scene::wrong_value", message, node.span).label(format!("{wanted} are needed")));
             return None;
         }
         let corners: Vec<Option<_>> = items.iter().map(|item| self.corner(item, &what, body)).collect();

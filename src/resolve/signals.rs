@@ -50,8 +50,10 @@ impl<'s> Resolver<'s> {
         let own = circle.iter().map(|&index| &scene.signals[index]);
         let place = |own: &model::Signal| if own.part.is_some() { own.name.span } else { own.value.span };
         let help = match own.clone().any(|own| own.part.is_some()) {
-            true => "give a filter, a delay or a sampled controller among them its `unit`: it may then hear of itself",
-            false => "let one of them depend on none of the others",
+            true => {
+                "give a filter, delay or sampled controller among them its `unit`: it may then depend on its output"
+            }
+            false => "make one of them independent of the others",
         };
         let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), place(own))).collect();
         self.refuse_circle(&circle, "signals", help);
@@ -110,7 +112,7 @@ pub(super) fn is_too_long(formula: &Formula) -> bool {
 pub(super) fn too_long(what: &str, others: &str, span: Span) -> Fault {
     let message = format!("the scene is too large: {what} is too long with the {others} that it uses");
     let fault = Fault::new("scene::too_large", message, span).label("too long when written out");
-    fault.help(format!("let it use fewer of the other {others}"))
+    fault.help(format!("use fewer of the other {others} in it"))
 }
 
 /// The variables of a formula.

@@ -101,7 +101,7 @@ impl Resolver<'_> {
             let message = format!("{what} must be in `{wanted}`, but is {own}");
             let fault = Fault::new("scene::wrong_unit", message, state.rate.span).label(format!("not in `{wanted}`"));
             self.faults.push(fault.help(format!(
-                "the state is in `{}`, so its rate is that divided by the second; parameters may carry units",
+                "the state is in `{}`, so its rate must be in that unit per second; check the units of the parameters",
                 unit.si
             )));
         }

@@ -186,7 +186,7 @@ impl<'s> Resolver<'s> {
     fn refuse_keys(&mut self, reading: &TransferReading<'_>, key: &str, problem: &str, help: &str) {
         let span = reading.fields.key_span(key).unwrap_or(reading.signal.name.span);
         let fault = Fault::new("scene::signal_keys", format!("{} {problem}", reading.what), span);
-        self.faults.push(fault.label("does not go together").help(help));
+        self.faults.push(fault.label("cannot be combined").help(help));
     }
 
     /// Reads a key whose value does not change, if it is there.
@@ -264,10 +264,12 @@ impl<'s> Resolver<'s> {
             si if si.is_empty() => "a pure number".to_owned(),
             si => format!("in `{si}`"),
         });
-        let message =
-            format!("`{key}` of {} makes a value that is {found}, beside others that are {wanted}", reading.what);
+        let message = format!(
+            "`{key}` of {} gives an output that is {found}, but its other keys give one that is {wanted}",
+            reading.what
+        );
         let fault = Fault::new("scene::wrong_unit", message, span).label(format!("not {wanted}"));
-        let help = "a gain has the unit of what is given by that of the error, an integral one by the second, a derivative one times the second";
+        let help = "`proportional` must have the unit of the output per unit of the error, `integral` the same per second, `derivative` the same times second";
         self.faults.push(fault.help(help));
     }
 

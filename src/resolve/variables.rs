@@ -81,7 +81,7 @@ impl Resolver<'_> {
         let bare = last.split(['[', '(', ' ', '/']).next().unwrap_or_default();
         let help = match near {
             _ if bare != last && names.contains(&bare) => format!(
-                "write `{owner}.{bare}`: units are no part of names; `[display]` with `units = [\"deg\", \"mm\"]`, or `--units deg,mm`, chooses them"
+                "write `{owner}.{bare}`, without a unit; choose units by `units = [\"deg\", \"mm\"]` in `[display]`, or by `--units deg,mm`"
             ),
             _ if name.text.contains('.') && self.find_owner(&name.text).is_some() => {
                 format!("`{0}` is a point; write `{0}.x` or `{0}.y`", name.text)
@@ -152,12 +152,12 @@ impl Resolver<'_> {
             Some(Named::Body(id)) => points_hint(first, rest, &self.names.points[id.0]),
             _ if first == "ground" => points_hint(first, rest, &self.names.ground),
             Some(Named::Input(_)) => {
-                format!("`{first}` is an input: it is a variable of the FMU anyway")
+                format!("`{first}` is an input, which is always a variable of the FMU")
             }
             Some(Named::Parameter(_)) => {
-                format!("`{first}` is a parameter: it is a variable of the FMU anyway")
+                format!("`{first}` is a parameter, which is always a variable of the FMU")
             }
-            Some(Named::Signal(_)) => format!("`{first}` is a signal, a number: write `{first}` alone"),
+            Some(Named::Signal(_)) => format!("`{first}` is a signal without variables: write `{first}` alone"),
             _ => {
                 let known = self.names.all(|named| !named.is_number());
                 let otherwise =

@@ -17,8 +17,7 @@ const MOST_NAMED: usize = 4;
 
 impl Gaps {
     /// What helps.
-    pub const HELP: &'static str = "a division by zero, a root or logarithm of a negative number, a reaction in a singular pose, and dry friction of what drivers keep still or that locks what they move have no value; \
-                                    the cells are empty there, and nothing else changes; guard the expression, for example by `if`, or leave it out";
+    pub const HELP: &'static str = "the cells are empty there; a division by zero, a root or logarithm of a negative number, a reaction in a singular configuration, and dry friction of a driven motion that is at rest or locks have no value; guard the expression, for example by `if`, or remove the output";
 
     /// Looks at the next row.
     pub fn note(&mut self, time: f64, values: &[f64]) {

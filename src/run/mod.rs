@@ -237,17 +237,17 @@ const MOST_POINTS: u64 = 100_000_000;
 pub fn check(experiment: Experiment) -> Result<(), (&'static str, String)> {
     let Experiment { start, stop, step, tolerance } = experiment;
     if !start.is_finite() || !stop.is_finite() || stop < start {
-        Err(("stop", format!("{stop:?} s is before the start, {start:?} s")))
+        Err(("stop", format!("the stop time, {stop:?} s, is before the start, {start:?} s")))
     } else if !(step > 0.0 && step.is_finite()) {
-        Err(("step", format!("{step:?} s is not above zero")))
+        Err(("step", format!("the step is {step:?} s, but must be positive")))
     } else if count(experiment) > MOST_POINTS {
-        Err(("step", format!("{step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")))
+        Err(("step", format!("a step of {step:?} s up to {stop:?} s gives more than {MOST_POINTS} rows")))
     } else if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&tolerance) {
         let [finest, coarsest] = TOLERANCES;
         Err((
             "tolerance",
             format!(
-                "{tolerance:e} is not between {finest:e}, the finest that double precision permits, and {coarsest}"
+                "the tolerance is {tolerance:e}, but must be between {finest:e} (the limit of double precision) and {coarsest}"
             ),
         ))
     } else {

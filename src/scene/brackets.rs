@@ -35,7 +35,7 @@ pub(super) fn unclosed(text: &str, keys: &[&str]) -> Option<Fault> {
             let fault = syntax(&message, Span::new(last.at, last.at + 1)).label("opened here");
             let line = text[..start].matches('\n').count();
             return Some(fault.help(format!(
-                "add `{closing}` before the end of line {line}: line {} begins something new",
+                "add `{closing}` before the end of line {line}: line {} begins another entry",
                 line + 1
             )));
         }

@@ -204,7 +204,7 @@ impl Scene {
         self
     }
 
-    /// Reports an expression with the unit that it is shown in, such as `mm`, and a description. The expression itself is in SI units.
+    /// Reports an expression with the unit in which it is shown, such as `mm`, and a description. The expression itself is in SI units.
     #[must_use]
     pub fn output_expression_in(
         self,

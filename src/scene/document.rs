@@ -170,8 +170,8 @@ fn toml_syntax(line: TextLine<'_>, message: &str, span: Span, keys: &[&str], fau
         return;
     }
     let help = match line.text.split('#').next().unwrap_or_default().trim() {
-        _ if message.starts_with("carriage return") => "save the file with line ends as Linux or Windows have them".to_owned(),
-        code if code.ends_with('=') => format!("write the value of `{}` in the same line", code.trim_end_matches('=').trim()),
+        _ if message.starts_with("carriage return") => "save the file with the line endings of Linux or Windows".to_owned(),
+        code if code.ends_with('=') => format!("write the value of `{}` on the same line", code.trim_end_matches('=').trim()),
         code if !code.contains('=') => {
             "a line is a key with its value (`mass = 1.5`), the header of a table (`[bodies.NAME]`), or a comment (`# ...`)".to_owned()
         }
@@ -196,7 +196,7 @@ pub(crate) fn syntax(message: &str, span: Span) -> Fault {
 
 /// The same key twice in one table.
 pub(crate) fn duplicate_key(name: &str, span: Span) -> Fault {
-    Fault::new("scene::duplicate_name", format!("`{name}` is there twice"), span)
+    Fault::new("scene::duplicate_name", format!("`{name}` is defined twice"), span)
         .label("second time")
         .help("give each its own name, or remove one")
 }

@@ -91,7 +91,7 @@ pub(crate) fn parse(text: &Text) -> Result<SyntaxTree, Fault> {
     match parser.peek() {
         Token::End => Ok(tree),
         Token::Compare(_) => Err(parser
-            .fault("a comparison may only stand in the first place of `if`")
+            .fault("a comparison is permitted only as the first argument of `if`")
             .label("not here")
             .help("write `if(a < b, value, otherwise)`")),
         _ => Err(parser.expected("an operator (+ - * / ^) or the end")),
@@ -106,9 +106,9 @@ fn equality(text: &Text) -> Option<Fault> {
     let (left, right) = (before.trim_end().trim_end_matches('!').trim(), after.trim_start_matches('=').trim());
     let from = if before.ends_with('!') { at - 1 } else { at };
     let to = at + 1 + (after.len() - after.trim_start_matches('=').len());
-    let message = format!("`{}` is not a comparison that can begin to hold", &text.text[from..to]);
+    let message = format!("`{}` is not a comparison that can become true", &text.text[from..to]);
     let help = format!(
-        "an event happens when its comparison begins to hold: write `{left} > {right}` for the way up, `{left} < {right}` for the way down"
+        "an event happens when its comparison becomes true: write `{left} > {right}` for a rising crossing, `{left} < {right}` for a falling one"
     );
     Some(Fault::new("scene::bad_expression", message, text.part(from, to)).label("not understood").help(help))
 }
@@ -116,7 +116,8 @@ fn equality(text: &Text) -> Option<Fault> {
 /// A comparison of two expressions.
 pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [SyntaxTree; 2]), Fault> {
     const ONE: &str = "write one comparison, such as `beam.angle > 0.7`";
-    const BOTH: &str = "one comparison can stand for both: `min(a, b) > 0` where a and b must be positive, `max(a, b) > 0` where one is enough";
+    const BOTH: &str =
+        "combine two comparisons: `min(a, b) > 0` if a and b must be positive, `max(a, b) > 0` if one is enough";
     let or_one = |fault: Fault| if fault.help.is_empty() { fault.help(ONE) } else { fault };
     if let Some(fault) = equality(text) {
         return Err(fault);
@@ -132,7 +133,7 @@ pub(crate) fn comparison(text: &Text) -> Result<(Comparison, [SyntaxTree; 2]), F
     match parser.peek() {
         Token::End => Ok((comparison, [left, right])),
         Token::Compare(_) | Token::Name("and" | "or") => {
-            Err(parser.fault("only one comparison may stand here").label("a second one").help(BOTH))
+            Err(parser.fault("only one comparison is permitted here").label("a second one").help(BOTH))
         }
         _ => Err(or_one(parser.expected("an operator (+ - * / ^) or the end"))),
     }
@@ -257,7 +258,7 @@ fn unexpected(text: &Text, at: usize) -> Fault {
         _ => "expressions are made of numbers, names, `+ - * / ^`, parentheses and functions",
     };
     let span = text.part(at, at + character.len_utf8());
-    Fault::new("scene::bad_expression", format!("`{character}` has no meaning in an expression"), span)
+    Fault::new("scene::bad_expression", format!("`{character}` is not permitted in an expression"), span)
         .label("not understood")
         .help(help)
 }
@@ -342,8 +343,9 @@ impl<'t> Parser<'t> {
             }
             Token::Operator(Binary::Multiply) if self.follows(Token::Operator(Binary::Multiply)) => {
                 let span = self.text.part(self.tokens[self.at - 1].1, end);
-                let fault = Fault::new("scene::bad_expression", "`**` is no operator", span).label("not understood");
-                Err(fault.help("a power is written with `^`: `x^2`"))
+                let fault =
+                    Fault::new("scene::bad_expression", "`**` is not an operator", span).label("not understood");
+                Err(fault.help("write a power with `^`: `x^2`"))
             }
             _ => Err(self.expected("a number, a name or `(`")),
         }
@@ -364,7 +366,7 @@ impl<'t> Parser<'t> {
         let left = self.sum()?;
         let Token::Compare(comparison) = self.peek() else {
             return Err(self
-                .fault("the first place of `if` is a comparison")
+                .fault("the first argument of `if` must be a comparison")
                 .label("expected `<`, `<=`, `>` or `>=`")
                 .help("write `if(a < b, value, otherwise)`"));
         };
@@ -382,8 +384,9 @@ impl<'t> Parser<'t> {
     fn newer(&mut self, start: usize) -> Result<SyntaxTree, Fault> {
         self.at += 1;
         let Token::Name(name) = self.peek() else {
-            let fault = self.fault("in `new(...)` stands the name of a sampled value").label("expected a name");
-            return Err(fault.help("write `new(x)` for what the sampled value `x` gets at the same tick"));
+            let fault =
+                self.fault("the argument of `new(...)` must be the name of a sampled value").label("expected a name");
+            return Err(fault.help("write `new(x)` for the value that `x` gets at the same sample time"));
         };
         let name = name.to_owned();
         self.at += 1;
@@ -396,8 +399,9 @@ impl<'t> Parser<'t> {
         self.at += 1;
         let help = format!("write `{name}(\"file.csv\", x)`");
         let Token::Text(file) = self.peek() else {
-            let fault =
-                self.fault(&format!("the first place of `{name}` is a file")).label("expected a file in quotes");
+            let fault = self
+                .fault(&format!("the first argument of `{name}` must be a file"))
+                .label("expected a file in quotes");
             return Err(fault.help(help));
         };
         let file = file.to_owned();
@@ -475,7 +479,7 @@ impl<'t> Parser<'t> {
 
     fn comma(&mut self) -> Result<(), Fault> {
         if self.peek() != Token::Comma {
-            return Err(self.expected("`,`").help("`if` has three places: `if(a < b, value, otherwise)`"));
+            return Err(self.expected("`,`").help("`if` takes three arguments: `if(a < b, value, otherwise)`"));
         }
         self.at += 1;
         Ok(())
@@ -531,7 +535,8 @@ impl<'t> Parser<'t> {
             return without_product(self.text, start, end);
         }
         if let Token::Unit(_) = self.peek() {
-            let fault = self.fault("a unit in brackets follows a number, as in `0.5[m]`").label("no number before it");
+            let fault =
+                self.fault("a unit in brackets must follow a number, as in `0.5[m]`").label("no number before it");
             return fault.help("a name has the unit of its parameter, input or variable");
         }
         let found = match self.peek() {

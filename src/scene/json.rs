@@ -114,7 +114,7 @@ impl JsonReader<'_, '_> {
                 Some('\\') => text.push(self.escape()?),
                 Some(c) if c >= ' ' => text.push(c),
                 _ => {
-                    return Err(syntax("this text is not closed by `\"` on its line", Span::new(start, start + 1)));
+                    return Err(syntax("this text has no closing `\"` on its line", Span::new(start, start + 1)));
                 }
             }
         }
@@ -171,7 +171,7 @@ impl JsonReader<'_, '_> {
             "false" => Content::Boolean(false),
             "null" => Content::Null,
             word => {
-                let message = format!("`{word}` is not a value; texts stand in double quotes");
+                let message = format!("`{word}` is not a value; write texts in double quotes");
                 return Err(syntax(&message, Span::new(self.at, self.at + length)));
             }
         };

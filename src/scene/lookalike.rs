@@ -36,10 +36,10 @@ pub(crate) fn described(c: char) -> String {
     match plain(c) {
         _ if c == '`' => "a backtick is not the quotation mark `\"`".to_owned(),
         _ if is_quote(c) => format!("`{c}` is not the quotation mark `\"`"),
-        Some(None) => format!("here stands a character that cannot be seen ({code})"),
-        Some(Some(' ')) => format!("this blank is another character ({code})"),
+        Some(None) => format!("here is an invisible character ({code})"),
+        Some(Some(' ')) => format!("this blank is not a space ({code})"),
         Some(Some(plain)) => format!("`{c}` ({code}) is not `{plain}`"),
-        None => format!("`{c}` ({code}) cannot stand here"),
+        None => format!("`{c}` ({code}) is not permitted here"),
     }
 }
 

@@ -139,9 +139,9 @@ fn missing_product(text: &Text, at: usize) -> Option<Fault> {
 pub(crate) fn without_product(text: &Text, start: usize, end: usize) -> Fault {
     let (before, behind) = (text.text[..start].trim_end(), &text.text[start..]);
     let found = &text.text[start..end];
-    Fault::new("scene::bad_expression", format!("no `*` stands before `{found}`"), text.part(start, end))
+    Fault::new("scene::bad_expression", format!("a `*` is missing before `{found}`"), text.part(start, end))
         .label("a factor, or a unit that is not known")
-        .help(format!("a product is written with `*`: `{}`", with_products(&format!("{before}*{behind}"))))
+        .help(format!("write a product with `*`: `{}`", with_products(&format!("{before}*{behind}"))))
 }
 
 /// With `*` for the blanks between two factors.
@@ -164,7 +164,7 @@ fn with_products(text: &str) -> String {
 
 /// `"2 m + x"` and the like.
 pub(crate) fn unit_in_expression(span: Span, meant: &str) -> Fault {
-    Fault::new("scene::unit_in_expression", "the unit of a number in an expression stands in brackets", span)
+    Fault::new("scene::unit_in_expression", "the unit of a number in an expression must be in brackets", span)
         .label("a unit inside an expression")
         .help(format!("write `{meant}`"))
 }

@@ -164,7 +164,7 @@ fn ended(line: &str) -> Step {
     let mut signs = outside(code).filter(|(_, c)| *c == ';');
     let (at, _) = signs.find(|(at, _)| code[at + 1..].contains('='))?;
     let text = format!("{}\n{}", code[..at].trim_end(), code[at + 1..].trim());
-    Some(("each key has a line of its own".into(), (at, at + 1), text))
+    Some(("write each key on its own line".into(), (at, at + 1), text))
 }
 
 fn without_comment(line: &str) -> (&str, &str) {
@@ -192,8 +192,8 @@ fn headed(keys: &[&str]) -> impl Fn(&str) -> Step {
         let at = line.find(code)?;
         let name = inner[end..].strip_prefix('.').filter(|_| code.starts_with('[') && code.ends_with(']'));
         let (what, place) = match name {
-            Some(name) => (format!("`{name}` is no name"), (at + end + 2, at + 1 + inner.len())),
-            None => ("this is no header of a table".to_owned(), (at, at + code.len())),
+            Some(name) => (format!("`{name}` is not a name"), (at + end + 2, at + 1 + inner.len())),
+            None => ("this is not the header of a table".to_owned(), (at, at + code.len())),
         };
         Some((what, place, header))
     }
@@ -211,7 +211,7 @@ fn named(line: &str) -> Step {
     let name: Vec<String> = key.split('.').map(|part| names_of(part.trim())).collect();
     let start = line.find(key)?;
     let text = format!("{}{} {}", &line[..start], name.join("."), &line[at..]);
-    Some((format!("`{key}` is no name"), (start, start + key.len()), text))
+    Some((format!("`{key}` is not a name"), (start, start + key.len()), text))
 }
 
 /// `mass [kg] = 0.5`
@@ -224,12 +224,12 @@ fn measured(line: &str) -> Step {
     value.parse::<f64>().ok()?;
     let text = format!("{} = \"{value} {unit}\" {comment}", key[..open].trim_end());
     let end = open + key[open..].trim_end().len();
-    Some(("a unit stands behind its number".into(), (open, end), text.trim_end().to_owned()))
+    Some(("write a unit after its number".into(), (open, end), text.trim_end().to_owned()))
 }
 
 /// What stands between a key and its value elsewhere, or nothing.
 fn assigned(line: &str) -> Step {
-    const WHAT: &str = "`=` stands between a key and its value";
+    const WHAT: &str = "write `=` between a key and its value";
     let (code, comment) = without_comment(line);
     let (mut text, mut first, mut done) = (String::new(), None, 0);
     let (mut depth, mut has_sign) = (0_usize, false);
@@ -277,13 +277,13 @@ fn listed(line: &str) -> Step {
         && items.contains([',', ';'])
     {
         let text = format!("{}[{}] {comment}", &code[..open], items.replace(';', ","));
-        return Some(("a list stands in `[` and `]`".into(), (open, open + 1), text.trim_end().to_owned()));
+        return Some(("write a list in `[` and `]`".into(), (open, open + 1), text.trim_end().to_owned()));
     }
     let signs: Vec<usize> = outside(code).filter(|(_, c)| *c == ';').map(|(at, _)| at).collect();
     let mut text = line.to_owned();
     signs.iter().for_each(|&at| text.replace_range(at..=at, ","));
     let first = *signs.first()?;
-    Some(("commas stand between the items of a list".into(), (first, first + 1), text))
+    Some(("write commas between the items of a list".into(), (first, first + 1), text))
 }
 
 /// Values that are none of TOML's.
@@ -341,8 +341,8 @@ fn values(code: &str) -> Vec<(usize, usize, bool)> {
 
 /// What a value is meant to be, and what is wrong with it.
 fn meant(value: &str, in_list: bool) -> Option<(&'static str, String)> {
-    const QUOTES: &str = "texts, numbers with a unit and expressions stand in quotes";
-    const NUMBER: &str = "a number has digits on both sides of its point, and no gaps";
+    const QUOTES: &str = "write texts, numbers with a unit and expressions in quotes";
+    const NUMBER: &str = "write a number with digits on both sides of its point, and without spaces";
     match value.to_lowercase().as_str() {
         "true" | "yes" | "on" => return Some(("this is written `true`", "true".into())),
         "false" | "no" | "off" => return Some(("this is written `false`", "false".into())),
@@ -353,11 +353,11 @@ fn meant(value: &str, in_list: bool) -> Option<(&'static str, String)> {
     if value.contains(['"', '\'']) {
         let text = value.trim_matches(['"', '\'']);
         let is_one = !text.is_empty() && !text.contains(['"', '\'', '\\']);
-        return is_one.then(|| ("a text stands between two quotation marks of one kind", format!("\"{text}\"")));
+        return is_one.then(|| ("write a text between two equal quotation marks", format!("\"{text}\"")));
     }
     let pair: Vec<&str> = value.split_whitespace().collect();
     if in_list && pair.len() == 2 && pair.iter().all(|number| number.parse::<f64>().is_ok()) {
-        return Some(("commas stand between the items of a list", pair.join(", ")));
+        return Some(("write commas between the items of a list", pair.join(", ")));
     }
     let sign = value.find(|c| c != '+' && c != '-').unwrap_or(0);
     let end =

@@ -10,38 +10,53 @@ use crate::model::measure::{
 /// The top of a scene.
 pub(crate) const SCENE: &[Key] = &[
     Key::default("format", Form::Constant(NUMBER, Range::Any), "the version of the format", "1, the only one"),
-    Key::required("name", Form::Text, "the name; the FMU takes its own from it", "`name = \"my_mechanism\"`"),
+    Key::required("name", Form::Text, "the name, also of the FMU", "`name = \"my_mechanism\"`"),
     Key::default("description", Form::Text, "one line about the mechanism", "none"),
     Key::default(
         "author",
         Form::Text,
-        "who made it; goes into the description of the FMU, as `version`, `license` and `copyright` do",
+        "the author; written into the description of the FMU, as are `version`, `license` and `copyright`",
         "none",
     ),
     Key::default("version", Form::Text, "the version of the model", "none"),
-    Key::default("license", Form::Text, "the licence that the model may be used under", "none"),
-    Key::default("copyright", Form::Text, "whose the rights are, and since when", "none"),
-    Key::default("dimension", Form::Constant(NUMBER, Range::Any), "2 is the plane; 1 is masses on a line", "2"),
+    Key::default("license", Form::Text, "the licence of the model", "none"),
+    Key::default("copyright", Form::Text, "the owner of the rights, with the year", "none"),
+    Key::default(
+        "dimension",
+        Form::Constant(NUMBER, Range::Any),
+        "2 for a planar mechanism; 1 for masses on a line",
+        "2",
+    ),
     Key::default("gravity", Form::ConstantVector(ACCELERATION), "the acceleration of gravity", "none"),
     Key::default("parameters", Form::Table, "[named constants](#parameters) that become parameters of the FMU", "none"),
     Key::default("inputs", Form::Table, "[named inputs](#inputs) of the FMU", "none"),
     Key::default(
         "states",
         Form::Table,
-        "[quantities whose rates are given](#states): currents, pressures, integrals",
+        "[state variables](#states), whose rates are given: currents, pressures, integrals",
         "none",
     ),
-    Key::default("sampled", Form::Table, "[values that change at ticks only](#sampled): controllers, counters", "none"),
-    Key::default("events", Form::Table, "[what happens when a comparison begins to hold](#events)", "none"),
-    Key::default("signals", Form::Table, "[laws that others use by name](#signals)", "none"),
+    Key::default(
+        "sampled",
+        Form::Table,
+        "[discrete variables](#sampled), which change at sample times only: digital controllers, counters",
+        "none",
+    ),
+    Key::default("events", Form::Table, "[state events](#events): what happens when a comparison becomes true", "none"),
+    Key::default(
+        "signals",
+        Form::Table,
+        "[signals](#signals): laws that others use by name, controllers, filters",
+        "none",
+    ),
     Key::default("ground", Form::Table, "[points of the ground](#ground)", "none"),
     Key::default("bodies", Form::Table, "the [bodies](#bodies)", "none"),
     Key::default("joints", Form::Table, "the [joints](#joints)", "none"),
     Key::default("drivers", Form::Table, "[prescribed motions](#drivers)", "none"),
     Key::default("loads", Form::Table, "[forces, torques, springs and dampers](#loads)", "none"),
-    Key::default("parts", Form::Table, "[files whose mechanisms are parts of this one](#parts)", "none"),
+    Key::default("parts", Form::Table, "[parts](#parts): mechanisms of other files", "none"),
     Key::default("initial", Form::Table, "[initial values](#initial)", "none"),
-    Key::default("outputs", Form::Table, "[what is reported](#outputs)", "none"),
+    Key::default("outputs", Form::Table, "[the outputs](#outputs)", "none"),
     Key::default("experiment", Form::Table, "the [default experiment](#experiment)", "its defaults"),
     Key::default("display", Form::Table, "the [units that results are shown in](#display)", "SI"),
     Key::default("solver", Form::Table, "[settings of the solver](#solver)", "its defaults"),
@@ -57,7 +72,7 @@ pub(crate) const PARAMETER: &[Key] = &[
     Key::required(
         "value",
         Form::Constant(ANYTHING, Range::Any),
-        "its default; as an expression of other parameters it always follows these, and cannot be set itself",
+        "its default; a parameter that is an expression of others is calculated and cannot be set",
         "give its default: `value = \"0.5 m\"`",
     ),
     UNIT,
@@ -71,7 +86,7 @@ pub(crate) const INPUT: &[Key] = &[
     Key::optional(
         "start",
         Form::Constant(ANYTHING, Range::Any),
-        "its value until it is set; of parameters those in the scene count",
+        "its value until it is set; parameters in it have their values of the scene",
     ),
     UNIT,
     DESCRIPTION,
@@ -103,10 +118,10 @@ pub(crate) const SAMPLED: &[Key] = &[
     Key::required(
         "period",
         Form::Constant(TIME, Range::Positive),
-        "the time from tick to tick: the k-th is at `offset` + k `period`, k = 0, 1, ...",
-        "give the time from tick to tick: `period = \"10 ms\"`",
+        "the sample time: samples are taken at `offset` + k `period`, k = 0, 1, ...",
+        "give the sample time: `period = \"10 ms\"`",
     ),
-    Key::default("offset", Form::Constant(TIME, Range::Any), "the time of the first tick", "0"),
+    Key::default("offset", Form::Constant(TIME, Range::Any), "the time of the first sample", "0"),
     Key::required(
         "values",
         Form::Table,
@@ -120,14 +135,14 @@ pub(crate) const SAMPLED_VALUE: &[Key] = &[
     Key::default(
         "start",
         Form::Law(ANYTHING),
-        "its value before the first tick: an expression of parameters, inputs, and positions, velocities and states at the start",
+        "its value before the first sample: an expression of parameters, inputs, and positions, velocities and states at the start",
         "0",
     ),
     Key::default(
         "next",
         Form::Law(ANYTHING),
-        "its value from a tick on: an expression of everything just before the tick; `new(x)` is what the value `x` of the same sampler gets at this tick",
-        "as it was; events may set it",
+        "its new value at a sample time: an expression of all variables just before it; `new(x)` is the new value of `x` of the same sampler",
+        "unchanged; events may set it",
     ),
     Key::default("unit", Form::Text, "its unit, that of numbers without one", "that of its start"),
     DESCRIPTION,
@@ -138,21 +153,21 @@ pub(crate) const EVENT: &[Key] = &[
     Key::required(
         "when",
         Form::Text,
-        "a comparison of two expressions, in which everything may occur; the event happens when it begins to hold",
+        "a comparison of two expressions of any variables; the event happens when it becomes true",
         "give a comparison: `when = \"beam.angle > 0.7\"`",
     ),
-    Key::default("remove", Form::Names, "names of joints, drivers and loads that are there no longer", "none"),
+    Key::default("remove", Form::Names, "names of joints, drivers and loads that are removed", "none"),
     Key::default(
         "set",
         Form::Table,
-        "new values of [sampled values](#sampled), expressions of everything just before the event",
+        "new values of [sampled values](#sampled), expressions of all variables just before the event",
         "none",
     ),
     Key::default("stop", Form::Switch, "whether it ends the run", "`false`"),
     Key::default(
         "once",
         Form::Switch,
-        "whether it happens once only",
+        "whether it happens only once",
         "`false`, but `true` where it removes something",
     ),
     DESCRIPTION,
@@ -170,12 +185,8 @@ pub(crate) const SIGNAL: &[Key] = &[
     DESCRIPTION,
 ];
 
-pub(crate) const SIGNAL_UNIT: Key = Key::default(
-    "unit",
-    Form::Text,
-    "its unit: the law must have it, and of numbers that stand alone it is the unit",
-    "the one that follows from the law",
-);
+pub(crate) const SIGNAL_UNIT: Key =
+    Key::default("unit", Form::Text, "its unit: the law must have it; a bare number is in it", "the unit of the law");
 
 /// The ground.
 pub(crate) const GROUND: &[Key] = &[Key::default("points", Form::NamedPoints, "its points", "none")];
@@ -188,18 +199,23 @@ pub(crate) const PART: &[Key] = &[
         "the scene file, relative to the folder of the file that names it",
         "name the file: `file = \"wheel.toml\"`",
     ),
-    Key::default("parameters", Form::Table, "new values of its parameters, expressions of this file's", "its own"),
-    Key::default("on", Form::Text, "the body of this scene that its ground is fixed to", "`\"ground\"`"),
-    Key::default("at", Form::ConstantVector(LENGTH), "where its origin is", "`[0, 0]`"),
-    Key::default("angle", Form::Constant(ANGLE, Range::Any), "by how much it is turned", "0"),
-    Key::default("mirror", Form::Switch, "whether its left and right are exchanged, before it is turned", "`false`"),
+    Key::default(
+        "parameters",
+        Form::Table,
+        "new values of its parameters: expressions of the parameters of this file",
+        "its own",
+    ),
+    Key::default("on", Form::Text, "the body of this scene to which its ground is fixed", "`\"ground\"`"),
+    Key::default("at", Form::ConstantVector(LENGTH), "the position of its origin", "`[0, 0]`"),
+    Key::default("angle", Form::Constant(ANGLE, Range::Any), "its angle of rotation", "0"),
+    Key::default("mirror", Form::Switch, "whether it is mirrored left to right, before the rotation", "`false`"),
 ];
 
 /// An initial value that is a table.
 pub(crate) const GUESS: &[Key] = &[Key::default(
     "guess",
     Form::Constant(ANYTHING, Range::Any),
-    "about where it is: picks the assembly, while the loops give the exact value",
+    "its approximate value: it chooses the assembly mode, while the loops give the exact value",
     "none",
 )];
 
@@ -207,7 +223,7 @@ pub(crate) const GUESS: &[Key] = &[Key::default(
 pub(crate) const OUTPUTS: &[Key] = &[Key::default(
     "variables",
     Form::Names,
-    "names of [variables](#variables); every further key is an output of its own, given by an expression of any of them or by a table",
+    "names of [variables](#variables); every other key is the name of an additional output, given by an expression of variables or by a table",
     "none",
 )];
 
@@ -218,7 +234,7 @@ pub(crate) const OUTPUT: &[Key] = &[
         "an expression of variables, in SI units",
         "give its expression: `value = \"2*BODY.x\"`",
     ),
-    Key::default("unit", Form::Text, "the unit that it is shown in", "the one that follows from its variables"),
+    Key::default("unit", Form::Text, "the unit in which it is shown", "the unit of its expression"),
     DESCRIPTION,
 ];
 
@@ -226,7 +242,12 @@ pub(crate) const EXPERIMENT: &[Key] = &[
     Key::optional("start", Form::Constant(TIME, Range::Any), "its start"),
     Key::default("stop", Form::Constant(TIME, Range::Any), "its end", "10 s after the start"),
     Key::default("step", Form::Constant(TIME, Range::Positive), "the communication step", "1/1000 of the time"),
-    Key::default("tolerance", Form::Constant(NUMBER, Range::Positive), "relative, on what the user sees", "1e-6"),
+    Key::default(
+        "tolerance",
+        Form::Constant(NUMBER, Range::Positive),
+        "relative tolerance of the variables of the scene",
+        "1e-6",
+    ),
 ];
 
 const fn unit_of(name: &'static str, wanted: Wanted, about: &'static str) -> Key {
@@ -251,7 +272,7 @@ pub(crate) const SOLVER: &[Key] = &[
     Key::optional(
         "method",
         Form::Choice(&["auto", "explicit", "implicit"], ""),
-        "the integrator: of both kinds as the motion asks for, or of one",
+        "the integrator: automatic switching between stiff and non-stiff methods, or one of them",
     ),
     Key::default("rtol", Form::Constant(NUMBER, Range::Positive), "relative tolerance of a step", "the solver's"),
     Key::default("atol", Form::Constant(NUMBER, Range::Positive), "absolute tolerance of a step", "the solver's"),
@@ -259,7 +280,7 @@ pub(crate) const SOLVER: &[Key] = &[
     Key::default(
         "time_budget",
         Form::Constant(TIME, Range::Positive),
-        "how long the computer may take for one communication step; longer is an error",
+        "limit of the computing time of one communication step; more is an error",
         "none",
     ),
 ];
@@ -268,7 +289,7 @@ pub(crate) const COORDINATES: &[Key] = &[
     Key::optional(
         "preset",
         Form::Choice(&["recommended", "absolute", "joint", "cheapest"], ""),
-        "[which trees](trees.md) to take",
+        "the [choice of trees](trees.md)",
     ),
     Key::default("translation", Form::Names, "the branches of the translational tree", "the preset's"),
     Key::default("rotation", Form::Names, "the branches of the rotational tree", "the preset's"),

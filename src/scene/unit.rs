@@ -165,7 +165,7 @@ const UNKNOWN: [(&[&str], &str); 19] = [
     ),
     (&["°C", "degC", "°F", "degF", "kelvin"], "there are no temperatures; `C` is the coulomb, `F` the farad"),
     (&["Ah", "mAh"], "write `A.h` or `mA.h`"),
-    (&["%", "percent"], "write a share as a number: 0.02 for 2 %"),
+    (&["%", "percent"], "write a percentage as a number: 0.02 for 2 %"),
 ];
 
 pub(crate) fn parse(text: &Text) -> Result<Unit, Fault> {
@@ -226,10 +226,8 @@ fn unknown(text: &Text, start: usize, end: usize) -> Fault {
     let known = SYMBOLS.iter().map(|symbol| symbol.name).filter(|name| *name != "1").chain(USUAL);
     let usual =
         || "units are written like `mm`, `kg.m2`, `N.s/m`, `deg`, `rpm`; the prefixes are n u m c k M G".to_string();
-    let fault = |span| {
-        Fault::new("scene::unknown_unit", format!("`{}` is not a unit that cotree knows", text.text), span)
-            .label("no such unit")
-    };
+    let fault =
+        |span| Fault::new("scene::unknown_unit", format!("unknown unit `{}`", text.text), span).label("no such unit");
     match (explained(&text.text), explained(word), separated(&text.text)) {
         (Some(help), ..) => fault(text.span).help(help),
         (None, Some(help), _) => fault(text.part(start, end)).help(help),

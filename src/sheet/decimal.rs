@@ -25,7 +25,13 @@ impl Decimal {
             [Some(point), Some(comma)] => {
                 let (later, earlier) = if point > comma { (point, comma) } else { (comma, point) };
                 let (own, other) = (later.2.trim(), earlier.2.trim());
-                fault(later, format!("`{own}` has another decimal sign than `{other}` in line {}; use one", earlier.0))
+                fault(
+                    later,
+                    format!(
+                        "`{own}` has another decimal sign than `{other}` in line {}; use the same in the whole file",
+                        earlier.0
+                    ),
+                )
             }
             [None, Some(comma)] if !is_sure => {
                 let (own, bare) = (comma.2.trim(), comma.2.trim().replace(',', ""));

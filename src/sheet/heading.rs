@@ -95,7 +95,7 @@ impl Heading {
         let (name, said) = named.cloned().unwrap_or_else(|| (self.text.clone(), None));
         let differs = |said: &Unit| unit.as_ref().is_none_or(|unit| !is_same(said, unit));
         match said.filter(differs) {
-            Some(said) => Err(wrong(format!("`{text}` is another unit than `{}` in `{}`", said.shown(), self.text))),
+            Some(said) => Err(wrong(format!("`{text}` is not the same unit as `{}` in `{}`", said.shown(), self.text))),
             None => Ok(Some((name, unit))),
         }
     }
@@ -174,7 +174,7 @@ impl Heading {
     fn unclear(&self, unit: &Unit, si: &Unit) -> SheetError {
         let (text, unit, si) = (&self.text, unit.shown(), if si.si.is_empty() { "1" } else { &si.si });
         self.fault(format!(
-            "the end of `{text}` could be a unit or belong to the name; say the unit in square brackets, such as `{text} [{unit}]` or `{text} [{si}]`"
+            "the end of `{text}` could be a unit or part of the name; write the unit in square brackets, such as `{text} [{unit}]` or `{text} [{si}]`"
         ))
     }
 }

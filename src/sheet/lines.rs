@@ -65,9 +65,9 @@ impl SheetLines {
                     continue;
                 }
                 (CellState::Closed | CellState::Behind, _) => {
-                    return Err(SheetError::new(line, column, "something stands behind a closed quotation mark"));
+                    return Err(SheetError::new(line, column, "text after a closing quotation mark"));
                 }
-                (_, '"') => return Err(SheetError::new(line, column, "a quote in the middle of a field")),
+                (_, '"') => return Err(SheetError::new(line, column, "a quotation mark in the middle of a field")),
                 (CellState::Start | CellState::Bare, _) => CellState::Bare,
             };
             at = next;
@@ -99,7 +99,7 @@ fn rows(text: &str) -> Result<Rows<'_>, SheetError> {
             end += 1;
         }
         if quotes % 2 == 1 {
-            return Err(SheetError::new(line, 1, "a quote is not closed"));
+            return Err(SheetError::new(line, 1, "a quotation mark is not closed"));
         }
         let row = &rest[..end];
         if is_comment {

@@ -128,7 +128,7 @@ impl Sheet {
         match text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             Ok(_) => fault(format!("`{text}` is not a finite number")),
-            Err(_) if text.is_empty() => fault("the cell is empty; give a number, or leave the row out".to_owned()),
+            Err(_) if text.is_empty() => fault("the cell is empty; give a number, or remove the row".to_owned()),
             Err(_) => fault(format!("`{text}` is not a number")),
         }
     }

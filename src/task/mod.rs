@@ -163,22 +163,22 @@ const POSES: &[TaskKey] = &[
         ValueForm::Poses,
         "[x, y, angle] of each pose [m, rad], or a CSV file with the columns x, y, angle, and perhaps tolerance and weight",
     ),
-    TaskKey("tolerance", ValueForm::Each, "how near poses are to be met [m], for all or each"),
-    TaskKey("weight", ValueForm::Each, "how much poses count, for all or each"),
+    TaskKey("tolerance", ValueForm::Each, "tolerance of the poses [m], for all or for each"),
+    TaskKey("weight", ValueForm::Each, "weight of the poses, for all or for each"),
 ];
 const FUNCTION: &[TaskKey] = &[
     TaskKey(
         "input",
         ValueForm::Numbers,
-        "turns of the input from the first position [rad]; of a law from where to where it goes",
+        "angles of the input from the first position [rad]; for a law its first and last value",
     ),
     TaskKey(
         "output",
         ValueForm::NumbersOrLaw,
-        "turns [rad] or ways [m] of the output from the first position, or a law of x",
+        "angles [rad] or displacements [m] of the output from the first position, or a law of x",
     ),
-    TaskKey("x", ValueForm::Pair, "from where to where the law goes"),
-    TaskKey("range", ValueForm::Pair, "from where to where the output goes by the law [rad or m]"),
+    TaskKey("x", ValueForm::Pair, "first and last x of the law"),
+    TaskKey("range", ValueForm::Pair, "first and last value of the output for the law [rad or m]"),
     TaskKey("input_zero", ValueForm::Number, "the angle of the input bar at the first position [rad]"),
     TaskKey("output_zero", ValueForm::Number, "the angle of the output bar at the first position [rad]"),
     TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
@@ -189,28 +189,36 @@ const PATH: &[TaskKey] = &[
         ValueForm::PointsOrTable,
         "[x, y] of each point [m], or a CSV file with the columns x, y, and perhaps crank",
     ),
-    TaskKey("closed", ValueForm::Flag, "whether the last point is beside the first; false if absent"),
+    TaskKey(
+        "closed",
+        ValueForm::Flag,
+        "whether the curve is closed: the last point is next to the first; false if absent",
+    ),
     TaskKey("crank", ValueForm::Numbers, "the turn of the crank at each point from the first one on [rad]"),
     TaskKey("pivots", ValueForm::TwoPoints, "the pivots in the ground, if they are given [m]"),
 ];
 const STROKE: &[TaskKey] = &[
-    TaskKey("crank_turn", ValueForm::Number, "how far the crank turns during the way there [rad]"),
-    TaskKey("time_ratio", ValueForm::Number, "the time of the way there over that of the way back"),
-    TaskKey("swing", ValueForm::Number, "how far a rocker swings [rad]"),
-    TaskKey("stroke", ValueForm::Number, "how far a slider goes [m]"),
-    TaskKey("offset", ValueForm::Number, "of the line of the slider from the pivot of the crank [m]"),
+    TaskKey("crank_turn", ValueForm::Number, "angle of the crank during the forward stroke [rad]"),
+    TaskKey("time_ratio", ValueForm::Number, "time ratio: time of the forward stroke per time of the return stroke"),
+    TaskKey("swing", ValueForm::Number, "angle of swing of a rocker [rad]"),
+    TaskKey("stroke", ValueForm::Number, "stroke of a slider [m]"),
+    TaskKey("offset", ValueForm::Number, "distance distance of the line of the slider from the pivot of the crank [m]"),
     TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
 const LIMITS: &[TaskKey] = &[
     TaskKey("ground", ValueForm::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
     TaskKey("moving", ValueForm::Area, "where pins in the body may be, in its frame [m]"),
-    TaskKey("length", ValueForm::Pair, "shortest and longest bar [m]"),
-    TaskKey("transmission", ValueForm::Number, "the smallest transmission angle over the part that is used [rad]"),
+    TaskKey("length", ValueForm::Pair, "lengths of the shortest and longest permitted bar [m]"),
+    TaskKey(
+        "transmission",
+        ValueForm::Number,
+        "minimum transmission angle over the part of the motion that is used [rad]",
+    ),
     TaskKey("crank", ValueForm::Flag, "whether the input must turn fully; false if absent"),
     TaskKey(
         "within",
         ValueForm::Number,
-        "the largest error of a path or function that is accepted [m or rad]; among these linkages `prefer` decides",
+        "largest accepted error of a path or function [m or rad]; `prefer` ranks the linkages that meet it",
     ),
     TaskKey(
         "bars",
@@ -378,7 +386,7 @@ impl TaskReader<'_> {
         let Content::Table(entries) = &document.kind else { return Some(()) };
         let of_scene = |name: &str| ["format", "bodies", "joints", "gravity", "ground"].contains(&name);
         let Some((key, _)) = entries.iter().find(|(key, _)| of_scene(&key.text)) else { return Some(()) };
-        let message = format!("this is a scene, not a task: `{}` is a key of scenes", key.text);
+        let message = format!("this is a scene, not a task: it has the key `{}`", key.text);
         let help = "a task has one table `[poses]`, `[function]`, `[path]` or `[stroke]`; `cotree check` and `cotree simulate` take scenes";
         self.faults.push(Fault::new("scene::wrong_value", message, key.span).help(help));
         None
@@ -424,7 +432,7 @@ impl TaskReader<'_> {
                 self.wrong(node, format!("{what} is not in {}", unit.si), &format!("write {wanted}"))
             }
             Ok(QuantityReading::Expression) => {
-                self.wrong(node, format!("{what} is no number"), &format!("write {wanted}"))
+                self.wrong(node, format!("{what} is not a number"), &format!("write {wanted}"))
             }
         }
     }
@@ -457,7 +465,7 @@ impl TaskReader<'_> {
         let numbers = self.numbers(node, what, &Unit::length())?;
         let count = numbers.len();
         let point: Option<[f64; 2]> = numbers.try_into().ok();
-        point.or_else(|| self.wrong(node, format!("{what} has {count} numbers, but a point has two"), "write `[x, y]`"))
+        point.or_else(|| self.wrong(node, format!("{what} has {count} numbers, but must have two"), "write `[x, y]`"))
     }
 
     fn points(&mut self, node: &DocumentNode, what: &str) -> Option<Vec<[f64; 2]>> {
@@ -472,12 +480,12 @@ impl TaskReader<'_> {
             [low, high] if low <= high => Some([low, high]),
             [_, _] => self.wrong(
                 node,
-                format!("{what} leaves nothing: its lower end is above the upper one"),
-                "write the lower end first",
+                format!("{what} is empty: its lower bound is above the upper one"),
+                "write the lower bound first",
             ),
             _ => self.wrong(
                 node,
-                format!("{what} has {} numbers instead of two", numbers.len()),
+                format!("{what} has {} numbers, but must have two", numbers.len()),
                 "write `[lower, upper]`",
             ),
         }
@@ -497,14 +505,14 @@ impl TaskReader<'_> {
             return Some(numbers);
         }
         let found = numbers.len();
-        self.wrong(node, format!("{what} has {found} numbers for {count}"), "write one for each")
+        self.wrong(node, format!("{what} has {found} numbers, but must have {count}"), "write one number for each")
     }
 
     fn above_zero(&mut self, node: &DocumentNode, what: &str, numbers: &[f64]) -> Option<()> {
         let wrong = numbers.iter().find(|number| !(**number > 0.0 && number.is_finite()));
         let Some(wrong) = wrong else { return Some(()) };
-        let message = format!("{what} is {}, but must be above zero", number(*wrong, 1e-9 * wrong.abs()));
-        self.wrong(node, message, "leave it out, or write a larger number")
+        let message = format!("{what} is {}, but must be positive", number(*wrong, 1e-9 * wrong.abs()));
+        self.wrong(node, message, "remove it, or write a positive number")
     }
 
     fn poses(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
@@ -515,7 +523,7 @@ impl TaskReader<'_> {
             _ => (self.listed_poses(at)?, [None, None]),
         };
         if poses.len() < 2 {
-            return self.wrong(at, format!("a task has two poses or more, not {}", poses.len()), "add poses");
+            return self.wrong(at, format!("a task needs at least two poses, but has {}", poses.len()), "add poses");
         }
         let mut list = |key: &str, unit: &Unit| match fields.get(key) {
             None => Some(None),
@@ -536,7 +544,7 @@ impl TaskReader<'_> {
         for item in self.items(at, "`at`")? {
             let parts = self.items(item, "a pose")?;
             let [x, y, angle] = parts else {
-                let message = format!("a pose has {} numbers instead of three", parts.len());
+                let message = format!("a pose has {} numbers, but must have three", parts.len());
                 return self.wrong(item, message, "write `[x, y, angle]`");
             };
             let place = [x, y].map(|part| self.number(part, "a place of a pose", &Unit::length()));
@@ -647,12 +655,9 @@ impl TaskReader<'_> {
 
     /// `output = "x^1.5"`, `x = [1, 4]`, `input = ["0 deg", "90 deg"]`, `range = ["0 deg", "90 deg"]`: turns of input and output from the first position.
     fn law(&mut self, fields: &Fields<'_>, input: &DocumentNode, output: &DocumentNode) -> Option<Pairs> {
-        let x = fields.required("x", "write from where to where the law goes: `x = [1, 4]`", self.faults)?;
-        let range = fields.required(
-            "range",
-            "write how far the output goes: `range = [\"0 deg\", \"90 deg\"]`",
-            self.faults,
-        )?;
+        let x = fields.required("x", "write first and last x of the law: `x = [1, 4]`", self.faults)?;
+        let range =
+            fields.required("range", "give the range of the output: `range = [\"0 deg\", \"90 deg\"]`", self.faults)?;
         let plain = Unit::default();
         let ends = self.numbers(x, "`x`", &plain)?;
         let turn = self.numbers(input, "`input`", &Unit::angle())?;
@@ -675,7 +680,7 @@ impl TaskReader<'_> {
         let Some(formula) = formula(&tree) else {
             return self.wrong(
                 output,
-                "the law uses something else than x".to_owned(),
+                "the law uses names other than x".to_owned(),
                 "write a formula of x, such as \"x^1.5\"",
             );
         };
@@ -685,7 +690,7 @@ impl TaskReader<'_> {
         if values.iter().any(|value| !value.is_finite()) || first == last {
             return self.wrong(
                 output,
-                "the law has no value somewhere, or the same at both ends".to_owned(),
+                "the law has no finite value somewhere, or equal values at both ends".to_owned(),
                 "change `x`",
             );
         }
@@ -710,7 +715,11 @@ impl TaskReader<'_> {
             list.pop();
         }
         if list.len() < 3 {
-            return self.wrong(points, format!("a path has three points or more, not {}", list.len()), "add points");
+            return self.wrong(
+                points,
+                format!("a path needs at least three points, but has {}", list.len()),
+                "add points",
+            );
         }
         let turns = match fields.get("crank") {
             None => turns,
@@ -735,7 +744,7 @@ impl TaskReader<'_> {
                     None => {
                         return self.wrong(
                             node,
-                            format!("`pivots` has {count} points instead of two"),
+                            format!("`pivots` has {count} points, but must have two"),
                             "write `[[x, y], [x, y]]`",
                         );
                     }
@@ -774,7 +783,7 @@ impl TaskReader<'_> {
             let Some(angle) = angle.filter(|angle| !(*angle > 0.0 && *angle < most)) else { return Some(()) };
             let given = number(angle.to_degrees(), 1e-9 * angle.to_degrees().abs().max(1.0));
             let message = format!("`{key}` is {given} deg, but must be between 0 and {} deg", most.to_degrees());
-            self.wrong(fields.get(key)?, message, &format!("write an angle between them, such as `{key} = \"40 deg\"`"))
+            self.wrong(fields.get(key)?, message, &format!("write, for example, `{key} = \"40 deg\"`"))
         });
         checked.into_iter().collect::<Option<Vec<()>>>()?;
         for (key, value) in [("time_ratio", ratio), ("stroke", stroke)] {
@@ -789,7 +798,7 @@ impl TaskReader<'_> {
                 return self.wrong(
                     node,
                     "a stroke has either a `crank_turn` or a `time_ratio`".to_owned(),
-                    "write one of them, above zero",
+                    "write one of them, positive",
                 );
             }
         };
@@ -805,7 +814,7 @@ impl TaskReader<'_> {
             _ => self.wrong(
                 node,
                 "a stroke has either a `swing` or a `stroke`".to_owned(),
-                "`swing` is an angle of a rocker, `stroke` a way of a slider",
+                "write `swing`, the angle of a rocker, or `stroke`, the displacement of a slider",
             ),
         }
     }
@@ -818,8 +827,8 @@ impl TaskReader<'_> {
             if corners.len() < 3 {
                 return self.wrong(
                     node,
-                    format!("{what} is no polygon: it has {} corners", corners.len()),
-                    "write three corners or more",
+                    format!("{what} is not a polygon: it has {} corners", corners.len()),
+                    "write at least three corners",
                 );
             }
             return Some(Area::Polygon(corners));
@@ -845,7 +854,7 @@ impl TaskReader<'_> {
             }
             self.wrong(
                 node,
-                "a transmission angle is from 0 to below 90 degrees".to_owned(),
+                "a transmission angle must be from 0 to below 90 degrees".to_owned(),
                 "write a smaller one, such as \"35 deg\"",
             )
         });
@@ -869,7 +878,7 @@ impl TaskReader<'_> {
                 return self.wrong(
                     node,
                     "`within` has no effect on poses".to_owned(),
-                    "leave it out; `tolerance` of `[poses]` says how near each pose is to be met",
+                    "remove it; give `tolerance` in `[poses]`",
                 );
             }
             TaskKind::Stroke { .. } => {
@@ -901,7 +910,7 @@ impl TaskReader<'_> {
             TaskKind::Function { .. } | TaskKind::Stroke { .. } => {
                 let message =
                     "six-bars are found for paths, poses and functions of a rocker, not for this task".to_owned();
-                self.wrong(node, message, "leave `bars` out")
+                self.wrong(node, message, "remove `bars`")
             }
         }
     }

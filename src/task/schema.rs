@@ -10,14 +10,14 @@ pub fn schema() -> String {
     let whole = json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "cotree task",
-        "description": "What a linkage is sought for: poses, a function, a path or a stroke, and limits",
+        "description": "A task of linkage synthesis: poses, a function, a path or a stroke, and limits",
         "type": "object",
         "additionalProperties": false,
         "oneOf": KINDS.map(kind),
         "properties": {
             "$schema": { "type": "string" },
-            "name": { "type": "string", "description": "what the task is called" },
-            "description": { "type": "string", "description": "what it is about" },
+            "name": { "type": "string", "description": "the name of the task" },
+            "description": { "type": "string", "description": "one line about the task" },
             "poses": table(POSES, &["at"]),
             "function": table(FUNCTION, &["input", "output"]),
             "path": table(PATH, &["points"]),

@@ -149,9 +149,9 @@ fn along_a_motion_every_point_has_its_matrices() {
     let (states, rates) = (point["states"].as_array().unwrap(), point["rates"].as_array().unwrap());
     assert!(states.len() == 2 && rates[0] == states[1]["value"] && rates[0] != 0.0, "{point}");
     let text = stdout(&cotree(folder.path(), &["linearize", "slider_crank.toml", "--at", "0.3"]));
-    assert!(text.contains("dx/dt at this point, to which A x + B u is added: it is no rest"), "{text}");
+    assert!(text.contains("the point is not an equilibrium: this dx/dt is added to A x + B u"), "{text}");
     let rest = stdout(&cotree(folder.path(), &["linearize", "cart_pole.toml", "--equilibrium"]));
-    assert!(!rest.contains("dx/dt at this point"), "{rest}");
+    assert!(!rest.contains("the point is not an equilibrium"), "{rest}");
     // One of them alone is the same.
     let single = cotree(folder.path(), &["linearize", "slider_crank.toml", "--at", "0.3", "--json"]);
     let single: Value = serde_json::from_slice(&single.stdout).unwrap();
@@ -215,7 +215,7 @@ fn modes_are_asked_for_and_told_in_words() {
     std::fs::write(folder.path().join("belt.toml"), scene_of("stick_slip")).unwrap();
     let run = |arguments: &[&str]| cotree(folder.path(), arguments);
     let rest = stdout(&run(&["equilibrium", "belt.toml", "--set", "block.x=80 mm"]));
-    assert!(rest.contains("one of many places: `rubbing.friction` would hold in others, too"), "{rest}");
+    assert!(rest.contains("one of many equilibria: `rubbing.friction` would stick elsewhere too"), "{rest}");
     let data: Value = serde_json::from_str(&stdout(&run(&["equilibrium", "belt.toml", "--json"]))).unwrap();
     assert_eq!((&data["standing"][0], &data["shared"]), (&"rubbing.friction".into(), &Value::Array(Vec::new())));
     let most = 0.3 * 1.5 * 1.5 * 9.81;

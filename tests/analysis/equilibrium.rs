@@ -149,7 +149,10 @@ fn a_pose_in_which_branches_cross_is_said_to_be_one() {
         let failure = found.unwrap_err();
         assert!(matches!(failure, AnalysisFailure::Crossing { .. }), "{failure}");
         let text = failure.to_string();
-        assert!(text.contains("singular pose") && text.contains("`b1.angle` (") && !text.contains("s2"), "{text}");
+        assert!(
+            text.contains("singular configuration") && text.contains("`b1.angle` (") && !text.contains("s2"),
+            "{text}"
+        );
     });
 }
 

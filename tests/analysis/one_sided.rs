@@ -1,4 +1,4 @@
-//! Rests, linear systems and vibrations of what is held on one side only: the same as where a joint or a driver stands for what is closed and nothing for what is open.
+//! Rests, linear systems and vibrations of what is a unilateral constraint: the same as where a joint or a driver stands for what is closed and nothing for what is open.
 
 use super::run::scene_of;
 use super::support::{PENDULUM, close};
@@ -136,7 +136,7 @@ fn vibrations_are_those_in_the_mode_of_the_rest() {
     assert_eq!(open.len(), 2);
     // The rest that is asked for is none.
     let message = study(&limited, &[("elbow.max", "open")]).modes(None).unwrap_err().to_string();
-    assert!(message.contains("`elbow.max` is passed by") || message.contains("accelerating"), "{message}");
+    assert!(message.contains("`elbow.max` is exceeded by") || message.contains("accelerating"), "{message}");
 }
 
 #[test]
@@ -259,11 +259,11 @@ fn what_carries_must_be_determined_and_something_must_carry() {
     let third =
         "[joints.third_foot]\ntype = \"contact\"\nbetween = [\"ground\", \"block.third\"]\naxis = [1, 0]\n[loads.hand]";
     let message = refused(&BLOCK.replace("LIFT", "0.0").replace("[loads.hand]", third), &[]);
-    assert!(message.contains("what each of them carries is not determined"), "{message}");
+    assert!(message.contains("are redundant (statically indeterminate)"), "{message}");
     assert!(message.contains("`third_foot`"), "{message}");
     let flying = BLOCK.replace("LIFT", "60.0").replace("stiffness = 40.0", "stiffness = 0.0");
     let message = refused(&flying, &[]);
-    assert!(message.contains("there is no rest in any of the 4 modes"), "{message}");
+    assert!(message.contains("there is no equilibrium in any of the 4 combinations"), "{message}");
 }
 
 /// A torque T that presses a slider-crank against its stop: F ds = T d(angle).

@@ -16,7 +16,7 @@ use super::xml::attribute;
 // SAFETY of all calls: the instance is alive, and arrays are as long as announced.
 
 pub const CASES: &[Case] = &[
-    ("3D03", "the resource path is no URI", |fmu| {
+    ("3D03", "the resource path is not a URI", |fmu| {
         let folder = tempfile::tempdir().expect("a folder");
         let odd = folder.path().join("50%20 off é");
         std::fs::create_dir(&odd).expect("a folder");

@@ -260,7 +260,7 @@ fn values_are_typed_and_spoken_in_the_units_that_are_shown() {
     assert_eq!((&verdict["beyond"], &verdict["answered"]), (&"2500 mm".into(), &true.into()), "{verdict}");
     assert_eq!((&verdict["comma"], &verdict["kept"]), (&1.5.into(), &true.into()), "{verdict}");
     let faults = verdict["faults"].as_array().unwrap();
-    for (fault, words) in faults.iter().zip(["at least 1 mm", "\"long\" is no number", "is no number"]) {
+    for (fault, words) in faults.iter().zip(["at least 1 mm", "\"long\" is not a number", "is not a number"]) {
         assert!(fault.as_str().unwrap().contains(words), "{verdict}");
     }
     assert_eq!(verdict["quiet"], true, "{verdict}");

@@ -13,19 +13,19 @@ use cotree_draw::pose::draw;
 use super::failure::Failure;
 use super::{MessageFormat, output};
 
-/// Find the ways in which a mechanism can be assembled, with lines to paste that pick each
+/// Find the assembly modes of a mechanism, with lines to paste that choose each
 ///
-/// The loops are closed from many starts. What neither drivers nor known initial values give is held where the scene begins; where its guesses lead to no pose, at the first one that
-/// is found.
+/// The loops are closed from many starts. Coordinates that neither drivers nor known initial values give are held at the start of the scene; if its guesses lead to no configuration, at the first one
+/// that is found.
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree assemblies four_bar.toml --drawings poses")]
 pub struct AssembliesCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// From how many starts
+    /// Number of starts of the search
     #[arg(long, value_name = "NUMBER", default_value_t = 200)]
     starts: usize,
-    /// A folder for a drawing of each, `1.png`, `2.png`, ...
+    /// Folder for a drawing of each, `1.png`, `2.png`, ...
     #[arg(long, value_name = "FOLDER")]
     drawings: Option<PathBuf>,
 }
@@ -69,12 +69,12 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     let with = if held.is_empty() { String::new() } else { format!(" with {}", held.join(", ")) };
     if found.is_continuous() {
         return format!(
-            "{}: more than {} poses{with}: they are no single ones\n",
+            "{}: more than {} configurations{with}: they are not isolated\n",
             mechanism.name,
             found.poses.len() - 1
         );
     }
-    let ways = counted(found.poses.len(), "way");
+    let ways = counted(found.poses.len(), "assembly mode");
     let given = |name: &str| {
         let known = mechanism.initial.iter().filter(|own| own.known).map(|own| mechanism.variable_name(own.variable));
         found.held.iter().any(|held| held.name == name) || known.into_iter().any(|known| known == name)
@@ -85,12 +85,12 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     }
     if found.loose > 0 {
         text += &format!(
-            "{} led to poses that can move on, though all is held, such as bars that lie on each other: they are no single ones and are not listed\n",
+            "{} led to configurations that can move although all degrees of freedom are fixed, such as coincident bars: they are not isolated and not listed\n",
             counted(found.loose, "start")
         );
     }
     for (index, (pose, times)) in found.poses.iter().zip(&found.found).enumerate() {
-        let own = if index == 0 && found.is_own { ", that of the scene" } else { "" };
+        let own = if index == 0 && found.is_own { ", the one of the scene" } else { "" };
         text += &format!("\n# {} (found {times} times{own})\n[initial]\n", index + 1);
         for value in pose.iter().filter(|value| !given(&value.name)) {
             text += &format!("\"{}\" = {{ guess = \"{}\" }}\n", value.name, shown(value));

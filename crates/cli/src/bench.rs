@@ -12,16 +12,15 @@ use cotree_study::bench::{Next, measure_watched};
 use super::failure::Failure;
 use super::{MessageFormat, output, stop};
 
-/// Measure speed against error: every method at many tolerances, on this very scene
+/// Measure computing time and error of every method at many tolerances, for this scene
 ///
-/// Errors are those of the outputs at a thousand times and more, read from the steps' polynomials, against a converged run: of the two
-/// methods that agree best the one that the model does not choose by itself. Time is processor time (on Windows wall time), the fastest of several runs
-/// on one thread, without initialisation. Parameters and inputs have their defaults. Where standard
-/// error is a terminal the run that is measured is shown; Ctrl-C ends with the runs so far.
+/// Errors are those of the outputs at a thousand times or more, from dense output, against a converged run: of the two most accurate methods
+/// the one that the model does not use by default. Time is processor time (on Windows wall time), the fastest of several runs
+/// on one thread, without initialization. Parameters and inputs have their defaults. On a terminal the present run is shown; Ctrl-C ends with the runs so far.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree bench slider_crank.toml --plot slider_crank.svg\n  \
                   cotree bench slider_crank.toml --json > slider_crank.json\n\n\
-                  Methods: auto (what the FMU does by itself), taylor, explicit, implicit; loops if drivers determine the motion.")]
+                  Methods: auto (the choice of the FMU), taylor, explicit, implicit; loops if drivers determine the motion.")]
 pub struct BenchCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,

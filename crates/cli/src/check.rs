@@ -18,10 +18,9 @@ use cotree_text::assumptions::assumptions;
 use super::failure::{Failure, say};
 use super::{MessageFormat, output};
 
-/// Check a scene: every fault at once, with its place and what to do
+/// Check scenes: list all errors and warnings with their places and what to do
 ///
-/// A scene without faults is described in a few lines, with what was assumed because the scene does not say it. Several scenes are looked at one after the
-/// other, whatever is wrong with one of them.
+/// A scene without errors is described in a few lines, with the assumptions made for missing values. Several scenes are checked independently.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree check slider_crank.toml\n  cotree check slider_crank.toml --drawing attempt.png\n  \
@@ -31,7 +30,7 @@ pub struct CheckCommand {
     /// Scene files (TOML or JSON); `-` is standard input
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
-    /// Draw it into an SVG, PNG or TikZ (.tex) file; if it cannot be assembled as it is written, the pose that was found, with gaps in red
+    /// Draw it into an SVG, PNG or TikZ (.tex) file; if it cannot be assembled as it is written, the configuration that was found, with gaps in red
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
 }
@@ -97,10 +96,14 @@ impl CheckCommand {
     fn draw_attempt(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
         let Some(path) = &self.drawing else { return Ok(()) };
         let Some(mut attempt) = scene.resolve().ok().and_then(|resolved| attempt(&resolved.mechanism)) else {
-            say(&format!("`{}` is not written: what is wrong leaves no pose to draw\n", path.display()));
+            say(&format!("`{}` is not written: with these errors there is no configuration to draw\n", path.display()));
             return Ok(());
         };
-        let what = if attempt.is_closed { "the pose that was found" } else { "the best attempt, with the gap in red" };
+        let what = if attempt.is_closed {
+            "the configuration that was found"
+        } else {
+            "the best attempt, with the gap in red"
+        };
         output::picture(path, &draw_attempt(&mut attempt).svg(), what, format)
     }
 }
@@ -114,7 +117,7 @@ fn verdict(path: &Path, summary: &Summary, (modes, assumptions): (&[String], &[S
         summary.mobility
     );
     if summary.mobility == 0 && summary.drivers.is_empty() {
-        text += "  nothing can move: the joints alone hold every body\n";
+        text += "  nothing can move: the joints leave 0 degrees of freedom\n";
     }
     for mode in modes {
         text += &format!("  {mode}\n");

@@ -9,7 +9,7 @@ use super::failure::Failure;
 /// As an option.
 #[derive(Args)]
 pub struct Columns {
-    /// Which column is which variable, such as "crank.angle=Angle"; may be given several times; then no other columns are read [default: columns are called as variables are]
+    /// Map a column to a variable, such as "crank.angle=Angle"; may be given several times; then no other columns are read [default: columns have the names of variables]
     #[arg(long = "column", value_name = "NAME=COLUMN")]
     columns: Vec<String>,
 }

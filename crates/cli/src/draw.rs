@@ -13,19 +13,19 @@ use super::export::available;
 use super::failure::Failure;
 use super::{output, serve};
 
-/// Draw a mechanism: one page for a browser in which bars, pins, sliders, springs, motors and loads are drawn, and set in motion
+/// Draw a mechanism in a browser, with bars, pins, sliders, springs, motors and loads, and see it move
 ///
-/// The page checks and compiles the scene, shows its motion, finds linkages for poses and paths, and writes the FMU, the same that `cotree export` writes.
-/// The scene's text stands beside the drawing, and every action is an edit of it. With the program for browsers, which a release brings along, the page is a file
-/// that has all of it inside; without, this machine serves the page to its own browsers until Ctrl-C.
+/// The page checks and compiles the scene, shows its motion, finds linkages for poses and paths, and writes the same FMU as `cotree export`.
+/// The scene text is next to the drawing, and every tool edits it. With the program for browsers, which a release contains, the page is a single file;
+/// without it, this machine serves the page to its own browsers until Ctrl-C.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree draw\n  cotree draw slider_crank.toml\n  cotree draw slider_crank.toml -o draw.html --runtimes target/runtimes"
 )]
 pub struct DrawCommand {
-    /// Scene file (TOML or JSON) to begin with [default: an empty sheet]
+    /// Scene file (TOML or JSON) to start from [default: an empty drawing]
     scene: Option<PathBuf>,
-    /// Where the page goes [default: the name of the scene file with `_draw.html`, or `draw.html`, in the current folder]
+    /// Output file of the page [default: the name of the scene file with `_draw.html`, or `draw.html`, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Folder with the runtimes, made by tools/build-runtimes.sh [default: `runtimes` beside the program]

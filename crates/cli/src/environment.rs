@@ -16,10 +16,10 @@ use super::output;
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree schema -o scene.schema.json\n  cotree schema --task -o task.schema.json")]
 pub struct SchemaCommand {
-    /// That of tasks for `cotree synthesize`
+    /// The schema of tasks for `cotree synthesize`
     #[arg(long)]
     task: bool,
-    /// Where it goes; `-` is standard output [default: -]
+    /// Output file; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -52,7 +52,7 @@ impl CompletionsCommand {
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree man ~/.local/share/man/man1 && man cotree-simulate")]
 pub struct ManualCommand {
-    /// The folder; it is made if it is not there
+    /// The folder; it is created if it does not exist
     folder: PathBuf,
 }
 

@@ -6,10 +6,10 @@ use super::MessageFormat;
 use super::failure::Failure;
 use super::study::Arguments;
 
-/// Find where a mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable
+/// Find an equilibrium: configuration, reactions of all joints and drivers, stability
 ///
-/// The search starts from the pose that `[initial]` gives: of several equilibria the scene's guess picks one. Drivers and loads stay
-/// as they are at the start.
+/// The search starts from the configuration of `[initial]`, so the guess chooses one of several equilibria. Drivers and loads keep
+/// their values at the start.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree equilibrium four_bar.toml\n  \
                   cotree equilibrium four_bar.toml --set stall_torque=\"2 N.m\" --json -o rest.json\n  \
@@ -17,7 +17,7 @@ use super::study::Arguments;
 pub struct EquilibriumCommand {
     #[command(flatten)]
     asked: Arguments,
-    /// Instead, the outputs there and their derivatives with respect to a parameter or constant input; may be given several times
+    /// Print instead the outputs at the equilibrium and their derivatives with respect to a parameter or constant input; may be given several times
     #[arg(long, value_name = "NAME")]
     sensitivity: Vec<String>,
 }

@@ -11,9 +11,9 @@ use super::failure::Failure;
 use super::words::one_of;
 use super::{MessageFormat, output};
 
-/// Make an FMU: one file for any tool that reads FMI 2.0, or 3.0 with --fmi 3
+/// Export an FMU for any tool that reads FMI 2.0, or 3.0 with --fmi 3
 ///
-/// The FMU has its solver inside and needs neither cotree nor anything else. The same scene gives the same file.
+/// The FMU contains its solver and needs no other program. The same scene gives the same file.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  cotree export slider_crank.toml --fmi 3\n  \
@@ -22,19 +22,19 @@ use super::{MessageFormat, output};
 pub struct ExportCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the FMU goes [default: the name of the scene file, .fmu, in the current folder; for `scene.toml` the name in it]
+    /// Output file of the FMU [default: the name of the scene file, .fmu, in the current folder; for `scene.toml` the name in it]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Every variable that the mechanism has, not only those that the scene asks for
+    /// Export every variable of the mechanism, not only the outputs of the scene
     #[arg(long)]
     all: bool,
     /// Version of FMI
     #[arg(long, value_name = "VERSION", default_value = "2", value_parser = one_of(&FmiVersion::WORDS))]
     fmi: FmiVersion,
-    /// Platforms that the FMU is to run on, such as linux64,win64 [default: all, which is every one that there is a runtime for]
+    /// Platforms on which the FMU runs, such as linux64,win64 [default: all for which there is a runtime]
     #[arg(long, value_name = "PLATFORMS", value_delimiter = ',')]
     platform: Vec<String>,
-    /// A smaller file: the page in its documentation plays a stored run instead of carrying the runtime for browsers (400 kB)
+    /// Write a smaller file: the page in its documentation plays a stored run and does not include the runtime for browsers (400 kB)
     #[arg(long)]
     lean: bool,
     /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]

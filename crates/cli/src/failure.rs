@@ -41,7 +41,7 @@ pub enum Failure {
 impl Failure {
     /// A panic: an error of the program itself.
     pub fn internal(panic: &str) -> Self {
-        let fault = Fault::internal(format!("cotree failed where it should not: {panic}"));
+        let fault = Fault::internal(format!("internal error: {panic}"));
         Failure::Scene(Faults::new(Source::new("", ""), vec![fault]))
     }
 

@@ -19,11 +19,11 @@ use super::times::TimeArguments;
 use super::units::InUnits;
 use super::{MessageFormat, output, stop, study};
 
-/// Find values of parameters from a measured motion: least squares, with standard errors and correlations
+/// Fit parameters to a measured motion by least squares, with standard errors and correlations
 ///
-/// Parameters, constant inputs and initial values are changed until the outputs are as near as possible to what was measured, by Levenberg's and
-/// Marquardt's method with the exact derivatives of the motion. Columns count by their standard deviations, which are estimated from their residuals
-/// unless --sigma gives them. Numbers without a unit are SI. Each motion shows its values and residuals where standard error is a terminal; Ctrl-C ends the search
+/// Parameters, constant inputs and initial values are changed until the outputs are as close as possible to the measured values, by the Levenberg-Marquardt
+/// method with exact derivatives of the motion. Columns are weighted by their standard deviations, which are estimated from the residuals
+/// unless --sigma gives them. Numbers without a unit are SI. On a terminal each motion shows its values and residuals; Ctrl-C ends the search
 /// with the best values so far. Rows in which a variable has no value or no derivative at the first values are left out, and counted.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -31,25 +31,25 @@ use super::{MessageFormat, output, stop, study};
                   cotree fit suspension.toml --to measured.csv --vary \"stiffness=1..50 kN/m\" --sigma \"wheel.s=0.2 mm\" -o fitted.toml\n  \
                   cotree fit suspension.toml --to light.csv --to heavy.csv --set 2:load=200 --vary stiffness,damping\n\n\
                   The table begins with a line such as `time,wheel.s` or `time [ms]; wheel.s [mm]`: names of variables of the scene,\n\
-                  in any order. Where a cell is empty nothing was measured.")]
+                  in any order. An empty cell was not measured.")]
 pub struct FitCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// What was measured: a CSV file with the columns `time` and variables of the scene; may be given several times, for experiments that are fitted together
+    /// Measured values: a CSV file with the columns `time` and variables of the scene; may be given several times, for experiments that are fitted together
     #[arg(long = "to", value_name = "FILE", required = true)]
     measured: Vec<PathBuf>,
     #[command(flatten)]
     columns: Columns,
-    /// What is varied: parameters, constant inputs or initial values, with bounds if wanted, such as stiffness,damping=0..10
+    /// Quantities to fit: parameters, constant inputs or initial values, with optional bounds, such as stiffness,damping=0..10
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     vary: Vec<String>,
     /// Standard deviation of a column, such as "wheel.s=0.2 mm"; may be given several times [default: estimated from the residuals]
     #[arg(long = "sigma", value_name = "NAME=VALUE")]
     deviations: Vec<String>,
-    /// Inputs over time while it was measured: a CSV file with the columns `time` and inputs of the scene; for several experiments one for each, in their order
+    /// Inputs over time during the measurement: a CSV file with the columns `time` and inputs of the scene; with several experiments one for each, in their order
     #[arg(long, value_name = "FILE")]
     input: Vec<PathBuf>,
-    /// Set a parameter or an input, also where the search begins; may be given several times; 2:NAME=VALUE sets it in the second experiment only
+    /// Set a parameter or an input, also the start value of the search; may be given several times; 2:NAME=VALUE sets it in the second experiment only
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
     /// Draw measured and fitted values, and the residuals: an SVG or a PNG file
@@ -60,7 +60,7 @@ pub struct FitCommand {
     /// The result as JSON, for scripts, in SI units
     #[arg(long)]
     json: bool,
-    /// Write the scene with the values that were found; all else in it stays as it is
+    /// Write the scene with the fitted values; the rest of it is unchanged
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// End of the simulation, such as 10 or "10 s" [default: the scene's]

@@ -16,8 +16,8 @@ const LARGEST: u64 = 50 << 20;
 
 /// Import a linkage, a robot or a drawing as a commented scene
 ///
-/// Reads `.pmks` files of PMKS+ and its addresses (in a text file), JSON of pylinkage, robots as MJCF, URDF or SDF, and drawings as DXF. The kind of file is found
-/// from its content. Each line of the report says what is exact, approximated, or left out; what acts and cannot be imported is an error.
+/// Reads `.pmks` files of PMKS+ and its addresses (in a text file), JSON of pylinkage, robots as MJCF, URDF or SDF, and drawings as DXF. The format is found
+/// from the content. Each line of the report says what is exact, approximated, or left out; a load that cannot be imported is an error.
 #[derive(Args)]
 #[command(after_help = "Examples:
   cotree import linkage.pmks
@@ -28,46 +28,46 @@ const LARGEST: u64 = 50 << 20;
 pub struct ImportCommand {
     /// File of PMKS+, pylinkage, MuJoCo (MJCF), ROS (URDF), Gazebo (SDF), or a drawing (DXF)
     file: PathBuf,
-    /// Where the scene goes [default: the name of the file, .toml, in the current folder]
+    /// Output file of the scene [default: the name of the file, .toml, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Plane of the motion, instead of the one across the hinges
     #[arg(long, help_heading = "Robots")]
     plane: Option<PlaneArgument>,
-    /// Joints that are held at their start value
+    /// Joints to lock at their start value
     #[arg(long, value_name = "JOINT,...", value_delimiter = ',', help_heading = "Robots")]
     lock: Vec<String>,
-    /// Imports only what hangs from this body, which becomes the ground
+    /// Import only the subtree of this body, which becomes the ground
     #[arg(long, value_name = "BODY", help_heading = "Robots")]
     root: Option<String>,
-    /// Lets free bodies and ball joints move in the plane only
+    /// Restrict free bodies and ball joints to the plane
     #[arg(long, help_heading = "Robots")]
     in_plane: bool,
-    /// Leaves out what acts but cannot be imported, by its name or kind (`muscle`, `tendon`, `fluid`), or `all`
+    /// Leave out loads that cannot be imported, by their name or kind (`muscle`, `tendon`, `fluid`), or `all`
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Robots")]
     leave_out: Vec<String>,
-    /// Keyframe that the motion starts from [default: the only one, else the reference configuration]
+    /// Keyframe from which the motion starts [default: the only one, else the reference configuration]
     #[arg(long, value_name = "NAME|NUMBER", help_heading = "Robots")]
     key: Option<String>,
-    /// Contacts: none, of the floor with spheres, capsules and boxes, or those of spheres with each other, too
+    /// Contacts: none, those of the floor with spheres, capsules and boxes, or also those between spheres
     #[arg(long, default_value = "floor", help_heading = "Robots")]
     contacts: ContactArgument,
     /// Gravity of a drawing, m/s2; without a value 0,-9.81
     #[arg(long, value_name = "X,Y", num_args = 0..=1, default_missing_value = "0,-9.81", value_parser = pair, help_heading = "Drawings")]
     gravity: Option<[f64; 2]>,
-    /// Unit of the drawing (mm, cm, m, in, ft), instead of the one it says
+    /// Unit of the drawing (mm, cm, m, in, ft), instead of the one in the file
     #[arg(long, value_name = "UNIT", value_parser = length_unit, help_heading = "Drawings")]
     unit: Option<f64>,
-    /// How far apart ends may be that are joined, such as 0.1mm
+    /// Largest distance of ends that are joined, such as 0.1mm
     #[arg(long, value_name = "LENGTH", value_parser = length, help_heading = "Drawings")]
     snap: Option<f64>,
-    /// Place of a pin on the ground, in the units of the drawing; can be given several times
+    /// Position of a pin on the ground, in the units of the drawing; may be given several times
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, help_heading = "Drawings")]
     ground: Vec<[f64; 2]>,
     /// Role of a layer: links, pins, ground, sliders, guides, tracers, springs or ignored
     #[arg(long, value_name = "NAME=ROLE", value_parser = layer, help_heading = "Drawings")]
     layer: Vec<(String, String)>,
-    /// Mass of lines, such as "1 kg/m"
+    /// Mass per length of lines, such as "1 kg/m"
     #[arg(long, value_name = "DENSITY", value_parser = line_density, help_heading = "Drawings")]
     line_density: Option<f64>,
     /// Closed outlines are plates of this density and thickness, such as "7850 kg/m3,5 mm"

@@ -8,7 +8,7 @@ use cotree::report::inspect::Contents;
 use super::failure::Failure;
 use super::output;
 
-/// Show what is in an FMU that cotree has made
+/// Show the contents of an FMU that cotree made
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree info slider_crank.fmu\n  cotree info slider_crank.fmu --scene > slider_crank.toml"
@@ -16,7 +16,7 @@ use super::output;
 pub struct InfoCommand {
     /// FMU file
     fmu: PathBuf,
-    /// Print the scene that the FMU was made from, and nothing else
+    /// Print the scene from which the FMU was made, and nothing else
     #[arg(long)]
     scene: bool,
 }

@@ -8,16 +8,16 @@ use cotree_study::sweep;
 use super::failure::Failure;
 use super::output;
 
-/// Put the tables of `cotree sweep --part` together: the bytes that one sweep of all runs would have written
+/// Join the tables of `cotree sweep --part`, with the same bytes as one sweep of all runs
 ///
-/// All parts must be there, each once, finished, and of the same sweep.
+/// All parts must be finished, and belong to the same sweep.
 #[derive(Args)]
 #[command(after_help = "Example:\n  cotree join out_*.csv -o out.csv")]
 pub struct JoinCommand {
     /// The tables of all parts, in any order
     #[arg(required = true)]
     parts: Vec<PathBuf>,
-    /// Where the table goes
+    /// Output file of the table
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }

@@ -62,12 +62,12 @@ use failure::Failure;
     version,
     arg_required_else_help = true,
     after_help = "First steps:\n  cotree demo                        see a mechanism move, in a browser\n  cotree new my_mechanism            write a commented scene to start from\n  \
-                  cotree check my_mechanism.toml     is it right?\n  \
-                  cotree simulate my_mechanism.toml  see it move, as numbers\n  \
-                  cotree view my_mechanism.toml      see it move, in a browser\n  \
+                  cotree check my_mechanism.toml     check it for errors\n  \
+                  cotree simulate my_mechanism.toml  print the motion as a table\n  \
+                  cotree view my_mechanism.toml      show the motion in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
-                  Exit codes: 0 good, 1 the scene is at fault (or cotree itself: cotree::internal), 2 usage or files,\n            \
-                  3 the numbers do not work out, 130 stopped by Ctrl-C. Also 1, without a word, if standard output is closed before everything is written."
+                  Exit codes: 0 success, 1 the scene has errors (or cotree has: cotree::internal), 2 usage or file error,\n            \
+                  3 the solver failed, 130 stopped by Ctrl-C. Also 1, without a message, if standard output is closed before everything is written."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -78,7 +78,7 @@ struct Cli {
 
 #[derive(Args)]
 struct Global {
-    /// How faults of the scene are reported: for people, or as JSON on standard output for editors and scripts
+    /// Format of errors and warnings: for people, or JSON on standard output for editors and scripts
     #[arg(long, global = true, value_name = "FORMAT", default_value = "human", display_order = 100)]
     message_format: MessageFormat,
 }
@@ -86,7 +86,7 @@ struct Global {
 /// How faults are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MessageFormat {
-    /// With the lines they are about
+    /// With the source lines
     Human,
     /// One JSON object
     Json,

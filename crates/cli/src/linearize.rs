@@ -12,10 +12,10 @@ use super::{MessageFormat, output, times};
 /// More points than this are a mistake in `--step` or `--stop`.
 const MOST_POINTS: u64 = 1_000_000;
 
-/// Linearise a mechanism: A, B, C, D from the inputs of the scene to its outputs
+/// Linearize a mechanism: state-space matrices A, B, C, D from the inputs of the scene to its outputs
 ///
-/// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. Where that is no rest its own dx/dt is said, too.
-/// The states are independent coordinates and their rates: as few as the mechanism has. The derivatives are exact. An output file that
+/// dx/dt = A x + B u, y = C x + D u for small changes about a point of the motion. If the point is not an equilibrium its dx/dt is reported too.
+/// The states are independent coordinates and their rates, two per degree of freedom. The derivatives are exact. An output file that
 /// ends in `.m` is a script of MATLAB and Octave.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree linearize cart_pole.toml\n  \
@@ -29,13 +29,13 @@ pub struct LinearizeCommand {
     /// At this time of the motion [default: at its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, conflicts_with_all = ["equilibrium", "along"])]
     at: Option<String>,
-    /// At the equilibrium next to the start
+    /// At the equilibrium nearest to the start
     #[arg(long, conflicts_with = "along")]
     equilibrium: bool,
     /// At every communication point of the motion
     #[arg(long)]
     along: bool,
-    /// For inputs that are held for this time: x(k+1) = A x(k) + B u(k)
+    /// Discretize for this sample time, with zero-order hold of the inputs: x(k+1) = A x(k) + B u(k)
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     discrete: Option<String>,
     /// With --along: end of the motion [default: the scene's]
@@ -58,7 +58,7 @@ impl LinearizeCommand {
         if let Some(text) = &self.discrete {
             let step = times::seconds("discrete", text)?;
             if !(step > 0.0 && step.is_finite()) {
-                return Err(Failure::Usage(format!("--discrete: {step:?} s is not above zero")));
+                return Err(Failure::Usage(format!("--discrete: {step:?} s must be positive")));
             }
             found = found.and_then(|found| Ok(found.held(step)?));
         }
@@ -67,7 +67,7 @@ impl LinearizeCommand {
                 output::warn(study.take_warnings().as_ref(), format);
                 let text = found?.matlab();
                 let text = text.ok_or_else(|| {
-                    Failure::Usage("a `.m` file has the matrices of one point: leave out --along".to_owned())
+                    Failure::Usage("a `.m` file has the matrices of one point: remove --along".to_owned())
                 })?;
                 output::write(path, text)
             }

@@ -6,10 +6,10 @@ use super::MessageFormat;
 use super::failure::Failure;
 use super::study::{self, Arguments};
 
-/// Find how a mechanism vibrates: natural frequencies, damping ratios and mode shapes
+/// Compute natural frequencies, damping ratios and mode shapes
 ///
-/// About the equilibrium next to the start, or about a point of the motion. Of each pair of eigenvalues one is reported. Shapes are given in all
-/// branch coordinates, those that follow others included.
+/// About the equilibrium nearest to the start, or about a point of the motion. One of each pair of eigenvalues is reported. Shapes contain all
+/// branch coordinates, dependent ones too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree modes vibration.toml\n  \
                   cotree modes four_bar.toml --set stall_torque=0 --csv -o modes.csv\n  \
@@ -18,10 +18,10 @@ use super::study::{self, Arguments};
 pub struct ModesCommand {
     #[command(flatten)]
     asked: Arguments,
-    /// At this time of the motion [default: at the equilibrium next to its start]
+    /// At this time of the motion [default: at the equilibrium nearest to the start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     at: Option<String>,
-    /// Instead, the derivatives of frequencies and damping ratios with respect to a parameter or constant input; may be given several times
+    /// Print instead the derivatives of frequencies and damping ratios with respect to a parameter or constant input; may be given several times
     #[arg(long, value_name = "NAME", conflicts_with = "at")]
     sensitivity: Vec<String>,
 }

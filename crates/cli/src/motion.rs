@@ -12,11 +12,11 @@ use super::failure::Failure;
 use super::units::{self, InUnits};
 use super::{MessageFormat, output, study};
 
-/// Say what a mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking
+/// Analyse one turn or stroke of an input: range, limits, transmission angle, drive torque, reactions, shaking forces
 ///
-/// The input moves with constant speed, which the first line says, or with --speed 0 nothing moves and forces are static. Without masses forces are those of the loads. Transmission angles are 90 degrees less the angle between the
-/// static force that a load on the output makes at a joint, and the path of that joint; the joint-force index is the largest joint force for a
-/// load of one. The shaking moment is about the input joint.
+/// The input moves at constant speed, which the first line reports; with --speed 0 forces are static. Without masses forces are those of the loads. The transmission angle is 90 degrees minus the angle between the
+/// static force that a load on the output makes at a joint and the path of that joint; the joint-force index is the largest joint force for a
+/// unit load. The shaking moment is about the input joint.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree motion crank_rocker.toml --input O2 --output O4 --speed \"20 rad/s\" --every \"60 deg\"\n  \
@@ -27,28 +27,28 @@ use super::{MessageFormat, output, study};
 pub struct MotionCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// The joint (or its driver) that is moved; `pin.s` and `pin.angle` where it slides and turns [default: the joint with a driver]
+    /// The driven joint, or its driver; `pin.s` or `pin.angle` if it both slides and turns [default: the joint with a driver]
     #[arg(long, value_name = "JOINT")]
     input: Option<String>,
-    /// What is of interest: a joint on the ground, a variable such as `table.y`, or an output of the scene [default: the first other joint that can move]
+    /// The output motion: a joint on the ground, a variable such as `table.y`, or an output of the scene [default: the first other joint that can move]
     #[arg(id = "of_interest", long = "output", value_name = "NAME")]
     of_interest: Option<String>,
-    /// Speed of the input, such as "20 rad/s" or "300 rpm"; 0: forces at rest [default: that at the start of the scene, or 1 rad/s, or 1 m/s]
+    /// Speed of the input, such as "20 rad/s" or "300 rpm"; 0 for static forces [default: the speed at the start of the scene, or 1 rad/s, or 1 m/s]
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true)]
     speed: Option<String>,
-    /// From where to where the input moves, such as "-30..60 deg", or backwards "60..-30 deg" [default: one turn, or as far as it goes both ways]
+    /// Range of the input, such as "-30..60 deg", or backwards "60..-30 deg" [default: one turn, or as far as it can move in both directions]
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
     range: Option<String>,
-    /// A row of the printed table every so much of the input, such as "30 deg": from the beginning of --range on, else at its multiples [default: a twelfth of a turn or of the range]
+    /// Step of the input between rows of the printed table, such as "30 deg": from the start of --range on, else at its multiples [default: a twelfth of a turn or of the range]
     #[arg(long, value_name = "STEP", allow_hyphen_values = true)]
     every: Option<String>,
-    /// A point whose path is described: length, area, inflections, cusps, crossings
+    /// A coupler point whose path is analysed: length, area, inflections, cusps, crossings
     #[arg(long, value_name = "POINT")]
     point: Option<String>,
-    /// How near an end of its stroke the output is to stay, such as "0.5 mm": for how much of the input it does
+    /// Tolerance of a dwell, such as "0.5 mm": report for how much of the input the output stays that close to an end of its stroke
     #[arg(long, value_name = "TOLERANCE")]
     dwell: Option<String>,
-    /// Permitted coefficient of fluctuation of the speed, such as 0.02: the flywheel for it
+    /// Permitted coefficient of fluctuation of the speed, such as 0.02: report the flywheel for it
     #[arg(long, value_name = "NUMBER")]
     fluctuation: Option<f64>,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub struct MotionCommand {
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// Everything as JSON, in SI units, with all samples
+    /// Print everything as JSON, in SI units, with all samples
     #[arg(long)]
     json: bool,
     /// The whole table as CSV
@@ -117,7 +117,7 @@ impl MotionCommand {
         }
         let dwell = self.dwell.as_deref().map(|near| number("dwell", near, &output)).transpose()?;
         if dwell.is_some_and(|near| !(near > 0.0 && near.is_finite())) {
-            return Err(wrong("dwell", "must be above zero".to_owned()));
+            return Err(wrong("dwell", "must be positive".to_owned()));
         }
         let speed = self.speed.as_deref().map(|speed| number("speed", speed, &input.per_second())).transpose()?;
         let every = self.every.as_deref().map(|every| number("every", every, &input)).transpose()?;

@@ -14,14 +14,14 @@ use super::output;
 
 const TEMPLATE: &str = include_str!("template.toml");
 
-/// Write a commented scene to start from: a slider-crank that works as it is
+/// Write a commented scene to start from: a slider-crank that runs
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree new my_mechanism                    writes my_mechanism.toml\n  \
                   cotree new my_mechanism --from four_bar    begins with a model instead of the commented slider-crank")]
 pub struct NewCommand {
     /// Name of the mechanism; the file gets the ending `.toml`
     name: PathBuf,
-    /// Begin with one of the models
+    /// Start from one of the models
     #[arg(long, value_name = "MODEL")]
     from: Option<String>,
 }

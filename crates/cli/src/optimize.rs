@@ -23,10 +23,10 @@ use super::{MessageFormat, output, stop, study};
 const STARTS: usize = 64;
 const TURN_STARTS: usize = 8;
 
-/// Find the best values of parameters: measures made small or large within limits, or a curve that is met
+/// Optimize parameters: minimize or maximize measures under constraints, or match a curve
 ///
-/// Parameters, constant inputs and initial values are changed by sequential quadratic programming with the exact derivatives of the motion, from many starts: the scene's values, and points
-/// between the bounds. Optima that differ are listed with how often each was reached, and limits with what they cost. The same --seed gives the same result. Ctrl-C ends the search with the
+/// Parameters, constant inputs and initial values are changed by sequential quadratic programming with exact derivatives of the motion, from many starts: the values of the scene, and points
+/// between the bounds. Different optima are listed with the number of searches that reached each, and the cost of each constraint. The same --seed gives the same result. Ctrl-C ends the search with the
 /// best values so far.
 #[derive(Args)]
 #[command(group = ArgGroup::new("aim").required(true).args(["minimize", "maximize", "matched"]))]
@@ -40,42 +40,42 @@ const TURN_STARTS: usize = 8;
 pub struct OptimizeCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// What is varied, with bounds: parameters, constant inputs or initial values, such as "crank=40..160 mm,rod=0.2..0.8 m" [bounds by default: the scene's]
+    /// Quantities to optimize, with bounds: parameters, constant inputs or initial values, such as "crank=40..160 mm,rod=0.2..0.8 m" [bounds by default: the scene's]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', required = true)]
     vary: Vec<String>,
-    /// What is to be small: a measure such as "peak(motor.torque)", or a sum of some
+    /// Objective to minimize: a measure such as "peak(motor.torque)", or a weighted sum of measures
     #[arg(long, value_name = "MEASURE", allow_hyphen_values = true)]
     minimize: Option<String>,
-    /// What is to be large
+    /// Objective to maximize
     #[arg(long, value_name = "MEASURE", allow_hyphen_values = true)]
     maximize: Option<String>,
-    /// What is to be met, by least squares: a CSV file with the columns `time` and variables of the scene
+    /// Curves to match by least squares: a CSV file with the columns `time` and variables of the scene
     #[arg(id = "matched", long = "match", value_name = "FILE")]
     matched: Option<PathBuf>,
     #[command(flatten)]
     columns: Columns,
-    /// A limit, such as "range(ram.s) = 120 mm"; may be given several times
+    /// A constraint, such as "range(ram.s) = 120 mm"; may be given several times
     #[arg(long = "subject-to", value_name = "LIMIT", allow_hyphen_values = true)]
     limits: Vec<String>,
     /// Measure the figures of one turn or stroke of this joint, as `motion` does, instead of the experiment: transmission, time_ratio, stroke, drive, |shaking force| and other columns of its table
     #[arg(long, value_name = "JOINT", conflicts_with = "matched")]
     turn: Option<String>,
-    /// What is of interest in a turn: a joint on the ground, a variable or an output of the scene [default: the first other joint that can move]
+    /// The output motion of a turn: a joint on the ground, a variable or an output of the scene [default: the first other joint that can move]
     #[arg(long = "of", value_name = "NAME", requires = "turn")]
     of_interest: Option<String>,
-    /// Set a parameter or an input, also where the first search begins; may be given several times
+    /// Set a parameter or an input, also the start value of the first search; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
     #[arg(
         long,
         value_name = "COUNT",
-        help = "How many searches there are, each from its own start; the first is from the scene's values [default: 64; of turns, which take longer, 8]"
+        help = "Number of searches, each from another start; the first starts from the values of the scene [default: 64; of turns, which take longer, 8]"
     )]
     starts: Option<usize>,
-    /// Which starts: the same seed gives the same ones
+    /// Seed of the starts: the same seed gives the same starts
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// How many searches at a time [default: one for each processor]
+    /// Number of searches in parallel [default: one per processor]
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     #[command(flatten)]
@@ -83,16 +83,16 @@ pub struct OptimizeCommand {
     /// The result as JSON, for scripts, in SI units
     #[arg(long)]
     json: bool,
-    /// Where each search ended: a CSV file
+    /// Write the end of each search: a CSV file
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
-    /// Go on where searches ended before: the file of an earlier --table; searches that are not in it begin at their starts
+    /// Continue earlier searches: the file of an earlier --table; searches that are not in it begin at their starts
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
-    /// Draw the goal and the limits while one quantity after the other goes from bound to bound, the others at their best [.svg or .png]
+    /// Plot the objective and the constraints over each quantity, the others at their best values: an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Write the scene with the best values; all else in it stays as it is
+    /// Write the scene with the best values; the rest of it is unchanged
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]

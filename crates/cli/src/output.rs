@@ -187,7 +187,7 @@ pub fn after(scene: &Path, name: &str, extension: &str, format: MessageFormat) -
     let stem = scene.file_stem().filter(|stem| *stem != "scene").map_or(name.into(), |stem| stem.to_string_lossy());
     let path = PathBuf::from(format!("{stem}.{extension}"));
     if path.exists() && format == MessageFormat::Human {
-        failure::say(&format!("{} was there already: it is written anew\n", path.display()));
+        failure::say(&format!("{} existed and is overwritten\n", path.display()));
     }
     path
 }
@@ -217,7 +217,7 @@ pub fn unknown(faults: Faults, asked: &str) -> Failure {
     let is_asked = |fault: &&Fault| fault.kind() == FaultKind::UnknownOutput && fault.span.is_nowhere();
     let asked_for = faults.list.iter().filter(is_asked);
     let message = |fault: &Fault| {
-        let message = fault.message.replace("what is asked for names", &format!("{asked} names"));
+        let message = fault.message.replace("the request names", &format!("{asked} names"));
         format!("{message}; {}", fault.help)
     };
     let messages: Vec<String> = asked_for.map(message).collect();
@@ -247,7 +247,7 @@ pub fn table_with_gaps(path: &Path, naming: &Naming<'_>, format: MessageFormat) 
 fn table_by(path: &Path, read: impl Fn(&str) -> Result<CsvTable, SheetError>) -> Result<CsvTable, Failure> {
     let bytes = files::read(path, LARGEST_TABLE).map_err(|error| Failure::file("read", path, error))?;
     let text = String::from_utf8(bytes).ok().filter(|text| !text.contains('\0')).ok_or_else(|| {
-        Failure::file("read", path, "it is not a text; an input table is CSV and begins with `time,name`")
+        Failure::file("read", path, "it is not a text file; an input table is CSV and begins with `time,name`")
     })?;
     read(&text).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }

@@ -40,7 +40,7 @@ pub fn page(html: String, desk: Desk, begun: impl FnOnce(&str)) -> Result<(), Fa
     })?;
     output::print(&format!("{address}\n"))?;
     begun(&address);
-    failure::say("open this address in a browser of this machine; Ctrl-C ends the page\n");
+    failure::say("open this address in a browser on this machine; Ctrl-C stops the server\n");
     loop {
         std::thread::park();
     }

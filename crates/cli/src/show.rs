@@ -37,22 +37,22 @@ use super::{MessageFormat, output, study};
 pub struct ShowCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// The summary (and comparison) as JSON, for scripts
+    /// Print the summary (and comparison) as JSON, for scripts
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     json: bool,
-    /// The equations of motion instead of the summary
+    /// Print the equations of motion instead of the summary
     #[arg(long, value_name = "NOTATION", value_parser = one_of(&EquationFormat::WORDS))]
     equations: Option<EquationFormat>,
-    /// With --equations: a name for every number, such as m_rod and g, and a table of the values
+    /// With --equations: use symbols such as m_rod and g for numbers, and add a table of their values
     #[arg(long, requires = "equations")]
     symbols: bool,
-    /// With --equations: in independent coordinates, as many equations as degrees of freedom
+    /// With --equations: in independent coordinates, with one equation per degree of freedom
     #[arg(long, requires = "equations")]
     minimal: bool,
-    /// How the equations are derived, step by step, instead of the summary
+    /// Print the derivation of the equations, step by step, instead of the summary
     #[arg(long, value_name = "NOTATION", num_args = 0..=1, default_missing_value = "text", conflicts_with = "equations", value_parser = one_of(&Prose::WORDS))]
     steps: Option<Prose>,
-    /// What other choices of trees would cost: equations, operations, time, condition
+    /// Compare the choices of trees: equations, operations, time, condition number
     #[arg(long, conflicts_with_all = ["equations", "steps"])]
     compare: bool,
     /// Draw the mechanism at its start: an SVG, PNG or DXF file, or TikZ for LaTeX if the name ends with .tex
@@ -148,7 +148,7 @@ fn prose(notation: EquationFormat, option: &str) -> Result<SymbolNotation, Failu
         EquationFormat::Json => Ok(SymbolNotation::Json),
         EquationFormat::C | EquationFormat::Fortran | EquationFormat::Rust | EquationFormat::Python => {
             Err(Failure::Usage(format!(
-                "`{option}` is for text, latex, html and json: the functions of a programming language compute with all coordinates and exact numbers"
+                "`{option}` is for text, latex, html and json: generated code uses all coordinates and exact numbers"
             )))
         }
     }

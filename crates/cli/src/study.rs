@@ -23,7 +23,7 @@ pub struct Arguments {
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// What limits, contacts and ropes (open, closed), freewheels (free, caught) and dry friction (sticks, slides+, slides-, idle) do there, such as guide.max=closed,pad.friction=sticks [default: as they are]
+    /// Mode of a hard stop, contact or rope (open, closed), freewheel (free, caught) or dry friction (sticks, slides+, slides-, idle), such as guide.max=closed,pad.friction=sticks [default: the mode in which it is]
     #[arg(long = "mode", value_name = "NAME=WORD", value_delimiter = ',')]
     modes: Vec<String>,
     #[command(flatten)]
@@ -31,10 +31,10 @@ pub struct Arguments {
     /// The result as JSON, for scripts, in SI units
     #[arg(long, conflicts_with = "csv")]
     json: bool,
-    /// The result as CSV, one value a line
+    /// The result as CSV, one value per line
     #[arg(long)]
     csv: bool,
-    /// Where the result goes; `-` is standard output [default: -]
+    /// Output file of the result; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }

@@ -24,10 +24,10 @@ use super::{MessageFormat, output, stop};
 /// The largest table of runs [bytes].
 const LARGEST_TABLE: u64 = 1 << 30;
 
-/// Run a scene with many values: a table with a few numbers of each run
+/// Run a scene with many values, and write a table with measures of each run
 ///
-/// Runs are spread over all processors; a run has the bits of a simulation by itself. The table is CSV: the number of the run, what was set, what was
-/// measured, and why a run failed if it did. With -o it is kept in FILE.part until the sweep is done: Ctrl-C loses nothing, and --resume goes on.
+/// Runs use all processors; each has the bits of a single simulation. The table is CSV: the number of the run, the values that were set, the
+/// measures, and the error of a failed run. With -o it is kept in FILE.part until the sweep is finished: after Ctrl-C, --resume continues.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
                   cotree sweep slider_crank.toml --set crank_length=0.4..0.6:21 --set rod_length=1.4,1.5 --output \"max(cylinder.fn)\" --plot out.png\n  \
@@ -41,39 +41,39 @@ const LARGEST_TABLE: u64 = 1 << 30;
 pub struct SweepCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// What is varied: a parameter, a constant input or an initial value, and its values; of several all combinations
+    /// Quantity to vary, with its values: a parameter, a constant input or an initial value; several give all combinations
     #[arg(long = "set", value_name = "NAME=VALUES")]
     factors: Vec<String>,
-    /// What is measured, such as "max(cylinder.fn)"; may be given several times [default: the last values of the scene's outputs]
+    /// A measure of each run, such as "max(cylinder.fn)"; may be given several times [default: the last values of the scene's outputs]
     #[arg(long = "output", value_name = "MEASURE")]
     measures: Vec<String>,
-    /// The runs as a CSV table: a line of names, then a line for each run
+    /// The runs as a CSV table: a line of names, then one line per run
     #[arg(long, value_name = "FILE", conflicts_with_all = ["random", "latin"])]
     table: Option<PathBuf>,
-    /// So many runs with random values
+    /// Number of runs with random values
     #[arg(long, value_name = "RUNS", conflicts_with = "latin")]
     random: Option<usize>,
-    /// So many runs with random values, evenly spread over each range (Latin hypercube)
+    /// Number of runs with random values spread evenly over each range (Latin hypercube)
     #[arg(long, value_name = "RUNS")]
     latin: Option<usize>,
-    /// Start of the random numbers: the same seed gives the same runs
+    /// Seed of the random numbers: the same seed gives the same runs
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Where the table goes; `-` is standard output [default: -]
+    /// Output file of the table; `-` is standard output [default: -]
     #[arg(short = 'o', long = "csv", value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
     units: InUnits,
-    /// Draw what is measured: curves over one quantity, a map over two, histograms of random runs; an SVG or a PNG file
+    /// Plot the measures: curves over one quantity, a map over two, histograms of random runs; an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Go on with a sweep that was stopped
+    /// Continue a sweep that was stopped
     #[arg(long, requires = "output")]
     resume: bool,
-    /// Only this part of the runs, such as 7/100, for one job of an array; `cotree join` puts the tables of all parts together
+    /// Run only this part, such as 7/100, for one job of an array; `cotree join` joins the tables of all parts
     #[arg(long, value_name = "NUMBER/COUNT", requires = "output", conflicts_with = "plot")]
     part: Option<Part>,
-    /// How many runs at a time [default: one for each processor]
+    /// Number of runs in parallel [default: one per processor]
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     #[command(flatten)]

@@ -10,10 +10,10 @@ use super::failure::Failure;
 use super::units::InUnits;
 use super::{MessageFormat, output};
 
-/// Find linkages for a task: a body through poses, a function, a path, a stroke
+/// Find linkages for a task: poses of a body, a function, a path or a stroke
 ///
-/// All four-bars, slider-cranks and slotted linkages that meet the task are found, judged and ranked. What is printed as good has been driven by the
-/// program itself: on one circuit, without a dead point, in order, every pose met. Bare numbers of a task are in metres and radians.
+/// All four-bars, slider-cranks and slotted linkages that meet the task are found, checked and ranked. Good linkages have been simulated:
+/// they have no circuit, branch or order defect. Bare numbers of a task are in metres and radians.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree synthesize boot_lid.toml -o lids\n  cotree synthesize curve.toml --json\n  \
@@ -28,10 +28,10 @@ pub struct SynthesizeCommand {
     /// Folder for the scenes `1.toml`, `2.toml`, ... and the picture `solutions.svg`
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Show those too that are not good, with the reason
+    /// Also list the rejected linkages, with the reason
     #[arg(long)]
     all: bool,
-    /// What deviations do to the linkages: `length=0.1mm` of bars and of the coupler's point, `pivot=0.2mm` of each coordinate of pivots
+    /// Report the effect of manufacturing deviations: `length=0.1mm` of bars and of the coupler point, `pivot=0.2mm` of each coordinate of pivots
     #[arg(long, value_name = "WHAT=LENGTH", value_parser = deviation)]
     tolerance: Vec<(Deviation, f64)>,
     #[command(flatten)]
@@ -90,7 +90,7 @@ fn deviation(text: &str) -> Result<(Deviation, f64), String> {
     };
     let length =
         cotree::compile::quantity(value.trim(), &cotree::model::Unit::length()).map_err(|fault| fault.to_string())?;
-    if length > 0.0 && length.is_finite() { Ok((what, length)) } else { Err("a deviation is above zero".to_owned()) }
+    if length > 0.0 && length.is_finite() { Ok((what, length)) } else { Err("a deviation must be positive".to_owned()) }
 }
 
 /// The scenes and the picture.

@@ -12,7 +12,7 @@ pub struct TimeArguments {
     /// End of the simulation, such as 10 or "10 s" [default: the scene's]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<String>,
-    /// Time between reported values [default: the scene's]
+    /// Output step: time between reported values [default: the scene's]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     step: Option<String>,
     /// Relative tolerance of the solver [default: the scene's]

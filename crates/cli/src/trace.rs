@@ -17,9 +17,9 @@ use super::failure::Failure;
 use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output};
 
-/// Trace points: the curves that they draw during the experiment, as CSV, or as DXF for CAD; and profiles of cams
+/// Trace the curves of points during the experiment, and cam profiles, as CSV or as DXF for CAD
 ///
-/// A point is `body.point`, or `body` for its mass centre. The name of a cam's joint stands for its profile, in the cam's axes with the shaft
+/// A point is `body.point`, or `body` for its mass centre. The name of a cam's joint means its profile, in the cam's axes with the shaft
 /// as origin.
 #[derive(Args)]
 #[command(
@@ -33,7 +33,7 @@ pub struct TraceCommand {
     points: Vec<String>,
     #[command(flatten)]
     units: InUnits,
-    /// Where the curves go: CSV, or DXF in millimetres if the name ends with .dxf; `-` is standard output [default: -]
+    /// Output file of the curves: CSV, or DXF in millimetres if the name ends with .dxf; `-` is standard output [default: -]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -74,7 +74,7 @@ impl TraceCommand {
     fn points(&self, scene: &Scene, named: Vec<String>) -> Result<Vec<String>, Failure> {
         if scene.dimension == Dimension::One {
             return Err(Failure::Usage(
-                "masses on a line draw no curves; `cotree simulate` gives their motion".to_owned(),
+                "masses on a line do not trace curves; `cotree simulate` gives their motion".to_owned(),
             ));
         }
         let known: Vec<String> = (scene.bodies.iter())
@@ -90,7 +90,7 @@ impl TraceCommand {
         };
         if asked.is_empty() {
             let known = suggest::list(known.iter().map(String::as_str));
-            return Err(Failure::Usage(format!("the scene does not report x and y of a point; name points: {known}")));
+            return Err(Failure::Usage(format!("the scene reports x and y of no point; name the points: {known}")));
         }
         let mut points: Vec<String> = Vec::new();
         for point in asked {

@@ -11,7 +11,7 @@ use super::failure::Failure;
 /// As an option.
 #[derive(Args)]
 pub struct InUnits {
-    /// Units to show results in, such as deg,mm,kN; `si` for SI with units in the header [default: the scene's]
+    /// Units of the results, such as deg,mm,kN; `si` for SI with units in the header [default: the scene's]
     #[arg(long, value_name = "UNITS", value_delimiter = ',')]
     units: Vec<String>,
 }

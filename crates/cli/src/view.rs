@@ -19,11 +19,11 @@ use super::{MessageFormat, output, serve};
 /// More pictures than this are a mistake in the rate or the speed.
 const MOST_PICTURES: u32 = 100_000;
 
-/// See it move: one page for a browser, with the mechanism in motion, plots and sliders
+/// Show the motion in a browser: one page with the mechanism, plots and sliders
 ///
-/// The page needs no network. It has the solver of the FMU inside if the runtime for browsers is there (`web/cotree_runtime.wasm` in
-/// the folder of runtimes, made by tools/build-runtimes.sh). Otherwise this machine serves the page, with its solver in this program; a file without it plays a
-/// run that is stored in it, and says so.
+/// The page needs no network. It contains the solver of the FMU if the runtime for browsers is there (`web/cotree_runtime.wasm` in
+/// the folder of runtimes, made by tools/build-runtimes.sh). Otherwise this machine serves the page and solves it; a file without a solver plays a
+/// stored run, with a note.
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree view slider_crank.toml\n  cotree view slider_crank.toml -o crank.html --runtimes target/runtimes\n  \
@@ -32,25 +32,25 @@ const MOST_PICTURES: u32 = 100_000;
 pub struct ViewCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the page goes [default: the name of the scene file, .html (.svg with --svg), in the current folder; for `scene.toml` the name in it]
+    /// Output file of the page [default: the name of the scene file, .html (.svg with --svg), in the current folder; for `scene.toml` the name in it]
     #[arg(short, long, value_name = "FILE", conflicts_with = "frames")]
     output: Option<PathBuf>,
-    /// An animated SVG instead of the page, for a README: it plays the experiment again and again (as with `-o film.svg`)
+    /// Write an animated SVG that loops, for a README, instead of the page (as with `-o film.svg`)
     #[arg(long, group = "film", conflicts_with = "frames")]
     svg: bool,
-    /// Single pictures instead of the page, as frame_0000.png and so on, in this folder
+    /// Write single frames, frame_0000.png and so on, into this folder instead of the page
     #[arg(long, value_name = "FOLDER", group = "film")]
     frames: Option<PathBuf>,
-    /// Pictures in a second of the film
+    /// Frames per second of the film
     #[arg(long, value_name = "NUMBER", default_value_t = 25.0, requires = "frames")]
     fps: f64,
-    /// How fast the film plays: 0.25 is a quarter of the true speed
+    /// Speed of the film: 0.25 is a quarter of the true speed
     #[arg(long, value_name = "NUMBER", default_value_t = 1.0, requires = "film")]
     speed: f64,
-    /// Width of the single pictures in pixels
+    /// Width of the frames in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 1280, requires = "frames", value_parser = clap::value_parser!(u16).range(16..=8192))]
     width: u16,
-    /// Serve the page on this machine until Ctrl-C, with this program as its solver [default: on a terminal, where there is no runtime for browsers and no -o]
+    /// Serve the page on this machine until Ctrl-C, with this program as its solver [default if there is a terminal, no runtime for browsers and no -o]
     #[arg(long, conflicts_with_all = ["output", "film"])]
     serve: bool,
     /// Folder with the runtimes, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
@@ -84,7 +84,7 @@ impl ViewCommand {
     fn film(&self, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
         for (name, value) in [("fps", self.fps), ("speed", self.speed)] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(Failure::Usage(format!("--{name}: {value:?} is not above zero")));
+                return Err(Failure::Usage(format!("--{name}: {value:?} must be positive")));
             }
         }
         let take = Take { rate: self.frames.is_some().then_some(self.fps), speed: self.speed };

@@ -78,18 +78,18 @@ pub fn affordable(compiled: &Compiled, accuracy: &Result<Accuracy, MotionlessErr
 pub fn warn_of_growth(compiled: &mut Compiled, accuracy: &Result<Accuracy, MotionlessError>) {
     let Some(accuracy) = accuracy.as_ref().ok().filter(|accuracy| accuracy.growing) else { return };
     let message = format!(
-        "the motion takes more and more work: what accuracy costs is measured until t = {:.3} s only",
+        "the motion becomes more and more expensive: the cost of accuracy is measured until t = {:.3} s only",
         accuracy.span[1]
     );
-    let help = "look for damping that is negative, or a law that drives the motion without bound";
+    let help = "check for negative damping, or a law that increases the motion without bound";
     compiled.warn(vec![Fault::warning("scene::growing_motion", message, Span::default()).help(help)]);
 }
 
 /// Warns of an experiment that cannot be run to its end, and says why.
 pub fn warn_of_end(compiled: &mut Compiled, why: Option<String>) {
     let Some(why) = why else { return };
-    let message = format!("the motion ends before the experiment does: {why}");
-    let help = "what is made of it shows the motion up to there";
+    let message = format!("the motion ends before the experiment: {why}");
+    let help = "pages and pictures show the motion up to there";
     compiled.warn(vec![Fault::warning("scene::ends_early", message, Span::default()).help(help)]);
 }
 

@@ -81,7 +81,7 @@ impl DocumentationPage<'_> {
             text => format!("<p>{}</p>\n", prose(text)),
         };
         let (picture, why, facts) = (self.drawing.svg(), escape(why), self.facts.html());
-        let body = format!("{about}{picture}<p>The picture stands still: {why}.</p>\n{sections}{facts}");
+        let body = format!("{about}{picture}<p>The picture is not animated: {why}.</p>\n{sections}{facts}");
         cotree_text::html_page(&description.model_name, STYLE, &body)
     }
 
@@ -132,8 +132,7 @@ fn about(description: &Description, version: FmiVersion) -> String {
     let interfaces = match (exchange, version) {
         (true, _) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
         (false, FmiVersion::V2) => {
-            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, and an importer that \
-             integrates does not tell the input's rate"
+            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, whose rate an importer does not provide"
         }
         (false, FmiVersion::V3) => {
             "for Co-Simulation, with the integrator inside. No Model Exchange: a driver integrates an input"
@@ -147,10 +146,9 @@ fn about(description: &Description, version: FmiVersion) -> String {
     format!(
         "<h2>Use</h2>\n<p>FMI {number} {interfaces}. Default experiment: {} s to {} s, communication step {} s, \
          relative tolerance {:?}. In Python, with fmpy:</p>\n{}\
-         <ul>\n<li>All values that are set and read are in SI units. In brackets: the units that tools show them in.</li>\n\
+         <ul>\n<li>All values are in SI units. In brackets: the display units of tools.</li>\n\
          <li>The solver chooses its own steps within a communication step and keeps the loops closed.</li>\n\
-         {}<li>Between communication points an input keeps its value, or follows the rate given by {rates}. Two FMUs that exchange values once in a communication step see each \
-         other one step late; this is a property of co-simulation.</li>\n\
+         {}<li>Between communication points an input keeps its value, or follows the rate given by {rates}. Two FMUs that exchange values once per communication step see each other's values one step late; this is a property of co-simulation.</li>\n\
          <li>Fixed parameters may be set until initialisation, tunable ones at any communication point.</li>\n\
          <li>The state can be saved, restored and serialised; derivatives along directions, and of outputs by time up to \
          the fourth order, are exact.</li>\n</ul>\n",
@@ -270,7 +268,7 @@ fn initial_values(variables: &[ScalarVariable]) -> String {
     let rows = variables.iter().filter_map(|own| {
         let (value, kind) = match own.start? {
             StartValue::Exact(value) => (value, "known"),
-            StartValue::Approximate(value) => (value, "a guess that picks the assembly"),
+            StartValue::Approximate(value) => (value, "a guess that chooses the assembly mode"),
         };
         let [unit, value] = [shown_unit(&own.unit), shown(value, &own.unit)].map(|text| escape(&text));
         Some(vec![code(&own.name), unit, value, kind.to_owned()])

@@ -333,7 +333,7 @@ fn stored(
     let SampledRun { times, columns, cut, inaccuracy } = sampled(everything, recorded, part, count as u32)?;
     let columns = columns.iter().map(|column| column.iter().map(|&value| value as f32).collect());
     model.stored = model.recorded.clone();
-    let early = || format!("The stored run ends at {stop:.3} s: there is much to compute.");
+    let early = || format!("The stored run ends at {stop:.3} s, because it is expensive to compute.");
     model.cut = cut.or_else(|| (!whole).then(early));
     model.warning = inaccuracy.map(|found| format!("Warning: {found}; {}", found.help()));
     Ok(StoredRun { times, columns: columns.collect() })

@@ -51,7 +51,7 @@ pub fn of_experiment(scene: &Scene) -> Contacts {
     let time = |time: f64| shown(&mechanism.units, "s").show(time);
     let unseen = seen.until.map(|until| {
         format!(
-            "contacts hold after t = {}, up to where they were looked at: the whole experiment, to {}, is looked at by `cotree simulate --summary`",
+            "contacts stay closed from t = {} on as far as checked; `cotree simulate --summary` checks the whole experiment, to {}",
             time(until),
             time(mechanism.experiment.stop)
         )
@@ -182,15 +182,15 @@ impl Look<'_> {
         let (name, named) = (&joint.name, &self.input.named);
         let what = if is_cam { "the follower would leave the cam" } else { "the disc would lift off" };
         let message = format!(
-            "`{name}` has to pull: {what} from {named} {from}{until}{more}; its contact force is down to {} at {named} {place}",
+            "`{name}` would have to pull: {what} from {named} {from}{until}{more}; its contact force is down to {} at {named} {place}",
             self.newton.show(*force)
         );
         let help = match self.pressure() {
             Some(pressure) if is_cam => format!(
-                "a spring that presses the follower along its guide with at least {} more would hold it there; or turn slower, or rise more gently",
+                "press the follower along its guide with at least {} more by a spring, turn slower, or use a gentler rise",
                 self.newton.show(pressure)
             ),
-            _ => "the motion shown is that of a contact that holds in both directions".to_owned(),
+            _ => "the motion shown is that of a bilateral contact, which can pull".to_owned(),
         };
         Some(Fault::warning("contact::lifts_off", message, joint.span).label("lifts off").help(help))
     }
@@ -221,7 +221,7 @@ impl Look<'_> {
         let place = self.input.unit.show(self.inputs[index]);
         (most > 1e-6).then(|| {
             format!(
-                "`{name}` rolls without slip: that takes a coefficient of friction of at least {} (at {} {place})",
+                "`{name}` rolls without slip, which needs a coefficient of friction of at least {} (at {} {place})",
                 rounded(most, 4),
                 self.input.named
             )

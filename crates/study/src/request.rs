@@ -18,7 +18,7 @@ pub struct TooFew {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GoalError {
     /// What stands before a measure is no number.
-    #[error("`{text}` is no weight: write a number")]
+    #[error("`{text}` is not a weight: write a number")]
     Weight {
         /// As it is written.
         text: String,
@@ -38,7 +38,7 @@ impl From<MeasureError> for GoalError {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LimitError {
     /// Measures of different units are added.
-    #[error("measures in `{first}` and in `{other}` have no sum")]
+    #[error("measures in `{first}` and in `{other}` cannot be added")]
     Units {
         /// The unit of the first one.
         first: String,
@@ -86,7 +86,7 @@ pub enum RequestFault {
         name: String,
     },
     /// Columns whose squares have no sum.
-    #[error("columns in `{first}` and in `{other}` have no sum of squares: `fit` weighs them")]
+    #[error("columns in `{first}` and in `{other}` have no common sum of squares: use `fit`, which weighs them")]
     Squares {
         /// The unit of the first column.
         first: String,

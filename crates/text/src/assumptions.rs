@@ -31,7 +31,7 @@ pub fn assumptions(formulated: &mut Formulated, scene: &Scene) -> Vec<String> {
 fn open_units(outputs: &[Output]) -> Vec<String> {
     let sentence = |name: &String| {
         format!(
-            "output `{name}` is a number without a unit, for importers too: its expression contains numbers, parameters or inputs that have none; write `unit`, or the units of its numbers as in `200[N/m]`"
+            "output `{name}` has no unit, also in the FMU, because numbers, parameters or inputs in its expression have none; give `unit`, or units of the numbers as in `200[N/m]`"
         )
     };
     outputs.iter().filter(|output| output.is_open).map(|output| sentence(&output.name)).collect()
@@ -45,7 +45,7 @@ fn loose(mechanism: &Mechanism) -> Vec<String> {
     let names = mechanism.bodies.iter().enumerate().filter(|(index, _)| is_loose(*index)).map(|(_, body)| &body.name);
     // Masses on a line have no joints.
     let plane = mechanism.dimension == Dimension::Two;
-    let sentence = |name: &String| format!("body `{name}` is connected to nothing by a joint: it moves freely");
+    let sentence = |name: &String| format!("body `{name}` has no joint: it moves freely");
     names.filter(|_| plane).map(sentence).collect()
 }
 
@@ -109,14 +109,14 @@ fn start(formulated: &mut Formulated) -> Vec<String> {
         let value = fixed(state.positions()[index] / unit.factor);
         let from = match follows_recommended {
             true if mechanism.begins.is_empty() => "as in the recommended trees",
-            true => "searched from where its part has it at 0",
+            true => "searched from its position in the part, at 0",
             false => "searched from 0",
         };
         sentences.push(format!("`{name}` is neither given nor guessed: {from}, found at {value} {}", unit.name));
     }
     let known = said.iter().filter(|symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity))).count();
     if known < mobility {
-        sentences.push("velocities that are not given are zero as far as the loops and drivers allow".to_string());
+        sentences.push("velocities that are not given are zero as far as loops and drivers permit".to_string());
     }
     sentences
 }
@@ -142,7 +142,7 @@ fn far_from_guess(formulated: &mut Formulated) -> Vec<String> {
             let [guess, found] =
                 [guess, found].map(|value| format!("{} {}", rounded(value / unit.factor, 6), unit.name));
             let name = mechanism.variable_name(initial.variable);
-            sentences.push(format!("`{name}` is at {found} at the start, far from its guess, {guess}: the loops may close in a nearer way, see `cotree assemblies`"));
+            sentences.push(format!("`{name}` is {found} at the start, far from its guess of {guess}: another assembly mode may be closer, see `cotree assemblies`"));
         }
     }
     sentences
@@ -158,7 +158,7 @@ fn one_of_several(formulated: &Formulated) -> Option<String> {
     }
     let found = assemblies(mechanism, STARTS).ok().filter(|found| !found.is_continuous() && found.poses.len() > 1)?;
     let count = found.poses.len();
-    Some(format!("no guess picks the assembly: this assembly is one of {count}; `cotree assemblies` shows them"))
+    Some(format!("no guess chooses the assembly mode: this is one of {count}; `cotree assemblies` lists them"))
 }
 
 /// What is run and reported by default.
@@ -179,7 +179,7 @@ fn experiment(formulated: &Formulated, scene: &Scene) -> Vec<String> {
     }
     let mut sentences = Vec::new();
     if !open.is_empty() {
-        let what = if given == &Default::default() { "no `[experiment]`" } else { "`[experiment]` leaves open" };
+        let what = if given == &Default::default() { "no `[experiment]`" } else { "`[experiment]` does not give" };
         sentences.push(format!("{what}: {}", open.join(", ")));
     }
     if formulated.outputs.is_empty() {

@@ -1,4 +1,4 @@
-//! Modes of what is held on one side only and of what rubs: which equation holds in each, how long it lasts, and what an impact does.
+//! Modes of what is a unilateral constraint and of what rubs: which equation holds in each, how long it lasts, and what an impact does.
 //!
 //! All modes are one system of equations. The factor of a relation is 1 in the mode in which it holds, and its multiplier is zero in the others.
 
@@ -73,16 +73,15 @@ impl Modes {
 
     /// The table with what is needed to read it.
     pub fn blocks(&self) -> Vec<DocumentBlock> {
-        let presses = if self.strikes { " A multiplier that is negative presses." } else { "" };
+        let presses = if self.strikes { " A negative multiplier is a compressive contact force." } else { "" };
         let text = format!(
-            "Each of these is in one of its modes. Where its factor is 0 it is no loop equation, and its multiplier is zero. Events \
-             alone change modes.{presses}"
+            "Each of these unilateral constraints and frictions is in one of its modes. Where its factor is 0 its loop equation is not active, and its multiplier is zero. Only events change modes.{presses}"
         );
         let mut blocks = vec![DocumentBlock::Text(vec![Piece::words(text)])];
         let head = ["of", "mode", "holds", "as long as", "then"].map(str::to_owned);
         blocks.push(DocumentBlock::table(head.into(), self.rows()));
         if !self.levels.is_empty() {
-            blocks.push(DocumentBlock::Text(vec![Piece::words("The levels of friction while it slides:")]));
+            blocks.push(DocumentBlock::Text(vec![Piece::words("Friction limits while sliding:")]));
             let levels = self.levels.iter().map(|(name, level)| (FormulaTree::Name(name.clone()), level.clone()));
             blocks.push(DocumentBlock::Equations(levels.collect()));
         }
@@ -125,16 +124,18 @@ impl Modes {
             Piece::words("An impact changes rates at one instant, with impulses "),
             Piece::Math(column("P", "")),
             Piece::words(
-                " in the place of multipliers: of what touches those that press, together. The rates before and after are those of the gaps.",
+                " instead of multipliers: of all closed contacts, those with compressive impulses take part together. The rates before and after are those of the gaps.",
             ),
         ];
         if self.rubs {
             text.extend([
                 Piece::words(
-                    " Friction that follows from what presses takes part by Coulomb's law for impulses, with ",
+                    " Friction in proportion to a normal force takes part by Coulomb's law for impulses, with ",
                 ),
                 Piece::Math(column("P", "friction")),
-                Piece::words(" by the level while it slides; a level that nothing presses for has no impulse."),
+                Piece::words(
+                    " from the friction limit while sliding; friction without a normal impulse has no impulse.",
+                ),
             ]);
         }
         vec![DocumentBlock::Text(text), DocumentBlock::Equations(vec![(FormulaTree::Sum(terms), FormulaTree::zero())])]
@@ -186,9 +187,9 @@ impl UnilateralRow<'_> {
         };
         let strikes = relation("=", FormulaTree::Name(instant(name, "after")), after);
         let ends = if own.held.of_rate {
-            vec![Piece::words("it is caught where it stands; by an impact with "), Piece::Math(strikes)]
+            vec![Piece::words("it engages at the current angle; with an impact: "), Piece::Math(strikes)]
         } else {
-            vec![Piece::words("it strikes: "), Piece::Math(strikes)]
+            vec![Piece::words("impact: "), Piece::Math(strikes)]
         };
         vec![
             HoldingMode {
@@ -199,7 +200,7 @@ impl UnilateralRow<'_> {
             HoldingMode {
                 holds: vec![is(closed, 1.0), is(quantity, 0.0)],
                 lasts: presses,
-                then: vec![Piece::words(if own.held.of_rate { "it is let go" } else { "it opens" })],
+                then: vec![Piece::words(if own.held.of_rate { "it disengages" } else { "it opens" })],
             },
         ]
     }
@@ -225,7 +226,7 @@ impl UnilateralRow<'_> {
             HoldingMode {
                 holds: holds(1.0, 0.0, rate.clone()),
                 lasts: Lasts::While(relation("<=", size, most)),
-                then: vec![Piece::words("it slides the way it is pushed")],
+                then: vec![Piece::words("it slides in the direction of the load")],
             },
             HoldingMode {
                 holds: holds(0.0, 1.0, lambda.clone()),
@@ -242,7 +243,7 @@ impl UnilateralRow<'_> {
         modes.extend(on.map(|on| HoldingMode {
             holds: holds(0.0, 0.0, lambda),
             lasts: Lasts::Open(on),
-            then: vec![Piece::words("it rubs")],
+            then: vec![Piece::words("its friction acts")],
         }));
         modes
     }
@@ -266,7 +267,7 @@ pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] 
         }
         rates.push((rate_name(&own.name), gap.rate(&mut equations.system.arena)));
     }
-    [("Gaps", gaps), ("Rates of what slides or turns freely", rates)]
+    [("Gaps", gaps), ("Sliding speeds, and relative speeds of freewheels", rates)]
 }
 
 /// What friction adds to {Q} while it slides.
@@ -340,7 +341,7 @@ pub fn held_words(equations: &Equations, parameter: usize) -> Option<&'static st
         if own.closed.0 == parameter {
             return Some(match (&own.slip, own.held.of_rate) {
                 (Some(_), _) => "1 while it sticks, else 0",
-                (None, true) => "1 while it is caught, else 0",
+                (None, true) => "1 while it is engaged, else 0",
                 (None, false) => "1 while it is closed, else 0",
             });
         }
@@ -350,11 +351,11 @@ pub fn held_words(equations: &Equations, parameter: usize) -> Option<&'static st
         let mut is_place = false;
         own.held.bound.visit_parameters(&mut |id| is_place |= id.0 == parameter);
         if is_place && mechanism.parameters[parameter].held {
-            return Some(if own.slip.is_some() { "where it sticks" } else { "where it was caught" });
+            return Some(if own.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
         }
     }
     let is_there = mechanism.removable.iter().any(|own| own.there.0 == parameter);
-    is_there.then_some("1 while it is there, then 0")
+    is_there.then_some("1 until it is removed, then 0")
 }
 
 /// `guide.max.gap`

@@ -67,7 +67,7 @@ impl MotionEquations {
         let mut blocks = Vec::new();
         if equations.coordinates.is_empty() {
             let text =
-                "The drivers and joints determine every motion: there are no coordinates and no equations of motion.";
+                "The drivers and joints determine the motion: there are no coordinates and no equations of motion.";
             blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         } else {
             blocks.push(DocumentBlock::Equations(self.form(equations)));
@@ -107,7 +107,7 @@ impl MotionEquations {
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
             let held =
-                if equations.system.mechanism.held.is_empty() { "" } else { ", values that ticks and events change" };
+                if equations.system.mechanism.held.is_empty() { "" } else { ", discrete variables (zero-order hold)" };
             let heading = if equations.states.is_empty() { "Inputs" } else { "Inputs and states" };
             let heading = format!("{heading}{held}");
             blocks.push(DocumentBlock::Heading(heading));
@@ -183,9 +183,9 @@ fn length_note(equations: &Equations, lines: usize) -> String {
     let hint = match equations.system.mechanism.coordinates {
         Coordinates::Recommended => "",
         _ => {
-            " Other coordinates give other equations of the same motion: try `preset = \"recommended\"` in `[coordinates]`. Where each \
-              angle is counted from the body before, as joint angles are, the terms grow with the fourth power of the depth; with the \
-              bodies' own angles they grow with its square."
+            " Other coordinates give other equations of the same motion: try `preset = \"recommended\"` in `[coordinates]`. With \
+              joint angles, each relative to the body before, the terms grow with the fourth power of the depth; with absolute angles of \
+              bodies they grow with its square."
         }
     };
     format!("These are {lines} formulas.{hint}")
@@ -264,7 +264,7 @@ pub fn called(share: Share) -> [&'static str; 3] {
         Share::Gravity => ["gravity", "Gravity", "gravity"],
         Share::Velocity => [
             "velocity",
-            "Loads by velocities: centrifugal and Coriolis forces",
+            "Velocity-dependent loads: centrifugal and Coriolis forces",
             "velocities (centrifugal and Coriolis terms)",
         ],
         Share::Elastic => ["elastic", "Springs and their dampers", "springs and their dampers"],

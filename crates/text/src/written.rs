@@ -97,24 +97,23 @@ fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
         return Ok(());
     };
     let message = format!(
-        "`{}` slides as drivers say: its part of the reactions follows from them, and is not written down where drivers determine the motion",
+        "`{}` slides, prescribed by drivers: its friction depends on the reactions, and printed equations of a driven motion do not include it",
         own.name
     );
     let fault = Fault::new("equations::friction", message, own.span).label("dry friction in a driven motion");
-    Err(vec![fault.help("print the equations without this friction, and use `simulate`, `motion` or an FMU with it")])
+    Err(vec![fault.help("print the equations without this friction; `simulate`, `motion` and FMUs include it")])
 }
 
 /// Why there is no code: that of driven mechanisms solves for positions, and knows no states; and friction that sticks has no place in {Q}.
 fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
     if let Some(own) = equations.system.mechanism.unilaterals.iter().find(|own| own.slip.is_some()) {
         let message = format!(
-            "`{}` sticks or slides, and how it does follows from the reactions: functions of positions and rates cannot give its part of Q",
+            "`{}` sticks or slides depending on the reactions: functions of positions and rates cannot give its part of Q",
             own.name
         );
         let fault = Fault::new("equations::friction", message, own.span).label("dry friction that sticks");
         return Some(fault.help(
-            "print the equations as `text`, `latex`, `html` or `json`, which say what holds in each mode, or export an FMU; with a \
-             `velocity` friction is a function of the rates",
+            "print the equations as `text`, `latex`, `html` or `json`, which list the modes, or export an FMU; with a `velocity` friction is a function of the rates",
         ));
     }
     if equations.reads_the_motion() {
@@ -127,8 +126,10 @@ fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
     let state = equations.system.mechanism.states.first()?;
     let driven = solved.is_empty() && !equations.coordinates.is_empty();
     driven.then(|| {
-        let message =
-            format!("drivers determine the motion beside the state `{}`: there is no code of that", state.name);
+        let message = format!(
+            "drivers determine the motion beside the state `{}`: generated code does not support that",
+            state.name
+        );
         Fault::new("equations::driven_states", message, state.span)
             .label("a state")
             .help("print the equations as `text` or `latex`, or export an FMU")
@@ -155,18 +156,16 @@ pub fn reduced(
 ) -> Result<Result<String, crate::SingularStart>, Vec<Fault>> {
     check(&formulated.equations)?;
     if let Some(own) = formulated.equations.system.mechanism.unilaterals.first() {
-        let what = if own.slip.is_some() { "sticks or slides" } else { "is held on one side only" };
+        let what = if own.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
         let message = format!(
             "`{}` {what}: how many coordinates are independent depends on the mode, and so do the reduced equations",
             own.name
         );
         let fault = Fault::new("equations::modes", message, own.span).label("it has modes");
-        return Err(vec![
-            fault.help("print the equations without `--minimal`: they hold in all modes, with a table of these"),
-        ]);
+        return Err(vec![fault.help("print the equations without `--minimal`: these include a table of the modes")]);
     }
     if formulated.equations.reads_the_motion() {
-        let why = "in the reduced equations there are no multipliers, and its law would have to be solved for";
+        let why = "the reduced equations have no multipliers, so its law would have to be solved for";
         return Err(vec![reads(&formulated.equations, why, "print the equations without `--minimal`")]);
     }
     Ok(crate::minimal(formulated, written, symbols))
@@ -207,5 +206,5 @@ fn reads(equations: &Equations, why: &str, help: &str) -> Fault {
         }
     };
     let message = format!("{what} reads an acceleration or a reaction: {why}");
-    Fault::new("equations::feedback", message, span).label("reads what follows from it").help(help)
+    Fault::new("equations::feedback", message, span).label("reads a reaction or an acceleration").help(help)
 }

@@ -210,7 +210,7 @@ impl<V: Version> Component<V> {
     fn trial<T>(&self, result: Result<T, InstanceError>) -> Outcome<T> {
         result.map_err(|error| match self.interface {
             Interface::ModelExchange if error.is_numerical() => {
-                Refusal::discard(format!("{error}; in Model Exchange a shorter step may help"))
+                Refusal::discard(format!("{error}; in Model Exchange, try a shorter step"))
             }
             _ => error.into(),
         })
@@ -288,9 +288,7 @@ impl<V: Version> Component<V> {
             *value = match found {
                 Err(error) if error.is_without_value() => {
                     status = V::WARNING;
-                    let message = format!(
-                        "{error}; it is read as not a number (NaN) wherever it has none, and the motion goes on"
-                    );
+                    let message = format!("{error}; it is NaN there, and the run continues");
                     self.warn_once(Said::WithoutValue(reference), &message);
                     f64::NAN
                 }
@@ -435,7 +433,7 @@ impl<V: Version> Component<V> {
         if let Some(input) = self.instance.without_derivatives() {
             let name = self.instance.input_name(input);
             let message = format!(
-                "input `{name}`, which a driver follows, changes, but its derivatives were never set: velocities and forces are those of an input at rest; set `der({name})` and `der({name},2)` as well, or use Co-Simulation"
+                "input `{name}`, which a driver follows, changes, but its derivatives were never set: velocities and forces are those of a constant input; set `der({name})` and `der({name},2)` too, or use Co-Simulation"
             );
             self.warn_once(Said::NoRate(input), &message);
         }
@@ -464,7 +462,7 @@ impl<V: Version> Component<V> {
         if let Some(input) = self.instance.note_inputs() {
             let (name, time) = (self.instance.input_name(input), self.instance.time());
             let message = format!(
-                "at t = {time} s input `{name}`, which a driver follows, changes after it has rested: without its derivatives this is taken as a jump, with neither rate nor acceleration; set its derivatives, or a value at every communication point"
+                "at t = {time} s input `{name}`, which a driver follows, changes after it was constant: without derivatives this is taken as a jump, with zero rate and acceleration; set its derivatives, or a value at every communication point"
             );
             self.warn_once(Said::Jump(input), &message);
         }
@@ -474,7 +472,7 @@ impl<V: Version> Component<V> {
     pub fn check_step(&self, point: f64, step: f64) -> Outcome {
         if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
             let (step, point, most) = (number(step), number(point), number(LONGEST));
-            let why = format!("it must be longer than zero and at most {most} s");
+            let why = format!("it must be positive and at most {most} s");
             return Err(Refusal::new(format!("a step of {step} s from t = {point} s is impossible: {why}")));
         }
         let time = self.instance.time();

@@ -54,13 +54,13 @@ pub enum ReadError {
     #[error("it is not a file")]
     NoFile,
     /// Too large.
-    #[error("it is larger than any program")]
+    #[error("it is larger than any program of cotree")]
     TooLarge,
 }
 
 /// A path that is no text of the operating system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the place of the resources is not UTF-8")]
+#[error("the path of the resources is not UTF-8")]
 pub struct NotUtf8;
 
 /// Reads the model from the folder that the importer unpacked.

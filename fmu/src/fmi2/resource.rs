@@ -10,7 +10,7 @@ use crate::fmi::resource::{NotUtf8, path};
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LocationError {
     /// The importer gives none.
-    #[error("the resource location is empty, but the program of the FMU lies there")]
+    #[error("the resource location is empty, but it contains the program of the FMU")]
     Empty,
     /// The URI of something else than a file.
     #[error("the resource location `{0}` is not a file: URI")]

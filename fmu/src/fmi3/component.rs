@@ -318,7 +318,7 @@ impl Component {
         self.allow(&[Mode::Intermediate])?;
         self.mode = Mode::Step;
         let (now, Some((target, changed))) = (self.instance.time(), self.version.step) else {
-            return Err("there is no step under way".into());
+            return Err("no step is in progress".into());
         };
         match early_return {
             Some(time) if self.version.early_return_allowed && now < target => {
@@ -337,7 +337,7 @@ impl Component {
     /// Goes to the end of the integrator's next step, or to the communication point if that comes first.
     fn advance(&mut self) -> Outcome<Progress> {
         let Some((target, changed)) = self.version.step else {
-            return Err("there is no step under way".into());
+            return Err("no step is in progress".into());
         };
         loop {
             let advanced = self.instance.step_towards(target);

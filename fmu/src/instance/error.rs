@@ -57,7 +57,7 @@ pub enum InstanceError {
     },
     /// Model Exchange knows no rates of inputs.
     #[error(
-        "no Model Exchange: a driver follows an input whose rate the importer does not tell, or which it integrates itself; use Co-Simulation"
+        "no Model Exchange: a driver follows an input whose rate the importer does not provide, or integrates an input; use Co-Simulation"
     )]
     NoExchange,
     /// An array of the wrong length.
@@ -133,7 +133,7 @@ pub enum InstanceError {
         cause: Failure,
     },
     /// There is no start with what was set.
-    #[error("with {} there is no start: {cause}", instead(.set))]
+    #[error("with {} the mechanism cannot start: {cause}", instead(.set))]
     Start {
         /// What is not as in the scene: name, default, value now.
         set: Vec<(String, f64, f64)>,
@@ -141,11 +141,11 @@ pub enum InstanceError {
         cause: Failure,
     },
     /// Branches of the motion cross, and the importer integrates.
-    #[error("at t = {:.6} s the mechanism is in a singular pose: the loops at {} hold less there, and an integrator outside does not see on which branch the motion goes on; use Co-Simulation", .0.time, list(&.0.joints))]
+    #[error("at t = {:.6} s the mechanism is in a singular configuration, where the loops at {} lose a constraint, and an external integrator does not know the branch; use Co-Simulation", .0.time, list(&.0.joints))]
     Crossing(Crossing),
     /// The importer's steps have taken the loops too far apart.
     #[error(
-        "at t = {time} s the loops have come too far apart to be closed again, first at `{}`: in Model Exchange the importer integrates, and its steps are too long for how fast this mechanism moves; give its solver shorter steps, or one that controls its steps with a smaller tolerance, or use Co-Simulation; if that stops there as well, the mechanism locks up", gap.owner
+        "at t = {time} s the loops have drifted too far apart to be closed again, first at `{}`: the steps of the importer's solver are too long for this motion; use shorter steps, a solver with step size control and a smaller tolerance, or Co-Simulation; if that fails there too, the mechanism locks", gap.owner
     )]
     Apart {
         /// When [s].
@@ -171,7 +171,7 @@ pub enum InstanceError {
     },
     /// In Model Exchange a tick has been left out.
     #[error(
-        "sampled values change at t = {time} s, but the importer has gone on to t = {now} s: it must stop at `nextEventTime`"
+        "there is a time event (sample time) at t = {time} s, but the importer has advanced to t = {now} s: it must stop at `nextEventTime`"
     )]
     Passed {
         /// When they change [s].

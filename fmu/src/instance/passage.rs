@@ -51,13 +51,13 @@ pub enum PassageError {
         name: String,
     },
     /// Ticks that come together now, and not with other values.
-    #[error("{names} come together for these very values only")]
+    #[error("{names} coincide for these values only")]
     Ticks {
         /// The ticks.
         names: String,
     },
     /// An event of a comparison that jumps.
-    #[error("{names} happens where its comparison jumps")]
+    #[error("{names} happens at a discontinuity of its comparison")]
     Jumps {
         /// The event.
         names: String,
@@ -69,15 +69,13 @@ pub enum PassageError {
         names: String,
     },
     /// What holds wherever it stands begins at rest.
-    #[error(
-        "`{name}` begins at rest, and with a changed value it would begin in motion, one way or the other: let it begin in motion"
-    )]
+    #[error("`{name}` starts at rest, but would start to slide for any other value; start in motion")]
     Rests {
         /// What holds.
         name: String,
     },
     /// An impact with friction by its impulse.
-    #[error("`{name}` hits, and `{other}` rubs by the impulse that presses")]
+    #[error("`{name}` has an impact, and the friction of `{other}` depends on its normal impulse")]
     Rubs {
         /// What hits.
         name: String,
@@ -85,13 +83,13 @@ pub enum PassageError {
         other: String,
     },
     /// The last of infinitely many impacts.
-    #[error("a series of bounces of `{name}` ends")]
+    #[error("a series of bounces of `{name}` ends (Zeno point)")]
     BouncesEnd {
         /// What bounces.
         name: String,
     },
     /// A derivative is not a number.
-    #[error("what follows from {names} has no derivative")]
+    #[error("the motion after {names} has no derivative")]
     NotFinite {
         /// What happens.
         names: String,
@@ -270,12 +268,12 @@ impl Passage<'_> {
     /// What has happened, by its names.
     fn names(&self, own: &Happening) -> String {
         let instants = &self.model.program().instants;
-        let samplers = own.ticks.iter().map(|&index| format!("a tick of `{}`", instants.samplers[index].name));
+        let samplers = own.ticks.iter().map(|&index| format!("a sample time of `{}`", instants.samplers[index].name));
         let events = instants.events.iter().map(|event| &event.name);
         let names: Vec<&String> = events.chain(instants.contacts().iter().map(|contact| &contact.name)).collect();
         let due = own.due.iter().map(|&index| match names.get(index) {
             Some(name) => format!("`{name}`"),
-            None => "a change of side of what presses".to_owned(),
+            None => "a change of sign of a normal force".to_owned(),
         });
         let all: Vec<String> = samplers.chain(due).collect();
         if all.is_empty() { "the start".to_owned() } else { all.join(" and ") }

@@ -44,8 +44,7 @@ pub enum Inaccuracy {
 
 impl Inaccuracy {
     /// What to do about rounding errors.
-    pub const ROUNDING: &str = "what moves there is very light for what it carries: make it heavier, leave it out (a `distance` joint is a rod without mass), or \
-        ask for a larger tolerance";
+    pub const ROUNDING: &str = "the body there is very light for the load on it: make it heavier, replace it (a `distance` joint is a massless rod), or use a larger tolerance";
 
     /// What to do about it.
     pub fn help(&self) -> &'static str {
@@ -75,8 +74,7 @@ impl fmt::Display for Inaccuracy {
         let coordinate = coordinate.as_ref().map(|name| format!(" of `{name}`")).unwrap_or_default();
         write!(
             formatter,
-            "the attainable accuracy of about {attainable:.0e} exceeds the tolerance of {}: at t = {} s masses are so different that rounding errors leave no more of the \
-             acceleration{coordinate}",
+            "the attainable accuracy of about {attainable:.0e} exceeds the tolerance of {}: at t = {} s masses differ so much that rounding errors limit the acceleration{coordinate}",
             number(*tolerance),
             number(*time),
         )

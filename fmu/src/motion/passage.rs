@@ -1,4 +1,4 @@
-//! What is reported of a singular pose that the motion has passed.
+//! What is reported of a singular configuration that the motion has passed.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ const MEET: f64 = 1e-10;
 /// More bodies than this are counted.
 const NAMED: usize = 4;
 
-/// A singular pose that the motion has passed.
+/// A singular configuration that the motion has passed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Passage {
     /// When [s].
@@ -42,16 +42,16 @@ impl fmt::Display for Passage {
         write!(formatter, "t = {:.6} s: ", self.time)?;
         match (self.joints.as_slice(), self.bodies.as_slice()) {
             // One loop, whose joints are then on a line.
-            ([_], [_, _, ..]) => write!(formatter, "{} are in line", listed(&self.bodies))?,
-            ([], _) => write!(formatter, "singular pose")?,
-            _ => write!(formatter, "singular pose of the loops at {}", listed(&self.joints))?,
+            ([_], [_, _, ..]) => write!(formatter, "{} are collinear", listed(&self.bodies))?,
+            ([], _) => write!(formatter, "singular configuration")?,
+            _ => write!(formatter, "singular configuration of the loops at {}", listed(&self.joints))?,
         }
-        let freedoms = if self.freedoms == 1 { "freedom" } else { "freedoms" };
-        write!(formatter, "; passing with {} {freedoms} gained", self.freedoms)?;
+        let freedoms = if self.freedoms == 1 { "degree of freedom" } else { "degrees of freedom" };
+        write!(formatter, "; crossing it with {} {freedoms} gained", self.freedoms)?;
         match self.is_inexact() {
             true => write!(
                 formatter,
-                "; it is passed as if the branches of the motion met, but they miss each other by {:.0e} of the lengths",
+                "; it is crossed as if the branches of the motion met, but they miss each other by {:.0e} of the lengths",
                 self.defect
             ),
             false => Ok(()),

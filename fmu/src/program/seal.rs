@@ -23,7 +23,7 @@ pub enum FrameError {
         expected: &'static str,
     },
     /// Written by another version.
-    #[error("format {found:08x} is not understood here (only {expected:08x}): export again")]
+    #[error("its format is {found:08x}, but this version reads {expected:08x}: export again")]
     Version {
         /// Format found.
         found: u32,

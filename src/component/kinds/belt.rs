@@ -44,7 +44,7 @@ pub(crate) const BELT: Component = Component {
         Key::optional(
             "friction",
             Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Nothing)),
-            "the torque on the second pulley against which the belt slips; without it, it does not",
+            "the torque on the second pulley at which the belt slips; if absent, the belt does not slip",
         ),
         limits::PLAY_OF_ANGLE,
     ],

@@ -25,15 +25,20 @@ const KEYS: &[Key] = &[
     Key::required(
         "level",
         Form::Law(TORQUE),
-        "the torque against which it slips",
-        "give the torque against which it slips: `level = \"12 N.m\"`, or a law such as `level = \"if(t > 1, 12, 0)\"`",
+        "the friction torque limit: the torque while it slips",
+        "give the friction torque limit: `level = \"12 N.m\"`, or a law such as `level = \"if(t > 1, 12, 0)\"`",
     ),
-    Key::default("static", Form::Constant(NUMBER, Range::FromOne), "its level at rest by that while it slips", "1"),
+    Key::default(
+        "static",
+        Form::Constant(NUMBER, Range::FromOne),
+        "ratio of the static to the kinetic friction torque limit",
+        "1",
+    ),
 ];
 
 const fn of(name: &'static str) -> Component {
     Component {
-        equations: "omega = 0 while |T| <= static level, else T = -level sign(omega)",
+        equations: "omega = 0 while |T| <= static*level, else T = -level sign(omega)",
         keys: KEYS,
         variables: &[Q::Angle, Q::Omega, Q::Alpha, Q::Torque, Q::Mode, Q::Sliding],
         room: Room::Turning,

@@ -80,13 +80,13 @@ pub(crate) const CAM: Component = Component {
         Key::optional(
             "unilateral",
             Form::Record(Record::Rebound),
-            "lets the follower lift off where it would have to be pulled; it rebounds with the share `restitution` of its speed",
+            "allows lift-off: a unilateral contact with the coefficient of restitution `restitution`",
         ),
         Key::required(
             "law",
             Form::Curve("guide", [LENGTH, ANGLE]),
             "how far the follower rises, in terms of `angle`, the cam's from 0 to 360 deg against the carrier",
-            "give the rise by the cam's angle: `law = \"0.01*(1 - cos(angle))\"`",
+            "give the rise as a function of the cam's angle: `law = \"0.01*(1 - cos(angle))\"`",
         ),
     ],
     variables: &[Q::Angle, Q::Gap, Q::Fn, Q::Torque, Q::PressureAngle, Q::Curvature, Q::Mode],

@@ -18,7 +18,7 @@ const OF_CIRCLE: [&str; 2] = ["outside", "inside"];
 const ALL_SIDES: [&str; 4] = [SIDES[0], SIDES[1], OF_CIRCLE[0], OF_CIRCLE[1]];
 
 pub(crate) const CONTACT: Component = Component {
-    about: "a point, or a disc about it, that stays on one side of a line or a circle of the first body",
+    about: "unilateral contact of a point, or a disc about it, with a line or a circle of the first body",
     equations: "n.r >= radius, or |r| >= circle + radius, or |r| <= circle - radius; fn >= 0",
     keys: &[
         BETWEEN_POINTS,
@@ -36,13 +36,9 @@ pub(crate) const CONTACT: Component = Component {
         Key::optional(
             "friction",
             Form::Record(Record::Friction([FORCE, VELOCITY], Pressed::Contact)),
-            "dry friction along the line or the circle",
+            "Coulomb friction along the line or the circle",
         ),
-        Key::optional(
-            "restitution",
-            Form::Constant(NUMBER, Range::Share),
-            "the share of the speed with which it rebounds",
-        ),
+        Key::optional("restitution", Form::Constant(NUMBER, Range::Share), "the coefficient of restitution"),
         Key::optional(
             "side",
             Form::Choice(
@@ -54,7 +50,7 @@ pub(crate) const CONTACT: Component = Component {
     ],
     variables: &[Q::Gap, Q::S, Q::V, Q::A, Q::Fn, Q::Ft, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[],
-    undriven: ["a contact", "a driver moves a joint that guides"],
+    undriven: ["a contact", "a driver moves a revolute or prismatic joint"],
     one_sided,
     relation,
     rubs: Rubs::joint(Pressed::Contact, slip),
@@ -89,13 +85,13 @@ fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
     if let Some(side) = part.choice("side").filter(|side| !words.contains(side)) {
         let message = format!("`side` of joint `{}` is `{side}`, but it touches a {what}", part.name);
         let help = format!("write `side = \"{}\"` or `side = \"{}\"`", words[0], words[1]);
-        return vec![fault(message).label(format!("no side of a {what}")).help(help)];
+        return vec![fault(message).label(format!("not a side of a {what}")).help(help)];
     }
     let parameters = mechanism.parameter_values();
     let [circle, radius] = ["circle", "radius"].map(|key| constant::evaluate(part.formula(key), &parameters));
     if is_circle(part) && is_inside(part) && radius >= circle {
         let message = format!("the disc of joint `{}` does not fit into its circle", part.name);
-        return vec![fault(message).label("too large").help("let `radius` be less than `circle`")];
+        return vec![fault(message).label("too large").help("make `radius` smaller than `circle`")];
     }
     Vec::new()
 }

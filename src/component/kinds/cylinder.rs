@@ -53,8 +53,8 @@ pub(crate) const CYLINDER: Component = Component {
         Key::required(
             "valve",
             Form::Constant(ANYTHING, Range::Positive),
-            "flow through the open valve by the root of the pressure that is left [m3/s by the root of a Pascal]",
-            "give the flow by the root of the pressure: `valve = 2e-8`",
+            "flow through the open valve per square root of the pressure drop [m3/s per square root of a Pascal]",
+            "give the flow per square root of the pressure drop: `valve = 2e-8`",
         ),
         Key::required(
             "supply",
@@ -66,7 +66,7 @@ pub(crate) const CYLINDER: Component = Component {
         Key::default(
             "leakage",
             Form::Constant(ANYTHING, Range::NotNegative),
-            "flow past the piston by the difference of the pressures [m3/s by Pascal]",
+            "leakage past the piston per pressure difference [m3/s per Pascal]",
             "0",
         ),
         Key::required(

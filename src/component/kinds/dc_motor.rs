@@ -33,13 +33,13 @@ pub(crate) const DC_MOTOR: Component = Component {
         Key::required(
             "constant",
             Form::Constant(MOTOR_CONSTANT, Range::Positive),
-            "its torque by current, which is its voltage by angular velocity, too",
-            "give the torque by current: `constant = \"0.05 N.m/A\"`",
+            "its torque per current, which is also its voltage per angular velocity",
+            "give the torque per current: `constant = \"0.05 N.m/A\"`",
         ),
         Key::default(
             "ratio",
             Form::Constant(NUMBER, Range::NotZero),
-            "turns of its rotor for one turn between the bodies; its gear has no mass and no play",
+            "turns of its rotor per turn between the bodies; its gear has no inertia and no backlash",
             "1",
         ),
         Key::default("current", Form::Constant(CURRENT, Range::Any), "its current at the start", "0"),

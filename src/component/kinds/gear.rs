@@ -26,7 +26,7 @@ pub(crate) const GEAR: Component = Component {
         Key::optional(
             "friction",
             Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Reaction(Q::Torque))),
-            "friction of the mesh: `mu` is its torque on the first wheel by that of the mesh; from 1 on it locks itself",
+            "friction of the mesh: `mu` is its torque on the first wheel per torque of the mesh; from 1 on it is self-locking",
         ),
         limits::PLAY_OF_ANGLE,
     ],

@@ -12,14 +12,14 @@ use crate::scene::Joint;
 const WAYS: [&str; 2] = ["counterclockwise", "clockwise"];
 
 pub(crate) const ONE_WAY: Component = Component {
-    about: "a freewheel or ratchet: the second body turns against the first in one direction only",
+    about: "a freewheel (one-way clutch) or ratchet: the second body turns against the first in one direction only",
     equations: "omega >= 0, T >= 0",
     keys: &[
         BETWEEN_BODIES,
         Key::optional(
             "direction",
             Form::Choice(&WAYS, "a freewheel turns \"counterclockwise\" or \"clockwise\""),
-            "the way in which the second body may turn against the first",
+            "the direction in which the second body may turn against the first",
         ),
     ],
     variables: &[Q::Torque, Q::StopTorque, Q::AngularImpulse, Q::Mode],

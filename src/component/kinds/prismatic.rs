@@ -22,7 +22,7 @@ pub(crate) const PRISMATIC: Component = Component {
     variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque, Q::StopForce, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::S],
-    room: Room::Needless("remove it: every mass slides along x already"),
+    room: Room::Needless("remove it: every mass slides along x anyway"),
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],
     drivers: &["displacement"],
     one_sided: limits::one_sided,

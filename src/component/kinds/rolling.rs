@@ -33,7 +33,7 @@ pub(crate) const ROLLING: Component = Component {
         Key::optional(
             "friction",
             Form::Record(Record::Friction([FORCE, VELOCITY], Pressed::Guide { holds_angle: false })),
-            "the friction against which the disc slides; without it, it does not",
+            "the Coulomb friction of the contact: with it the disc may slip; if absent, it does not slip",
         ),
         Key::optional(
             "side",

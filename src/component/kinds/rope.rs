@@ -10,7 +10,7 @@ use crate::network::{Coupling, Port, Rows, System};
 use crate::scene::{Joint, Quantity};
 
 pub(crate) const ROPE: Component = Component {
-    about: "a massless thread between two points that pulls and never pushes",
+    about: "a massless rope between two points: a unilateral constraint that pulls and never pushes",
     equations: "|r| <= length, force <= 0",
     keys: &[
         BETWEEN_POINTS,
@@ -23,7 +23,7 @@ pub(crate) const ROPE: Component = Component {
         Key::optional(
             "restitution",
             Form::Constant(NUMBER, Range::Share),
-            "the share of the speed with which its ends come back",
+            "the coefficient of restitution when it becomes taut",
         ),
     ],
     variables: &[Q::Gap, Q::Force, Q::StopForce, Q::Impulse, Q::Mode],

@@ -42,9 +42,9 @@ pub(crate) const SIDE: Key = Key::optional(
     "side",
     Form::Choice(
         &["both", "above", "below"],
-        "a spring acts on \"both\" sides of its free length or angle, or only \"above\" or \"below\" it",
+        "a spring acts \"both\" above and below its free length or angle, or only \"above\" or \"below\" it",
     ),
-    "on which side of its free length or angle it acts",
+    "whether it acts above its free length or angle, below it, or both",
 );
 
 fn rows(part: &Part, system: &mut System) -> Rows {

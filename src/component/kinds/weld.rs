@@ -14,7 +14,7 @@ pub(crate) const WELD: Component = Component {
     variables: &[Q::Fx, Q::Fy, Q::Torque],
     reactions: &[Q::Fx, Q::Fy, Q::Torque],
     room: Room::Line,
-    undriven: ["a weld", "a weld permits no motion: name a revolute or a prismatic joint"],
+    undriven: ["a weld", "a weld does not move: name a revolute or a prismatic joint"],
     ..Component::joint("weld", rows, placed, |_| Icon::Fixed)
 };
 

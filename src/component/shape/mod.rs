@@ -93,14 +93,14 @@ const THICKNESS: Key = Key::default(
     "thickness",
     Form::Constant(LENGTH, Range::Positive),
     "its thickness, with a density in `kg/m3`",
-    "must be given with a density in `kg/m3`",
+    "required with a density in `kg/m3`",
 );
 
 const SECTION: Key = Key::default(
     "area",
     Form::Constant(AREA, Range::Positive),
     "the area of its cross-section, with a density in `kg/m3`",
-    "must be given with a density in `kg/m3`",
+    "required with a density in `kg/m3`",
 );
 
 /// The vector from one place to another.

@@ -42,7 +42,7 @@ fn flaw(corners: &[[f64; 2]]) -> Option<Flaw> {
     let count = corners.len();
     let side = |i: usize| [corners[i], corners[(i + 1) % count]];
     if let Some(twice) = (0..count).find(|&i| side(i)[0] == side(i)[1]) {
-        return Some(((twice + 1) % count, "has a corner twice".to_string(), "name each corner once"));
+        return Some(((twice + 1) % count, "has the same corner twice".to_string(), "name each corner once"));
     }
     if are_on_a_line(corners) {
         return Some((0, "has no area".to_string(), "its corners must not lie on one line"));
@@ -50,7 +50,7 @@ fn flaw(corners: &[[f64; 2]]) -> Option<Flaw> {
     for i in 0..count {
         if let Some(j) = (i + 1..count).find(|&j| meet(side(i), side(j), (j + 1) % count == i, j == i + 1)) {
             let message = format!("crosses or touches itself: its sides {} and {}", i + 1, j + 1);
-            return Some((j, message, "list the corners in the order in which they follow each other on the rim"));
+            return Some((j, message, "list the corners in their order along the boundary"));
         }
     }
     let area = (1..count - 1).map(|i| turn(corners[0], corners[i], corners[i + 1])).sum::<f64>();

@@ -26,7 +26,7 @@ fn solid(corners: &[[Formula; 2]], _value: &dyn Fn(&str) -> Formula) -> Solid {
 }
 
 fn flaw(corners: &[[f64; 2]]) -> Option<Flaw> {
-    (corners[0] == corners[1]).then(|| (1, "has both ends at one place".to_string(), "give two different ends"))
+    (corners[0] == corners[1]).then(|| (1, "has both ends at the same point".to_string(), "give two different ends"))
 }
 
 impl Built {

@@ -17,28 +17,18 @@ const MOST: f64 = 10.0;
 
 pub(crate) const DELAY: Transfer = Transfer {
     name: "delay",
-    about: "what it has heard some time ago",
-    equations: "y(t) = input(t - time), by Padé's approximation [order - 1/order]",
-    hears: Key::required(
-        "input",
-        Form::Law(ANYTHING),
-        "what it hears: a law",
-        "say what it is to hear: `input = \"BODY.angle\"`",
-    ),
+    about: "a time delay: its input some time ago",
+    equations: "y(t) = input(t - time), by a Padé approximation [order - 1/order]",
+    hears: Key::required("input", Form::Law(ANYTHING), "its input: a law", "give its input: `input = \"BODY.angle\"`"),
     keys: &[
-        Key::required(
-            "time",
-            Form::Constant(TIME, Range::Positive),
-            "how long ago",
-            "give the time: `time = \"20 ms\"`",
-        ),
+        Key::required("time", Form::Constant(TIME, Range::Positive), "the delay", "give the delay: `time = \"20 ms\"`"),
         Key::default(
             "order",
             Form::Constant(NUMBER, Range::Positive),
-            "how many states write the past, a whole number to 10",
+            "number of states of the approximation, an integer from 1 to 10",
             "4",
         ),
-        Key { about: "what it heard before the start", ..START },
+        Key { about: "its input before the start", ..START },
     ],
     terms: &[("input", Like::Given), ("start", Like::Given)],
     sampled_by: None,
@@ -48,8 +38,8 @@ pub(crate) const DELAY: Transfer = Transfer {
 fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let order = constant::number(&given.value_or("order", ORDER));
     let Some(order) = order.filter(|order| order.fract() == 0.0 && (1.0..=MOST).contains(order)) else {
-        let help = "write a number: `order = 4`; docs/machines.md says how exact each order is";
-        return Err(Flaw::new("order", "has an `order` that is no whole number from 1 to 10", help));
+        let help = "write a number: `order = 4`; docs/machines.md has the accuracy of each order";
+        return Err(Flaw::new("order", "has an `order` that is not an integer from 1 to 10", help));
     };
     let order = order as usize;
     let time = given.value_or("time", f64::NAN);
@@ -59,7 +49,7 @@ fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
         let sum = (0..order).map(part).fold(heard, |sum, own| sum + own);
         let rate = Formula::Number((2 * row + 1) as f64) * sum / time.clone();
         let start = if row == 0 { given.value_or("start", 0.0) } else { Formula::Number(0.0) };
-        Inner::new(&format!("legendre_{row}"), "coefficient of the past of", start, rate)
+        Inner::new(&format!("legendre_{row}"), "state of the delay", start, rate)
     });
     let output = (1..order).fold(given.state(0), |sum, own| sum + given.state(own));
     Ok(TransferParts::of_states(output, states.collect()))

@@ -7,26 +7,21 @@ use crate::scene::key::{Form, Key};
 
 pub(crate) const FILTER: Transfer = Transfer {
     name: "filter",
-    about: "what it hears without what is fast",
+    about: "a low-pass filter of its input",
     equations: "time y' = input - y, or y'' = cutoff^2 (input - y) - 2 damping cutoff y'",
-    hears: Key::required(
-        "input",
-        Form::Law(ANYTHING),
-        "what it hears: a law",
-        "say what it is to hear: `input = \"BODY.omega\"`",
-    ),
+    hears: Key::required("input", Form::Law(ANYTHING), "its input: a law", "give its input: `input = \"BODY.omega\"`"),
     keys: &[
-        Key::one_of("time", Form::Constant(TIME, Range::Positive), "the time constant of a filter of first order"),
+        Key::one_of("time", Form::Constant(TIME, Range::Positive), "the time constant of a first-order filter"),
         Key::one_of(
             "cutoff",
             Form::Constant(ANGULAR_VELOCITY, Range::Positive),
-            "the angular frequency from which a filter of second order lets less through",
+            "the cutoff angular frequency of a second-order filter",
         ),
         Key::default(
             "damping",
             Form::Constant(NUMBER, Range::Positive),
             "the damping ratio, with `cutoff`",
-            "1/sqrt(2), the flattest",
+            "1/sqrt(2), maximally flat",
         ),
         START,
     ],
@@ -38,11 +33,11 @@ pub(crate) const FILTER: Transfer = Transfer {
 fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let (value, start) = (given.state(0), given.value_or("start", 0.0));
     let left = given.heard.clone() - value.clone();
-    let of = |rate| Inner::new("value", "what it gives:", start, rate);
+    let of = |rate| Inner::new("value", "its output:", start, rate);
     let Some(cutoff) = given.value("cutoff") else {
         if given.value("damping").is_some() {
-            let help = "remove it, or give `cutoff` in place of `time`: a filter of second order";
-            return Err(Flaw::new("damping", "has `damping`, but is of first order", help));
+            let help = "remove it, or give `cutoff` instead of `time`: a second-order filter";
+            return Err(Flaw::new("damping", "has `damping`, but is a first-order filter", help));
         }
         let time = given.value_or("time", f64::NAN);
         return Ok(TransferParts::of_states(value, vec![of(left / time)]));

@@ -140,8 +140,8 @@ impl Flaw {
 pub(crate) const NOMINAL: Key = Key::default(
     "nominal",
     Form::Constant(ANYTHING, Range::Positive),
-    "its usual size: tolerances are relative to it",
-    "that of its limits or of its start, or 1",
+    "its nominal value: tolerances are relative to it",
+    "the size of its limits or of its start, or 1",
 );
 
 impl Transfer {
@@ -156,4 +156,4 @@ const fn gain(name: &'static str, about: &'static str) -> Key {
     Key::default(name, Form::Constant(ANYTHING, Range::Any), about, "none")
 }
 
-const START: Key = Key::default("start", Form::Constant(ANYTHING, Range::Any), "what it gives at the start", "0");
+const START: Key = Key::default("start", Form::Constant(ANYTHING, Range::Any), "its output at the start", "0");

@@ -11,46 +11,46 @@ use crate::scene::key::{Form, Key};
 
 pub(crate) const PID: Transfer = Transfer {
     name: "pid",
-    about: "a controller: what makes an error vanish",
-    equations: "u = proportional error + z + derivative (error - x)/filter, within min and max; z' = integral error + (u - what is wanted)/tracking; filter x' = error - x",
+    about: "a PID controller, with saturation and anti-windup",
+    equations: "u = sat(w), w = proportional error + z + derivative (error - x)/filter, sat: within min and max; z' = integral error + (u - w)/tracking; filter x' = error - x",
     hears: Key::required(
         "error",
         Form::Law(ANYTHING),
-        "what is to vanish: what is wanted less what is",
-        "say what is to vanish: `error = \"wanted - BODY.angle\"`",
+        "the control error: setpoint minus actual value",
+        "give the control error: `error = \"wanted - BODY.angle\"`",
     ),
     keys: &[
-        gain("proportional", "what it gives by the error"),
-        gain("integral", "what it gives by the error and the time"),
-        gain("derivative", "what it gives by the rate of the error"),
+        gain("proportional", "proportional gain: output per error"),
+        gain("integral", "integral gain: output per error and time"),
+        gain("derivative", "derivative gain: output per rate of the error"),
         Key::default(
             "filter",
             Form::Constant(TIME, Range::Positive),
-            "the time constant with which its derivative follows",
-            "must be given with `derivative`, unless it is sampled",
+            "time constant of the filter of the derivative part",
+            "required with `derivative`, unless the controller is sampled",
         ),
-        gain("min", "the least that it gives"),
-        gain("max", "the most that it gives"),
+        gain("min", "lower limit of the output (saturation)"),
+        gain("max", "upper limit of the output (saturation)"),
         Key::default(
             "tracking",
             Form::Constant(TIME, Range::Positive),
-            "the time constant with which its integral gives way at a limit; if it is sampled, the period at least",
+            "anti-windup: the tracking time constant of the integral part at a limit; if sampled, at least the period",
             "`proportional/integral`",
         ),
-        Key::default("start", Form::Constant(ANYTHING, Range::Any), "its integral part at the start", "0"),
+        Key::default("start", Form::Constant(ANYTHING, Range::Any), "the integral part at the start", "0"),
         Key::default(
             "before",
             Form::Constant(ANYTHING, Range::Any),
-            "the error before the start: its derivative counts from there",
+            "the error before the start, for the first derivative",
             "0",
         ),
         Key::default(
             "period",
             Form::Constant(TIME, Range::Positive),
-            "from tick to tick, if it is sampled: what it gives changes at ticks only",
+            "the sample time, if it is sampled: its output changes at sample times only",
             "it is continuous",
         ),
-        Key::default("offset", Form::Constant(TIME, Range::Any), "the first tick, if it is sampled", "0"),
+        Key::default("offset", Form::Constant(TIME, Range::Any), "the time of the first sample, if it is sampled", "0"),
     ],
     terms: &[
         ("proportional", Like::Gain(0)),
@@ -72,13 +72,13 @@ const DEFAULT_TRACKING: &str =
 fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let there = |key: &str| given.value(key).is_some();
     if !["proportional", "integral", "derivative"].into_iter().any(there) {
-        let help = "give `proportional`, `integral` or `derivative`, each the gain of its part";
-        return Err(Flaw::new("error", "has no gain: it would give nothing", help));
+        let help = "give one of the gains `proportional`, `integral` and `derivative`";
+        return Err(Flaw::new("error", "has no gain: its output would be zero", help));
     }
     let limited = there("min") || there("max");
     let winds_up = limited && there("integral");
     if winds_up && !there("tracking") && !there("proportional") {
-        let help = "give the time in which its integral gives way at a limit: `tracking = \"0.1 s\"`";
+        let help = "give the anti-windup time constant: `tracking = \"0.1 s\"`";
         return Err(Flaw::new(
             "integral",
             "has limits and an integral, but neither `tracking` nor `proportional`",
@@ -101,7 +101,7 @@ fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
 
 fn continuous(given: &TransferKeys<'_>, winds_up: bool) -> Result<TransferParts, Flaw> {
     if given.value("offset").is_some() {
-        let help = "give `period`, from tick to tick, or remove it";
+        let help = "give `period`, the sample time, or remove it";
         return Err(Flaw::new("offset", "has `offset`, but is not sampled", help));
     }
     let mut states = Vec::new();
@@ -112,7 +112,7 @@ fn continuous(given: &TransferKeys<'_>, winds_up: bool) -> Result<TransferParts,
     }
     if let Some(derivative) = given.value("derivative") {
         let Some(filter) = given.value("filter") else {
-            let help = "give the time constant with which it follows, short beside the motion: `filter = \"5 ms\"`";
+            let help = "give the time constant of its filter, short compared with the motion: `filter = \"5 ms\"`";
             return Err(Flaw::new("derivative", "has a derivative, but no `filter`", help));
         };
         let slow = given.state(states.len());
@@ -132,7 +132,7 @@ fn continuous(given: &TransferKeys<'_>, winds_up: bool) -> Result<TransferParts,
 
 fn sampled(given: &TransferKeys<'_>, period: &Formula, winds_up: bool) -> TransferParts {
     let zero = || Formula::Number(0.0);
-    let mut sampled = vec![Inner::new("output", "what it gives:", zero(), zero())];
+    let mut sampled = vec![Inner::new("output", "its output:", zero(), zero())];
     let mut wanted = proportional(given);
     if let Some(integral) = given.value("integral") {
         let own = given.sampled(1);
@@ -149,7 +149,7 @@ fn sampled(given: &TransferKeys<'_>, period: &Formula, winds_up: bool) -> Transf
         wanted = wanted + next.clone();
         let before = given.value_or("before", 0.0);
         sampled.push(Inner::new("derivative", "derivative part of", zero(), next));
-        let error = Inner::new("error", "error at the last tick of", before, given.heard.clone());
+        let error = Inner::new("error", "error at the last sample of", before, given.heard.clone());
         sampled.push(Inner { unit: Like::Heard, ..error });
     }
     let output = within(given, wanted.clone());

@@ -11,7 +11,7 @@ use crate::export::description::{Causality, Description, ScalarVariable};
 
 /// Names of the log categories that the runtime uses, and what is logged under them.
 const LOG_CATEGORIES: [(&str, &str); 3] = [
-    ("events", "begin, end, and singular poses that are passed"),
+    ("events", "start, end, and singular configurations that are crossed"),
     ("solver", "what the solver does"),
     ("errors", "why a call failed"),
 ];

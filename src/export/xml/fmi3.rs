@@ -19,7 +19,7 @@ use crate::model::Unit;
 
 /// The standard's names where it has one (2.4.5).
 const LOG_CATEGORIES: [(&str, &str); 3] = [
-    ("logEvents", "begin, end, and singular poses that are passed"),
+    ("logEvents", "start, end, and singular configurations that are crossed"),
     ("logSolver", "what the solver does"),
     ("logStatusError", "why a call failed"),
 ];
@@ -60,7 +60,7 @@ impl<'a> Fmi3Description<'a> {
         let references = References::new(variables.len(), followed.clone(), *indicators);
         let mut own: Vec<ScalarVariable> = followed.iter().flat_map(|&input| derivatives(&variables[input])).collect();
         own.extend((1..=*indicators).map(|number| {
-            let about = "changes its sign where a law changes over to another piece";
+            let about = "changes sign where a law switches to another piece";
             let name = format!("event_indicator_{number}");
             ScalarVariable::new(name, about.to_owned(), Unit::default(), Causality::Local)
         }));
@@ -180,7 +180,7 @@ fn derivatives(input: &ScalarVariable) -> Vec<ScalarVariable> {
             1 => (format!("der({})", input.name), "first"),
             _ => (format!("der({},{order})", input.name), "second"),
         };
-        let about = format!("{which} derivative of `{}` by time", input.name);
+        let about = format!("{which} time derivative of `{}`", input.name);
         ScalarVariable::new(name, about, unit.clone(), Causality::Input { start: 0.0, min: None, max: None })
     });
     orders.collect()

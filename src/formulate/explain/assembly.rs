@@ -29,13 +29,13 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         Failure::OtherBranch { condition: name, guess, found, angular } => {
             let kind = CoordinateKind { angular: *angular, rate: false };
             let message = format!(
-                "the loops close, but not as guessed: `{name}` was guessed {} and becomes {}",
+                "the loops close in another assembly mode than guessed: the guess of `{name}` is {}, but it becomes {}",
                 kind.show(*guess),
                 kind.show(*found)
             );
-            Fault::new("assembly::other_branch", message, condition_span(equations, name))
-                .label("the guess")
-                .help("give a closer guess, or guess more of the pose: the loops can be closed in several ways")
+            Fault::new("assembly::other_branch", message, condition_span(equations, name)).label("the guess").help(
+                "give a closer guess, or guesses of more coordinates; `cotree assemblies` lists the assembly modes",
+            )
         }
         Failure::Redundant { gap, .. } | Failure::Drift { gap, .. } | Failure::DriverJumps { gap, .. } => {
             Fault::new("assembly::conflict", failure.to_string(), owner_span(equations, &gap.owner))
@@ -50,7 +50,8 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::ChoiceDependent { joints, .. }
         | Failure::Undetermined { joints, .. } => {
             let span = joints.first().map_or_else(Span::default, |joint| owner_span(equations, joint));
-            Fault::new("assembly::singular", failure.to_string(), span).label("depends on the others in this pose")
+            Fault::new("assembly::singular", failure.to_string(), span)
+                .label("depends on the others in this configuration")
         }
         Failure::DriverUndefined { owner, .. } => {
             Fault::new("assembly::not_finite", failure.to_string(), owner_span(equations, owner)).label("not a number")
@@ -76,12 +77,11 @@ fn without_value(equations: &Equations, gap: &Gap) -> Fault {
     let drivers = drivers(equations);
     let span =
         drivers.first().map_or_else(|| owner_span(equations, &gap.owner), |driver| owner_span(equations, driver));
-    let message = format!("the loop that closes at `{}` has no finite value at the start", gap.owner);
+    let message = format!("the loop equation of `{}` is not finite at the start", gap.owner);
     let what =
         if drivers.is_empty() { "its laws".to_owned() } else { format!("the prescribed motion ({})", list(&drivers)) };
-    let help = format!(
-        "look in {what} for a division by zero, a root or logarithm of a negative number, or a number too large"
-    );
+    let help =
+        format!("check {what} for a division by zero, a root or logarithm of a negative number, or a number too large");
     Fault::new("assembly::not_finite", message, span).label("not a number").help(help)
 }
 
@@ -90,8 +90,7 @@ pub(crate) fn without_rate(mechanism: &Mechanism) -> Vec<Fault> {
     let time = mechanism.experiment.start;
     let fault = |part: &Part| {
         let message = format!("the law of driver `{}` has no finite rate at t = {time} s", part.name);
-        let help = "the derivative of a root, or of a power below 1, divides by zero where what is under it is zero: begin beside that place, or write the law \
-                    without it";
+        let help = "the derivative of a root, or of a power below 1, is infinite where its argument is zero: start away from that point, or write the law without it";
         Fault::new("assembly::not_finite", message, part.span).label("its derivative is not a number").help(help)
     };
     crate::laws::without_rate(mechanism, time).map(fault).collect()
@@ -102,11 +101,11 @@ fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
         return without_value(equations, gap);
     }
     let missing = show(gap.size, gap.angular);
-    let message = format!("the loops cannot be closed: at best, {missing} are missing at `{}`", gap.owner);
+    let message = format!("the loops cannot be closed: the smallest gap is {missing} at `{}`", gap.owner);
     if let Some(suspect) = suspect(equations, length) {
         return suspect.fault("assembly::open_loop", &message);
     }
-    if let Some(fault) = rivals(equations, length, &format!("at best, {missing} are missing at `{}`", gap.owner)) {
+    if let Some(fault) = rivals(equations, length, &format!("the smallest gap is {missing} at `{}`", gap.owner)) {
         return fault;
     }
     let mut others = loop_of(equations, gap);
@@ -117,21 +116,21 @@ fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
     };
     let within = if others.is_empty() { String::new() } else { format!(" of its loop with {}", list(&others)) };
     Fault::new("assembly::open_loop", message, owner_span(equations, &gap.owner))
-        .label("does not meet")
-        .help(format!("{check}{within}, or give a better guess of the initial pose"))
+        .label("is not closed")
+        .help(format!("{check}{within}, or give a better guess of the initial configuration"))
 }
 
 fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
     let speed = CoordinateKind { angular: gap.angular, rate: true }.show(gap.size);
     let drivers = drivers(equations);
     let message = format!(
-        "the mechanism cannot move as {} demands: at t = {time} s the gap at `{}` grows at {speed}",
+        "the mechanism cannot follow {}: at t = {time} s the gap at `{}` grows at {speed}",
         list(&drivers),
         gap.owner
     );
-    Fault::new("assembly::conflict", message, owner_span(equations, &gap.owner))
-        .label("the gap would grow")
-        .help("the joints alone hold this part, or another driver does: remove a driver, or a joint of this loop")
+    Fault::new("assembly::conflict", message, owner_span(equations, &gap.owner)).label("the gap would grow").help(
+        "this loop is overconstrained by its joints or by another driver: remove a driver, or a joint of this loop",
+    )
 }
 
 fn contradiction(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> Fault {
@@ -144,17 +143,19 @@ fn contradiction(equations: &mut Equations, model: &Model, names: &[String], vel
     let message = match needed {
         Some((name, Needed { given, found, is_free: true })) => {
             let leave = if several { "leave" } else { "leaves" };
-            format!("no pose was found with `{name}` at {given}: {causes} {leave} it free, and {found} is possible")
+            format!(
+                "no configuration was found with `{name}` = {given}: {causes} {leave} it free, and {found} is possible"
+            )
         }
         Some((name, Needed { given, found, .. })) => {
-            format!("`{name}` cannot be {given}: {causes} {make} it {found}")
+            format!("`{name}` is {given} in `[initial]`, but {causes} {make} it {found}")
         }
-        None => format!("the initial {level} {} cannot be: {causes} {make} them impossible", list(names)),
+        None => format!("the initial {level} {} contradict {causes}", list(names)),
     };
     let help = match names {
-        [name] if is_free => format!("give `{name}` a value nearer to that, make it a guess, or guess other positions"),
-        [name] => format!("leave `{name}` out, or make it a guess"),
-        _ => format!("leave out one of {}, or make it a guess", list(names)),
+        [name] if is_free => format!("give `{name}` a value closer to that, make it a guess, or guess other positions"),
+        [name] => format!("remove `{name}` from `[initial]`, or make it a guess"),
+        _ => format!("remove one of {}, or make it a guess", list(names)),
     };
     let last = spans.last().copied().unwrap_or_default();
     let mut also: Vec<Span> = spans.iter().rev().skip(1).rev().copied().collect();

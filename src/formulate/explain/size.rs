@@ -35,11 +35,14 @@ pub fn check_written(equations: &Equations) -> Result<(), Vec<Fault>> {
         let own = equations.moving(BodyId(index));
         total += own * own;
         if total > TERMS {
-            let message =
-                format!("the place of `{}` depends on {own} coordinates, and so do those of many more", body.name);
-            let help = "written out, the equations of about 250 bodies in one chain are possible; checking, simulating and exporting the \
-                        scene do not write them out";
-            return Err(vec![too_large(&message, body.span).label("moves with everything before it").help(help)]);
+            let message = format!(
+                "the position of `{}` depends on {own} coordinates, and so do the positions of many other bodies",
+                body.name
+            );
+            let help = "written-out equations are possible for chains of up to about 250 bodies; `check`, `simulate` and `export` do not write them out";
+            return Err(vec![
+                too_large(&message, body.span).label("moves with all bodies before it in the chain").help(help),
+            ]);
         }
     }
     Ok(())
@@ -48,13 +51,10 @@ pub fn check_written(equations: &Equations) -> Result<(), Vec<Fault>> {
 /// The fault of a mechanism whose elimination exceeds the limit.
 pub fn too_connected(equations: &Equations) -> Fault {
     let rows = equations.constraints.iter().filter(|row| !row.is_trivial()).count();
-    let message = format!(
-        "too many of its {} coordinates and {rows} loop equations depend on each other",
-        equations.coordinates.len()
-    );
+    let message =
+        format!("too many of its {} coordinates and {rows} loop equations are coupled", equations.coordinates.len());
     too_large(&message, Span::default()).help(
-        "very many joints meet at one body, or loops cross each other like a net: leave some of them out, or make one body of those \
-         that need not move",
+        "very many joints meet at one body, or loops form a dense net: remove some of them, or merge bodies that do not move relative to each other",
     )
 }
 
@@ -78,16 +78,15 @@ fn coordinates(system: &System, trees: &Trees) -> Result<(), Fault> {
     let count = linear + angular;
     let implicit = system.mechanism.solver.method == Method::Implicit;
     if implicit && count > IMPLICIT {
-        let message =
-            format!("it has {count} coordinates, and at most {IMPLICIT} are possible with `method = \"implicit\"`");
+        let message = format!("it has {count} coordinates, but `method = \"implicit\"` supports at most {IMPLICIT}");
         return Err(
-            too_large(&message, Span::default()).help("take `method` out of `[solver]`, or set it to \"explicit\"")
+            too_large(&message, Span::default()).help("remove `method` from `[solver]`, or set it to \"explicit\"")
         );
     }
     if count > COORDINATES {
-        let message = format!("it has {count} coordinates, and at most {COORDINATES} are possible");
+        let message = format!("it has {count} coordinates, but at most {COORDINATES} are supported");
         return Err(too_large(&message, Span::default())
-            .help("make a scene of each part that no joint or driver connects to the others: they move on their own"));
+            .help("write a separate scene for each part that no joint or driver connects to the others"));
     }
     Ok(())
 }
@@ -118,11 +117,11 @@ impl Angles {
             total += own * own;
             if total > TERMS {
                 let message = format!(
-                    "the angle of `{}` is the sum of {own} coordinates, and so are those of many more",
+                    "the angle of `{}` is the sum of {own} coordinates, and so are the angles of many other bodies",
                     body.name
                 );
                 return Err(too_large(&message, body.span)
-                    .label("turns with everything before it")
+                    .label("turns with all bodies before it in the chain")
                     .help("choose the angles of bodies as coordinates, as `preset = \"recommended\"` does"));
             }
         }
@@ -154,7 +153,7 @@ fn loops(system: &System, trees: &Trees, angles: &Angles) -> Result<(), Fault> {
         total += row.reaction.len() * circuit;
         if total > ENTRIES {
             let message =
-                format!("the loop of `{}` has {circuit} coordinates, and so have those of many more", element.name);
+                format!("the loop of `{}` has {circuit} coordinates, and so have many other loops", element.name);
             return Err(too_large(&message, system.span(chord))
                 .label("closes a long loop")
                 .help("choose coordinates with shorter loops: `preset = \"absolute\"` has the shortest"));

@@ -23,9 +23,9 @@ pub struct Suspect {
 impl Suspect {
     /// The fault, named after this joint.
     pub fn fault(&self, code: &'static str, message: &str) -> Fault {
-        Fault::new(code, format!("{message}; without `{}` they close", self.name), self.span)
-            .label("leaves no motion that closes them")
-            .help(format!("{}; remove `{}`, or let it move", self.why, self.name))
+        Fault::new(code, format!("{message}; without `{}` the loops close", self.name), self.span)
+            .label("leaves no motion that closes the loops")
+            .help(format!("{}; remove `{}`, or give it a degree of freedom", self.why, self.name))
     }
 
     pub fn name(&self) -> &str {
@@ -55,7 +55,7 @@ pub fn suspect(equations: &Equations, length: f64) -> Option<Suspect> {
     });
     let rigid = joints().filter(|&index| is_rigid(equations, JointId(index))).map(|index| {
         let joint = &mechanism.joints[index];
-        (index, format!("`{}` is a {}, which leaves its bodies no motion", joint.name, joint.component().words()))
+        (index, format!("`{}` is a {}, which has no degree of freedom", joint.name, joint.component().words()))
     });
     second.chain(rigid).find(|(index, _)| Start::find(&mechanism.without_joint(JointId(*index)), length).is_some()).map(
         |(index, why)| {
@@ -78,21 +78,24 @@ pub fn rivals(equations: &Equations, length: f64, missing: &str) -> Option<Fault
     let (last, others) = rivals.split_last()?;
     let names = list(rivals.iter().map(|driver| &driver.name));
     let who = if others.is_empty() {
-        format!("driver {names} prescribes too much")
+        format!("driver {names} overconstrains the mechanism")
     } else {
         format!("drivers {names} conflict")
     };
     let why = match is_more {
         true => {
-            let freedoms = if freedoms == 1 { "1 freedom".to_string() } else { format!("{freedoms} freedoms") };
-            format!("the joints leave {freedoms}, but {prescribed} motions are prescribed")
+            let freedoms = match freedoms {
+                1 => "1 degree of freedom".to_string(),
+                _ => format!("{freedoms} degrees of freedom"),
+            };
+            format!("the joints leave {freedoms}, but drivers prescribe {prescribed} motions")
         }
-        false => "without one of them the loops close".to_string(),
+        false => "without any one of them the loops close".to_string(),
     };
     let fault = Fault::new("assembly::conflict", format!("{who}: {why}; {missing}"), last.span);
     let also = others.iter().map(|driver| driver.span).collect();
-    let help = "remove a driver, or let what they prescribe go together; if it should, check the lengths and give a better guess of the initial pose";
-    Some(Fault { also, ..fault.label("prescribes what the rest does not permit").help(help) })
+    let help = "remove a driver, or make the prescribed motions compatible; if they are, check the lengths and give a better guess of the initial configuration";
+    Some(Fault { also, ..fault.label("incompatible with the rest of the mechanism").help(help) })
 }
 
 /// The drivers without each of which, alone, the loops close; none where there are many.

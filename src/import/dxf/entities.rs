@@ -140,7 +140,7 @@ pub fn read(file: &str, text: &str, options: &ImportOptions) -> Fallible<Drawing
         (Some(unit), _) => unit,
         (None, Some(unit)) => unit,
         (None, None) => {
-            notes.push("the drawing does not say its unit: millimetres are assumed; --unit gives another".to_owned());
+            notes.push("the drawing has no unit: millimetres are assumed; --unit gives another".to_owned());
             1e-3
         }
     };
@@ -165,7 +165,7 @@ fn pairs<'a>(file: &Rc<str>, text: &'a str) -> Fallible<Vec<Pair<'a>>> {
             Refusal::new(format!("`{trimmed}` must be a group code, a whole number")).at(&place(index + 1))
         })?;
         let Some((_, value)) = lines.next() else {
-            return Err(Refusal::new("it breaks off: a group code without its value").at(&place(index + 1)));
+            return Err(Refusal::new("the file is truncated: a group code has no value").at(&place(index + 1)));
         };
         pairs.push(Pair { code, value: value.trim(), line: index + 1 });
         if (code, value.trim()) == (0, "EOF") {
@@ -173,7 +173,7 @@ fn pairs<'a>(file: &Rc<str>, text: &'a str) -> Fallible<Vec<Pair<'a>>> {
         }
     }
     let line = text.lines().count().max(1);
-    Err(Refusal::new("it breaks off before its end (EOF)").at(&place(line)))
+    Err(Refusal::new("the file is truncated: its end (EOF) is missing").at(&place(line)))
 }
 
 /// Sections by their names.
@@ -433,7 +433,7 @@ impl<'a> DxfReader<'a> {
                 if super::LayerRole::named(&layer.to_lowercase())
                     .is_some_and(|role| role != super::LayerRole::Ignored) =>
             {
-                let help = "explode it into lines and arcs, or move it to a layer that is ignored";
+                let help = "explode it into lines and arcs, or move it to an ignored layer";
                 return Err(Refusal::new(format!("a {} on layer `{layer}` is not read", record.kind.to_lowercase()))
                     .at(&self.place(record.line))
                     .help(help));

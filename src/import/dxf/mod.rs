@@ -138,8 +138,9 @@ impl<'a> Sketch<'a> {
         let marks: Vec<[f64; 2]> = sketch.bodies.iter().flat_map(|body| body.marks().collect::<Vec<_>>()).collect();
         if marks.is_empty() {
             let layers: Vec<&str> = drawing.layers.iter().map(String::as_str).collect();
-            return Err(Refusal::new("it has no body: no line, polyline or block on a layer LINKS or BARS")
-                .help(format!("its layers are {}; --layer NAME=links says which has the bodies", layers.join(", "))));
+            return Err(Refusal::new("it has no body: no line, polyline or block on a layer LINKS or BARS").help(
+                format!("its layers are {}; name the one with the bodies by --layer NAME=links", layers.join(", ")),
+            ));
         }
         let span = |part: usize| {
             let values = marks.iter().map(|mark| mark[part]);
@@ -220,7 +221,11 @@ impl<'a> Sketch<'a> {
             other.outlines == body.outlines && other.is_slider == is_slider && other.holes == body.holes
         };
         if let Some(other) = self.bodies.iter().find(same) {
-            self.notes.push(format!("{called} is drawn twice, as {}: one bar", other.called, called = body.called));
+            self.notes.push(format!(
+                "{called} is drawn twice, as {}: it is taken as one bar",
+                other.called,
+                called = body.called
+            ));
             return Ok(());
         }
         self.bodies.push(body);
@@ -295,7 +300,7 @@ impl<'a> Sketch<'a> {
         };
         for mark in &marks {
             if self.pins.iter().all(|pin| apart(*pin, *mark) > self.snap) {
-                return Err(Refusal::new(format!("the ground at {} is at no pin", self.shown(*mark)))
+                return Err(Refusal::new(format!("the ground at {} is not at a pin", self.shown(*mark)))
                     .help(format!("the pins are {}", list())));
             }
         }
@@ -340,8 +345,8 @@ impl<'a> Sketch<'a> {
         for body in &self.bodies {
             if !self.pins.iter().any(|pin| body.has(*pin, self.snap)) {
                 let at = body.marks().next().unwrap_or_default();
-                return Err(Refusal::new(format!("{} at {} touches no pin", body.called, self.shown(at)))
-                    .help("put a circle on a layer PINS where it is joined, or move it to a layer that is ignored"));
+                return Err(Refusal::new(format!("{} at {} does not touch a pin", body.called, self.shown(at)))
+                    .help("draw a circle on a layer PINS where it is joined, or move it to an ignored layer"));
             }
         }
         Ok(())

@@ -136,7 +136,7 @@ impl<'a> MjcfReader<'a> {
             ends,
             laws: JointLaws::default(),
         });
-        let soft = "MuJoCo holds them softly, by solref and solimp; here loops close exactly";
+        let soft = "soft in MuJoCo (solref, solimp), exact here";
         self.report.note(format!("equality constraints: {soft}"));
     }
 
@@ -258,7 +258,7 @@ impl<'a> MjcfReader<'a> {
             self.refuse_or_leave(
                 element,
                 "tendon",
-                format!("{} has a least length, which no rope has", element.called()),
+                format!("{} has a minimum length, which a rope does not have", element.called()),
             );
         }
         let points = ends.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) });

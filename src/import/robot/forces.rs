@@ -164,8 +164,10 @@ impl RobotWriter<'_> {
             Transmission::Points(_) => Some(["length".to_owned(), "rate".to_owned()]),
         };
         let Some([length, rate]) = motion else {
-            self.report
-                .note(format!("actuator `{}` moves nothing that is left: its input has no effect", actuator.name));
+            self.report.note(format!(
+                "actuator `{}` moves a body that is not imported: its input has no effect",
+                actuator.name
+            ));
             return;
         };
         let gear = actuator.gear;

@@ -197,7 +197,7 @@ fn prepare(model: &mut SpatialModel, options: &ImportOptions, report: &mut Impor
         };
         let value = model.joints[joint].start;
         lock(model, joint, value)?;
-        report.note(format!("joint `{name}` is held at {value:?}, as --lock says"));
+        report.note(format!("joint `{name}` is locked at {value:?} (--lock)"));
     }
     hold_followers(model, report)?;
     join_limits(model, report)?;
@@ -206,7 +206,7 @@ fn prepare(model: &mut SpatialModel, options: &ImportOptions, report: &mut Impor
         let inside = joint.start.clamp(low, high);
         if inside != joint.start {
             report.approximated(format!(
-                "joint `{}` starts at {:.6}, outside its limits {:.6} to {:.6}: it starts at its stop",
+                "joint `{}` starts at {:.6}, outside its limits {:.6} to {:.6}: it is moved to the hard stop",
                 joint.name,
                 joint.start + joint.zero,
                 low + joint.zero,
@@ -435,10 +435,7 @@ impl PlanarModel<'_> {
                     PlanarCoordinate::Slide { parent, child: link, at, along: [x / length, y / length], joint }
                 }
                 JointMotion::Ball => {
-                    report.approximated(format!(
-                        "ball joint `{}` turns in the plane only, as --in-plane says",
-                        file.name
-                    ));
+                    report.approximated(format!("ball joint `{}` turns in the plane only (--in-plane)", file.name));
                     PlanarCoordinate::Turn { parent, child: link, at, sign: 1.0, joint }
                 }
                 _ => {
@@ -527,17 +524,17 @@ impl PlanarModel<'_> {
         self.starts.extend([(moved[0], speed[0]), (moved[1], speed[1]), (angle, spin)]);
         let called = if own.name.is_empty() { "a free body".to_owned() } else { format!("free body `{}`", own.name) };
         let out = [
-            (joint.kind == JointMotion::Free, self.gravity_out(), "gravity has a part along the normal"),
-            (true, turn.rotation_between_normal(&self.plane), "it starts turned out of the plane"),
+            (joint.kind == JointMotion::Free, self.gravity_out(), "gravity has a component along the normal"),
+            (true, turn.rotation_between_normal(&self.plane), "its initial orientation is out of the plane"),
             (
                 joint.kind == JointMotion::Free,
                 self.plane.normal.dot(&velocity).abs() > 1e-9,
-                "it starts with a velocity out of the plane",
+                "its initial velocity is out of the plane",
             ),
             (
                 joint.kind == JointMotion::Free,
                 (omega - self.plane.normal * spin).norm() > 1e-9,
-                "it starts turning out of the plane",
+                "its initial angular velocity is out of the plane",
             ),
         ];
         for why in out.into_iter().filter(|(counts, is, _)| *counts && *is).map(|(.., why)| why) {
@@ -561,11 +558,11 @@ impl PlanarModel<'_> {
         report: &mut ImportReport,
     ) {
         match options.in_plane {
-            true => report.approximated(format!("{called} moves in the plane only, as --in-plane says ({why})")),
+            true => report.approximated(format!("{called} moves in the plane only (--in-plane; {why})")),
             false => report.refuse(
-                Refusal::new(format!("{called} does not stay in the plane {}: {why}", self.plane.called()))
+                Refusal::new(format!("{called} would leave the plane {}: {why}", self.plane.called()))
                     .at(place)
-                    .help("--in-plane holds it there; --plane xy, xz or yz chooses another plane"),
+                    .help("--in-plane keeps it in the plane; --plane xy, xz or yz chooses another plane"),
             ),
         }
     }
@@ -600,7 +597,7 @@ impl PlanarModel<'_> {
             let largest = moments.max();
             if moments.sum() < 2.0 * largest * (1.0 - 1e-6) && largest > 0.0 {
                 report.note(format!(
-                    "body `{}`: no rigid body has its moments of inertia, of which one is larger than the sum of the others; only the one about the normal is used",
+                    "body `{}`: one of its moments of inertia is larger than the sum of the others, which no rigid body has; only the one about the normal is used",
                     self.links[index].name
                 ));
             }
@@ -648,7 +645,7 @@ impl PlanarModel<'_> {
         for (source, closure) in self.file.closures.iter().enumerate() {
             let [Some(first), Some(second)] = closure.ends.each_ref().map(|end| self.point(end)) else { continue };
             if first.0 == second.0 {
-                report.note(format!("`{}` joins what is one body already, and is left out", closure.name));
+                report.note(format!("`{}` joins parts of one body and is left out", closure.name));
                 continue;
             }
             let ends = [first, second];
@@ -731,7 +728,7 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
         let ([ax, ay], [bx, by]) = (a, b);
         report.refuse(
             Refusal::new(format!(
-                "loop `{}` is open by {gap:.3e} m: its points are at ({ax:.6}, {ay:.6}) and ({bx:.6}, {by:.6}), and how it closes would be a guess",
+                "loop `{}` has a gap of {gap:.3e} m: its points are at ({ax:.6}, {ay:.6}) and ({bx:.6}, {by:.6}), and its assembly mode would be a guess",
                 file.name
             ))
             .at(&file.place)

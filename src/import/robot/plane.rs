@@ -100,10 +100,10 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
         _ => None,
     });
     if let (true, Some((joint, kind))) = (slides.is_empty(), other) {
-        let message = format!("joint `{}` is of type `{kind}`, which no planar motion has", joint.name);
+        let message = format!("joint `{}` is of type `{kind}`, which a planar mechanism cannot have", joint.name);
         return Err(Refusal::new(message)
             .at(&joint.place)
-            .help(format!("--lock {} holds it; --root BODY imports a part of the robot", joint.name)));
+            .help(format!("--lock {} locks it; --root BODY imports a part of the robot", joint.name)));
     }
     let Some(first) = slides.first() else {
         return Err(Refusal::new("nothing moves in one plane: it has no hinge and no slide").help(
@@ -126,7 +126,7 @@ pub fn outside(
     options: &ImportOptions,
 ) -> Vec<Refusal> {
     let mut refused = Vec::new();
-    let lock = |name: &str| format!("--lock {name} holds it; --root BODY imports a part of the robot");
+    let lock = |name: &str| format!("--lock {name} locks it; --root BODY imports a part of the robot");
     for joint in model.moving_joints() {
         let axis = world[joint.body] * joint.axis;
         let called = if joint.name.is_empty() { "a joint".to_owned() } else { format!("joint `{}`", joint.name) };
@@ -145,7 +145,9 @@ pub fn outside(
             JointMotion::Ball if !options.in_plane => {
                 Some(format!("{called} is a ball joint, which turns out of the plane"))
             }
-            JointMotion::Other(kind) => Some(format!("{called} is of type `{kind}`, which no planar motion has")),
+            JointMotion::Other(kind) => {
+                Some(format!("{called} is of type `{kind}`, which a planar mechanism cannot have"))
+            }
             JointMotion::Hinge | JointMotion::Slide | JointMotion::Planar | JointMotion::Ball | JointMotion::Free => {
                 None
             }

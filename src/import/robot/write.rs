@@ -183,7 +183,7 @@ impl RobotWriter<'_> {
             key(
                 "friction",
                 format!("{{ coulomb = {} }}", number(laws.friction)),
-                "dry friction, which sticks",
+                "Coulomb friction with sticking",
                 self.report,
             );
         }
@@ -292,7 +292,7 @@ impl RobotWriter<'_> {
         self.report.head.push(format!("plane: {}{turned}", planar.plane.called()));
         let gravity = planar.file.gravity.dot(&planar.plane.normal).abs();
         if gravity > 1e-9 && planar.gravity == [0.0; 2] {
-            self.report.note("gravity is along the hinges and has no part in the plane");
+            self.report.note("gravity is along the hinges and has no component in the plane");
         } else if gravity > 1e-9 {
             self.report.approximated(format!("gravity of {gravity:.4} m/s2 along the normal is dropped"));
         }
@@ -328,7 +328,8 @@ impl RobotWriter<'_> {
         text += &self.wheel_text;
         text += &self.joint_text;
         text += &self.load_text;
-        text += &format!("\n# All angles count from the reference configuration of the file.\n[initial]\n{initial}");
+        text +=
+            &format!("\n# All angles are measured from the reference configuration of the file.\n[initial]\n{initial}");
         let bodies = self.links[1..].iter().flat_map(|name| ["x", "y", "angle"].map(|own| format!("\"{name}.{own}\"")));
         let bodies = bodies.collect::<Vec<_>>().join(", ");
         text += &format!("\n[outputs]\nvariables = [{bodies}]\n");

@@ -102,7 +102,7 @@ impl CsvTable {
         };
         let time = sources.remove(time);
         if let Some(unit) = time.unit.as_ref().filter(|unit| unit.exponents != Unit::time().exponents) {
-            let message = format!("the time is in `{}`, which is no unit of time", unit.shown());
+            let message = format!("the time is in `{}`, which is not a unit of time", unit.shown());
             return Err(sheet.headings()[time.place].fault(message));
         }
         different(&sheet, &sources)?;
@@ -135,7 +135,7 @@ impl CsvTable {
             return Err(fault(
                 sheet.line(row),
                 time.place + 1,
-                format!("time {at:?} is earlier than in the row before"),
+                format!("time {at:?} is earlier than in the previous row"),
             ));
         }
         self.time.push(at);
@@ -258,7 +258,7 @@ fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<SourceColumn>, Shee
     let headings = sheet.headings();
     if headings.is_empty() {
         let what = if sheet.rows() == 0 { "the table is empty" } else { "the table has no line of names" };
-        return Err(fault(1, 1, format!("{what}; begin with one such as `time,name`")));
+        return Err(fault(1, 1, format!("{what}; add a header line such as `time,name`")));
     }
     if !naming.chosen.is_empty() {
         return chosen(headings, naming.chosen);

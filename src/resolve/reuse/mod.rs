@@ -97,9 +97,9 @@ impl SceneLibrary<'_> {
         self.elements += part.bodies.len() + part.joints.len() + part.drivers.len() + part.loads.len();
         let fits = self.parts <= MOST_PARTS && self.elements <= MOST_ELEMENTS;
         if !fits {
-            let message = "the scene has too many parts in parts";
+            let message = "the scene has too many nested parts";
             let fault = Fault::new("scene::too_large", message, used.file.span).label("one too many");
-            self.faults.push(fault.help(format!("at most {MOST_PARTS} parts with {MOST_ELEMENTS} elements")));
+            self.faults.push(fault.help(format!("use at most {MOST_PARTS} parts with {MOST_ELEMENTS} elements")));
         }
         fits
     }
@@ -127,7 +127,7 @@ impl SceneLibrary<'_> {
         let unreadable = |message: String| {
             Fault::new("scene::unreadable", message, used.file.span)
                 .label("this file")
-                .help("a path is relative to the folder of the file that names it")
+                .help("check the path: it is relative to the folder of the file that names it")
         };
         let known = self.source.text_of(&name).map(|(text, start)| (text.to_owned(), start));
         let (text, start) = known.filter(|(text, _)| !text.is_empty()).or_else(|| {
@@ -149,8 +149,8 @@ impl SceneLibrary<'_> {
         let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut names: Vec<String> = self.opened[first..].iter().map(name).collect();
         names.extend(names.first().cloned());
-        let message = format!("files are parts of each other in a circle: {}", names.join(" -> "));
-        let fault = Fault::new("scene::cycle", message, used.file.span).label("part of the circle");
+        let message = format!("files include each other in a cycle: {}", names.join(" -> "));
+        let fault = Fault::new("scene::cycle", message, used.file.span).label("part of the cycle");
         self.faults.push(fault.help("a file cannot be a part of itself"));
     }
 
@@ -158,7 +158,8 @@ impl SceneLibrary<'_> {
     fn join(&mut self, scene: &mut Scene, mut part: Scene, index: usize) {
         let used = scene.uses[index].clone();
         if part.dimension != scene.dimension {
-            let message = format!("part `{}` has another `dimension` than the scene that uses it", used.name.text);
+            let message =
+                format!("part `{}` and the scene that uses it have different values of `dimension`", used.name.text);
             let fault = Fault::new("scene::one_dimension", message, used.file.span).label("this file");
             self.faults.push(fault.help("give both the same"));
             return;

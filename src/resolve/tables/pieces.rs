@@ -29,7 +29,7 @@ pub(super) fn pieces(table: &Table, lookup: Lookup) -> Result<Vec<PolynomialPiec
     }
     let largest = y.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     if lookup.periodic && (y[0] - y[last]).abs() > CLOSED * largest {
-        return Err((last, format!("does not close: its last value is {}, its first {}", y[last], y[0])));
+        return Err((last, format!("does not close: its last value is {}, but its first is {}", y[last], y[0])));
     }
     let inner = match (lookup.smooth, lookup.periodic) {
         (false, _) => lines(x, y),

@@ -48,7 +48,7 @@ fn columns(sheet: &Sheet) -> Result<[Column; 2], SheetError> {
     for (place, heading) in sheet.headings().iter().enumerate() {
         let (_, unit) = heading.read()?;
         let Some(column) = columns.get_mut(place) else {
-            return Err(heading.fault("a third column, where a table has two"));
+            return Err(heading.fault("a third column, but a table has two"));
         };
         column.1 = unit.as_ref().map(|unit| unit.exponents);
         factors[place] = unit.and_then(|unit| unit.display).map_or(1.0, |display| display.factor);
@@ -61,7 +61,7 @@ fn columns(sheet: &Sheet) -> Result<[Column; 2], SheetError> {
         if let [.., before, own] = columns[0].0[..]
             && own <= before
         {
-            let what = "does not increase: the number is not above the one before";
+            let what = "the numbers of the first column must increase";
             return Err(SheetError { line: sheet.line(row), column: 1, message: what.to_owned() });
         }
     }

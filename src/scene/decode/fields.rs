@@ -139,7 +139,7 @@ pub(super) fn wrong_type(node: &DocumentNode, what: &str, wanted: &str) -> Fault
         Content::Array(items)
             if !items.is_empty() && items.iter().all(|item| matches!(item.kind, Content::Table(_))) =>
         {
-            fault.help("the header of a table stands in single brackets: `[...]`")
+            fault.help("write the header of a table in single brackets: `[...]`")
         }
         _ => fault,
     }
@@ -250,8 +250,8 @@ impl Sink {
         let pair: Option<[Text; 2]> = names.try_into().ok();
         if pair.is_none() && matches!(&node.kind, Content::Array(items) if items.len() == count) {
             self.push(
-                Fault::new("scene::wrong_value", format!("{what} names {count} instead of two"), node.span)
-                    .label("two are wanted")
+                Fault::new("scene::wrong_value", format!("{what} has {count} entries, but must have two"), node.span)
+                    .label("two are needed")
                     .help(help),
             );
         }

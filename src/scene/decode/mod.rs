@@ -167,8 +167,7 @@ pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Fault> {
         let before = String::from_utf8_lossy(&error.as_bytes()[..at]);
         let (line, column) =
             (before.matches('\n').count() + 1, before.chars().rev().take_while(|c| *c != '\n').count() + 1);
-        let mut message =
-            format!("`{name}` is not UTF-8 text: line {line}, column {column} has bytes that are no character");
+        let mut message = format!("`{name}` is not UTF-8 text: line {line}, column {column} has invalid bytes");
         // Latin-1 and Windows-1252 agree from here on, and there they have letters.
         if let Some(&byte) = error.as_bytes().get(at).filter(|byte| **byte >= 0xa0) {
             message += &format!("; in Latin-1 (Windows-1252) it is `{}`", char::from(byte));
@@ -208,7 +207,7 @@ impl Decoder {
                 scene.name = Text::from("missing");
                 self.faults.push(
                     Fault::new("scene::missing_key", "the scene has no name", Span::default())
-                        .help("begin the file with `name = \"my_mechanism\"`: the FMU takes its name from it"),
+                        .help("begin the file with `name = \"my_mechanism\"`, the name of the FMU"),
                 );
             }
         }
@@ -256,7 +255,7 @@ impl Decoder {
                 self.faults.push(
                     Fault::new("scene::wrong_value", "`dimension` is neither 1 nor 2", node.span)
                         .label("1 or 2")
-                        .help("2 is the plane, the default; 1 is masses on a line"),
+                        .help("write 2 for a planar mechanism (the default), or 1 for masses on a line"),
                 );
                 Dimension::Two
             }

@@ -132,7 +132,7 @@ fn try_step(rates: &impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, y: &[f64], step: f
     let [best, other] = [&row[COLUMNS - 1], &row[COLUMNS - 2]];
     let error = |(a, b): (&f64, &f64)| {
         let error = (a - b).abs() / (TOLERANCE * a.abs().max(1.0));
-        // What is no number is infinitely wrong.
+        // What is not a number is infinitely wrong.
         if error.is_nan() { f64::INFINITY } else { error }
     };
     (best.clone(), best.iter().zip(other).map(error).fold(0.0, f64::max))

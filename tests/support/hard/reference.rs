@@ -21,7 +21,7 @@ impl Reference {
             if name.ends_with(".angle") {
                 off -= TAU * (off / TAU).round();
             }
-            // What is no number is infinitely wrong.
+            // What is not a number is infinitely wrong.
             if off.is_nan() { f64::INFINITY } else { off.abs() / largest }
         };
         self.names.iter().enumerate().map(error).fold(0.0, f64::max)

@@ -41,7 +41,7 @@ impl SimulateCommand {
         let of = |(name, count): &(String, u32)| match told.get(name.as_str()) {
             Some(own) if own.events.is_empty() => format!("{name}: {}\n", own.sentence(shown)),
             Some(own) => format!("event {name}: {}{}\n", counted(*count as usize, "time"), own.last()),
-            None => format!("{name}: nothing has happened\n"),
+            None => format!("{name}: no events\n"),
         };
         output::print(&finish.events.iter().map(of).collect::<String>())
     }

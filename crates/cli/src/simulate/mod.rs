@@ -31,7 +31,7 @@ use super::{MessageFormat, output, stop, study};
 use progress::RunProgress;
 use record::Record;
 
-/// Simulate a scene: its outputs over time, as a table, as a plot, and in figures
+/// Simulate a scene: its outputs over time as a table, a plot or a summary
 ///
 /// Runs exactly the code that the FMU runs. The table is CSV: `time` first, then the outputs of the scene. All is SI; with `--units` or
 /// `[display]` in the scene it is in those units, and the header says which. If the solver cannot go on, table and plot hold what comes
@@ -50,19 +50,19 @@ use record::Record;
 pub struct SimulateCommand {
     /// Scene file (TOML or JSON)
     scene: PathBuf,
-    /// Where the table goes; `-` is standard output [default: -, unless there is a summary or a plot]
+    /// Output file of the table; `-` is standard output [default: -, unless there is a summary or a plot]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Draw the outputs over time: an SVG or a PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Print each variable's smallest and largest value and when, its mean, effective and last value, instead of the table
+    /// Print minimum and maximum of each variable with their times, mean, RMS and last value, instead of the table
     #[arg(long)]
     summary: bool,
-    /// Write everything that has happened, and when: events of the scene, and what limits, contacts and ropes have done, with the impulses of impacts; a CSV file, `-` is standard output
+    /// Write a log of all events with their times: events of the scene, impacts with their impulses, opening, closing, sticking and slipping of hard stops, contacts, ropes and friction; a CSV file, `-` is standard output
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
-    /// The summary as JSON, for scripts
+    /// Print the summary as JSON, for scripts
     #[arg(long, requires = "summary")]
     json: bool,
     /// Variables to report instead of the scene's outputs, such as crank.angle,pin.fx
@@ -70,27 +70,27 @@ pub struct SimulateCommand {
     variables: Vec<String>,
     #[command(flatten)]
     units: InUnits,
-    /// Report every so many rows only, such as 10, or one every so much time, such as "10 ms"
+    /// Report every n-th row only, such as 10, or one row per time, such as "10 ms"
     #[arg(long, value_name = "NUMBER|TIME", conflicts_with = "step")]
     every: Option<String>,
-    /// Show angles between -180 and 180 degrees, however often they have turned
+    /// Wrap angles to -180 to 180 degrees
     #[arg(long)]
     wrap: bool,
-    /// What is along the axis of the plot instead of the time, such as coupler.tip.x; lengths are drawn true to scale
+    /// Variable on the horizontal axis of the plot instead of the time, such as coupler.tip.x; both axes of lengths have the same scale
     #[arg(long, value_name = "NAME", requires = "y", requires = "plot")]
     x: Option<String>,
-    /// Which variables are drawn, such as coupler.tip.y
+    /// Variables to plot, such as coupler.tip.y
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "plot")]
     y: Vec<String>,
-    /// Measured values, a CSV file with the columns `time` and variables: drawn as dots, with their distance from the simulated ones; --column names columns that are called otherwise
+    /// Measured values: a CSV file with the columns `time` and variables, drawn as dots, with the RMS error of the simulation; --column maps other column names
     #[arg(long, value_name = "FILE", conflicts_with = "x")]
     overlay: Option<PathBuf>,
-    /// Inputs over time: a CSV file with the columns `time` and inputs of the scene; --column names columns that are called otherwise
+    /// Inputs over time: a CSV file with the columns `time` and inputs of the scene; --column maps other column names
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
     #[command(flatten)]
     columns: Columns,
-    /// Begin where the mechanism rests, as `cotree equilibrium` finds it, instead of where `[initial]` says
+    /// Start at the equilibrium that `cotree equilibrium` finds, instead of at `[initial]`
     #[arg(long)]
     from_equilibrium: bool,
     /// Set a parameter or a constant input, such as rod_length="1.2 m"; may be given several times
@@ -99,7 +99,7 @@ pub struct SimulateCommand {
     /// Add the derivatives of all variables with respect to a parameter, constant input or initial value, at fixed time; may be given several times
     #[arg(long, value_name = "NAME", conflicts_with_all = ["plot", "log", "units", "every", "wrap", "overlay", "input", "from_equilibrium"])]
     sensitivity: Vec<String>,
-    /// With --sensitivity and --summary, also the times at which a variable crosses a value, such as cylinder.s="1.2 m"; may be given several times
+    /// With --sensitivity and --summary: also the times at which a variable crosses a value, such as cylinder.s="1.2 m"; may be given several times
     #[arg(long, value_name = "NAME=VALUE", requires = "sensitivity", requires = "summary")]
     crossing: Vec<String>,
     #[command(flatten)]

@@ -165,7 +165,7 @@ impl Record {
         let (mut measured, mut report) = (Vec::new(), String::new());
         for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {
             let column = (self.column(name))
-                .map_err(|error| wrong(format!("the column `{name}` is no reported variable; {}", error.known)))?;
+                .map_err(|error| wrong(format!("the column `{name}` is not a reported variable; {}", error.known)))?;
             if let Some(unit) = unit.as_ref().filter(|unit| !unit.is_compatible(&column.si) && !column.si.si.is_empty())
             {
                 return Err(wrong(format!(

@@ -44,7 +44,7 @@ pub fn run<'a>(
 /// Of how many rows one is reported.
 pub fn thinning(options: &SimulateCommand) -> Result<u64, Failure> {
     match options.every.as_deref().map(str::parse::<u64>) {
-        Some(Ok(0)) => Err(Failure::Usage("--every: every 0th row is none".to_owned())),
+        Some(Ok(0)) => Err(Failure::Usage("--every: must be at least 1".to_owned())),
         Some(Ok(every)) => Ok(every),
         _ => Ok(1),
     }

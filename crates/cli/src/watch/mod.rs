@@ -29,10 +29,10 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// The largest file whose content is compared [bytes]: a larger one has changed when its date has.
 const LARGEST: u64 = 64 << 20;
 
-/// See it move while you edit: serves the page of `cotree view` on this machine and renews it whenever the file is saved
+/// Show the motion while you edit: serve the page of `cotree view` and reload it whenever the file is saved
 ///
-/// Only this machine can reach it. What is changed in the page is written into the file, and what an editor saves is seen in the page, which keeps the time and
-/// the zoom; faults appear in it with their place. If both change at once, the page says so, and nothing is lost.
+/// Only this machine can open it. Changes in the page are written into the file, and changes in the file are shown in the page, which keeps its time and
+/// zoom; errors appear in it with their place. If both change at once, the page says so, and nothing is lost.
 /// Files of parts and tables are watched too.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  cotree watch slider_crank.toml\n  cotree watch slider_crank.toml --port 8000")]
@@ -50,7 +50,7 @@ pub struct WatchCommand {
 impl WatchCommand {
     pub fn run(self) -> Result<(), Failure> {
         if output::is_standard(&self.scene) {
-            return Err(Failure::Usage("`watch` follows a file: standard input comes but once".to_owned()));
+            return Err(Failure::Usage("`watch` needs a file: standard input can be read only once".to_owned()));
         }
         let folder = self.runtimes.unwrap_or_else(runtime::default_folder);
         // Without the module this program is the page's solver.

@@ -119,7 +119,7 @@ export function adoptAddress(text) {
   const fits = Array.isArray(pose) && pose.length === TOUCH?.coordinates.length && pose.every(Number.isFinite);
   adopt({ values: known, pose: fits ? pose : null });
   commit();
-  if (lost.length) tell(`The address has values of what this page does not have: ${lost.join(", ")}`);
+  if (lost.length) tell(`The address has values of quantities that this page does not have: ${lost.join(", ")}`);
 }
 
 const title = () => document.querySelector("h1").textContent.replace(/[^\w.-]+/g, "_") || "mechanism";

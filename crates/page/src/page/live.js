@@ -120,7 +120,7 @@
   sessionStorage.removeItem(KEY);
   if (!kept || !page) return;
   writes.checked = kept.writes ?? true;
-  if (kept.apart) tellApart("Another program has saved the file meanwhile");
+  if (kept.apart) tellApart("Another program has changed the file");
   const wait = () => document.documentElement.dataset.ready ? page.restore(kept) : setTimeout(wait, 20);
   wait();
 })();

@@ -97,7 +97,7 @@ impl Grip {
     ) -> Result<Self, String> {
         let program = model.program();
         if positions.len() != program.coordinates.len() {
-            return Err("the pose has another number of coordinates".to_owned());
+            return Err("the configuration has another number of coordinates".to_owned());
         }
         state.positions_mut().copy_from_slice(positions);
         state.rates_mut().fill(0.0);
@@ -105,7 +105,7 @@ impl Grip {
         let fixed = program.coordinates.len();
         let mut registers = [0; 3];
         for (register, variable) in registers.iter_mut().zip(body) {
-            *register = place(&model, variable).ok_or("the body has no place that could be pulled")?;
+            *register = place(&model, variable).ok_or("the body has no point that could be pulled")?;
         }
         let mut machine = Machine::new(&model);
         machine.load(&model, &state);
@@ -115,7 +115,7 @@ impl Grip {
         grip.close(fixed..grip.unknowns.len(), f64::INFINITY);
         match grip.close(0..grip.unknowns.len(), f64::INFINITY) {
             Some(_) => Ok(grip),
-            None => Err("the loops do not close in this pose".to_owned()),
+            None => Err("the loops do not close in this configuration".to_owned()),
         }
     }
 

@@ -96,7 +96,7 @@ impl<T> Kept<T> {
     }
 
     fn get(&self, number: u64) -> Result<Arc<Mutex<T>>, String> {
-        self.all.get(&number).cloned().ok_or_else(|| "this page is old: load it again".to_owned())
+        self.all.get(&number).cloned().ok_or_else(|| "this page is out of date: reload it".to_owned())
     }
 }
 
@@ -164,7 +164,7 @@ impl Start {
 
     fn grip(&self, instance: &mut Instance) -> Result<Grip, String> {
         self.prepare(instance).map_err(|error| error.to_string())?;
-        self.pose.as_ref().ok_or("there is no pose")?.hold(instance)
+        self.pose.as_ref().ok_or("there is no configuration")?.hold(instance)
     }
 
     /// From the pose, wherever the guesses of the scene would lead.

@@ -246,13 +246,13 @@ fn with_signs(
     let refused =
         |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the mode that is asked for {why}"));
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
-        return Err(refused(state.time(), "holds something twice; let one of what holds it be open, free or idle"));
+        return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }
     let unilaterals = &formulated.equations.system.mechanism.unilaterals;
     let slips = variation.rubbing().iter().filter_map(|own| unilaterals[own.place].slip.as_ref());
     let signs: Vec<usize> = slips.flat_map(|slip| slip.signs.iter().map(|sign| sign.0)).collect();
     if signs.len() > MOST_SIGNS {
-        return Err(refused(state.time(), "leaves too many signs of what presses to be tried"));
+        return Err(refused(state.time(), "has too many combinations of signs of normal forces to be tried"));
     }
     let natural: Vec<f64> = signs.iter().map(|&sign| state.parameters()[sign]).collect();
     let (mut first, mut locks) = (None, false);
@@ -275,9 +275,9 @@ fn with_signs(
         }
     }
     let why = if locks {
-        "is none of a motion: friction locks the mechanism, what presses grows with the friction that follows from it"
+        "has no motion: friction locks the mechanism (self-locking)"
     } else {
-        "is none of a motion: nothing presses in the way in which its friction would follow from it"
+        "has no motion: no normal forces are consistent with their friction"
     };
     Err(first.unwrap_or_else(|| refused(state.time(), why)))
 }

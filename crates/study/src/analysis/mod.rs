@@ -56,13 +56,11 @@ pub fn independent_columns(jacobian: &DMatrix<f64>) -> Option<(Vec<usize>, Vec<u
 #[derive(Debug, Error)]
 pub enum AnalysisFailure {
     #[error(
-        "no equilibrium was found from the guess; still accelerating there: {accelerating}; give another guess in \
-         `[initial]` or hold what accelerates"
+        "no equilibrium was found from the guess; still accelerating there: {accelerating}; give another guess in `[initial]`, or constrain this motion"
     )]
     NoEquilibrium { accelerating: String },
     #[error(
-        "no equilibrium was found from the guess: the search ends in or next to a singular pose, in which branches of the motion cross and loop equations depend on each \
-         other: {pose}; what holds the loads there is not determined; begin in a pose on one branch, away from this one, by `[initial]`"
+        "no equilibrium was found from the guess: the search ends at or near a singular configuration, where branches of the motion cross and loop equations are dependent: {pose}; the reactions there are not determined; start from another configuration in `[initial]`"
     )]
     Crossing { pose: String },
     /// The loads balance where what is held on one side only does not permit it.
@@ -70,13 +68,12 @@ pub enum AnalysisFailure {
     Unfit { why: String },
     /// Of what is held on one side only.
     #[error(
-        "{cause} (this is so in the mode of the start; there is no rest in any of the {tried} modes of what is open or closed, free or caught)"
+        "{cause} (in the mode of the start; there is no equilibrium in any of the {tried} combinations of open or closed, free or engaged)"
     )]
     NoModeRests { tried: usize, cause: Box<AnalysisFailure> },
     /// The loop equations depend on each other in this pose only.
     #[error(
-        "at t = {time} s the pose is singular: the loops leave more freedom than elsewhere and `{coordinate}` is not \
-         determined; choose another pose"
+        "at t = {time} s the configuration is singular: the mechanism gains a degree of freedom and `{coordinate}` is not determined; choose another configuration"
     )]
     Singular {
         /// When \[s\].
@@ -95,7 +92,7 @@ pub enum AnalysisFailure {
     Unknown(Vec<SetError>),
     /// An input is to be held that moves a driver.
     #[error(
-        "a driver follows `{input}`, too: an input that is held and jumps would move it without bound; let the driver follow an input that it integrates"
+        "a driver also follows `{input}`: a zero-order hold would make its motion jump; let the driver integrate an input"
     )]
     Followed {
         /// The input.
@@ -142,14 +139,14 @@ pub enum AnalysisFailure {
     Turn(String),
     /// Nothing is left that could vibrate.
     #[error(
-        "nothing can vibrate: {sticking} in this mode, and nothing else moves; ask for a mode in which it slides at a time of the motion (`--at 0 --mode {first}=slides+`), or for one without it (`--mode {first}=idle`)"
+        "no degree of freedom can vibrate: {sticking} in this mode; use a mode in which it slides at a time of the motion (`--at 0 --mode {first}=slides+`), or one without its friction (`--mode {first}=idle`)"
     )]
     Stuck { sticking: String, first: String },
     #[error("the eigenvalues cannot be computed: the iteration does not converge")]
     Eigenvalues,
     /// What is computed here leaves the range of numbers.
     #[error(
-        "the numbers become too large or too small to compute with; look for a mass, a length, a stiffness or a load that is far from all others"
+        "values are too large or too small for double precision; check for a mass, a length, a stiffness or a load that differs from the others by many orders of magnitude"
     )]
     Range,
     #[error(transparent)]

@@ -123,33 +123,36 @@ impl Closure {
             .map(|(value, si)| told(mechanism, value, si));
         match (self.kind, self.closed) {
             (OneSidedKind::Stop, true) => {
-                format!("`{name}` is closed at the start and presses with {force}: it opens where that falls to zero")
+                format!("`{name}`: closed at the start, with a force of {force}")
             }
             (OneSidedKind::Stop, false) => {
-                format!("`{name}` is open by {gap} at the start: it strikes where that falls to zero")
+                let from = if name.ends_with(".min") || name.ends_with(".max") { "the stop" } else { "contact" };
+                format!("`{name}`: open at the start, {gap} from {from}")
             }
             (OneSidedKind::Freewheel, true) => {
-                format!("`{name}` is caught at the start and drives with {force}: it lets go where that falls to zero")
+                format!("`{name}`: engaged at the start, with a torque of {force}")
             }
             (OneSidedKind::Freewheel, false) => {
-                format!("`{name}` turns freely at the start, by {rate}: it is caught where that falls to zero")
+                format!("`{name}`: disengaged at the start, with a relative speed of {rate}")
             }
             (OneSidedKind::Friction { most, .. }, true) => {
                 let most = told(mechanism, most, self.units()[1]);
-                format!("`{name}` sticks at the start and holds with {force}: it slides where that exceeds {most}")
+                format!("`{name}`: sticks at the start, with {force} of at most {most}")
             }
             (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 && !self.moves(0.0) => {
-                format!("`{name}` begins to slide at the start")
+                format!("`{name}`: begins to slide at the start")
             }
             (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 => {
-                format!("`{name}` slides at the start, by {rate}: it may stick where that falls to zero")
+                format!("`{name}`: slides at the start, at {rate}")
             }
             (OneSidedKind::Led, _) if !self.moves(0.0) => {
-                format!("`{name}` is at rest at the start: where drivers keep it still, its force is not determined")
+                format!("`{name}`: kept at rest by drivers at the start, so its friction force is not determined")
             }
-            (OneSidedKind::Led, _) => format!("`{name}` slides at the start, by {rate}, as drivers say"),
+            (OneSidedKind::Led, _) => format!("`{name}`: slides at the start, at {rate}, prescribed by drivers"),
             (OneSidedKind::Friction { .. }, false) => {
-                format!("`{name}` does not rub at the start: nothing presses there, or something else holds it")
+                format!(
+                    "`{name}`: no friction at the start: the normal force is zero, or another constraint carries the load"
+                )
             }
         }
     }

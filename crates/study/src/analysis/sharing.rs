@@ -195,8 +195,8 @@ fn let_go(formulated: &Formulated, point: &mut OperatingPoint, index: usize) {
 fn too_little(mechanism: &Mechanism, group: &SharedFreedom) -> AnalysisFailure {
     let name = |(index, _): &(usize, f64)| format!("`{}`", mechanism.unilaterals[*index].name);
     let why = match &group.rubbing.iter().map(name).collect::<Vec<_>>()[..] {
-        [one] => format!("{one} would have to hold more than it can"),
-        all => format!("{} would have to hold more than they can together", all.join(", ")),
+        [one] => format!("{one} would exceed its friction limit"),
+        all => format!("{} would exceed their friction limits together", all.join(", ")),
     };
-    AnalysisFailure::Unfit { why: format!("{why}: it slides from where it was put; {ELSEWHERE}") }
+    AnalysisFailure::Unfit { why: format!("{why} and slides from this configuration; {ELSEWHERE}") }
 }

@@ -25,7 +25,7 @@ const DETERMINED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
 /// What to do where it slides.
-pub(super) const ELSEWHERE: &str = "put it elsewhere by `[initial]`, or let `simulate` find where it comes to rest";
+pub(super) const ELSEWHERE: &str = "start elsewhere by `[initial]`, or let `simulate` find where it comes to rest";
 
 /// Where something rests.
 pub(super) struct Rest {
@@ -324,10 +324,10 @@ fn unfit(
                 Some(format!("`{name}` would pull with {}", told(mechanism, -own.force, force)))
             }
             OneSidedKind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
-                Some(format!("`{name}` would hold back with {}", told(mechanism, -own.force, force)))
+                Some(format!("`{name}` would resist with {}", told(mechanism, -own.force, force)))
             }
             OneSidedKind::Stop if own.is_passed() => {
-                Some(format!("`{name}` is passed by {}", told(mechanism, -own.gap, length)))
+                Some(format!("`{name}` is exceeded by {}", told(mechanism, -own.gap, length)))
             }
             OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => None,
         }
@@ -337,7 +337,7 @@ fn unfit(
         (needed > most + least + noise[usize::from(!own.angular)]).then(|| {
             let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
             format!(
-                "`{}` would have to hold {needed}, and holds {most} at most: it slides from where it was put; {ELSEWHERE}",
+                "`{}` would need {needed}, but its friction limit is {most}: it slides from this configuration; {ELSEWHERE}",
                 own.name
             )
         })
@@ -350,7 +350,7 @@ fn unfit(
             searched.value(sign) == point.value(sign)
         };
         (acts && !slip.signs.iter().all(same))
-            .then(|| format!("what presses at `{}` does so the other way than it was looked for", own.name))
+            .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", own.name))
     });
     let slides = slides.map(|why| Misfit { why, slides: true });
     stops.or(turned).map(|why| Misfit { why, slides: false }).or(slides)

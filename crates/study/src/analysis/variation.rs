@@ -221,7 +221,7 @@ impl Variation {
         let values = equations.system.arena.evaluate(&squares, point);
         let near = (TOGETHER * length).powi(2);
         let ((name, _), _) = self.lines.iter().zip(values).find(|(_, square)| *square < near)?;
-        let what = format!("the ends of `{name}` are together, so that it has no direction");
+        let what = format!("the ends of `{name}` coincide, so it has no direction");
         Some(AnalysisFailure::NoDerivative { time: point.time(), what })
     }
 

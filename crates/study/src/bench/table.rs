@@ -26,7 +26,7 @@ impl Bench {
         if self.share < BUSY {
             let share = 100.0 * self.share;
             lines.extend(row![format!(
-                "warning: the machine is busy, this program had {share:.0} % of a processor: times may be too long"
+                "warning: the machine is busy (this program had {share:.0} % of a processor): times may be too long"
             )]);
         }
         if self.attainable > TOLERANCES[TOLERANCES.len() - 1] {
@@ -43,12 +43,12 @@ impl Bench {
 fn reference(reference: &Reference) -> Vec<Cell> {
     let Reference { method, tolerance, error, other, confirmed } = reference;
     let known = format!("reference: {method} at {tolerance:.0e}, error {}", about(*error));
-    let Some(other) = other else { return row![format!("{known}; NOT CONFIRMED: no other method ends in time")] };
+    let Some(other) = other else { return row![format!("{known}; NOT CONFIRMED: no other method finished in time")] };
     let verdict = if *confirmed { "confirmed" } else { "NOT CONFIRMED" };
     let distance = about(other.distance);
     let verdict =
         format!("{known}; {verdict}: {} at {:.0e} differs from it by {distance}", other.method, other.tolerance);
-    let apart = "The methods end up with different motions: compare times, but not errors.";
+    let apart = "The methods give different motions: compare times only, not errors.";
     if *confirmed { row![verdict] } else { row![verdict, apart] }
 }
 

@@ -139,7 +139,7 @@ pub enum FitError {
 pub enum Undetermined {
     /// The search has come to the end of what moves.
     #[error(
-        "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
+        "the search ended without a minimum, at values without a motion: {cause}; exclude them by bounds (NAME=LOW..HIGH)"
     )]
     NoMinimum {
         /// Why there is no motion.

@@ -24,15 +24,14 @@ impl Fit {
         let columns = self.measured.iter().flat_map(|own| &own.columns);
         let (quantities, values) = (self.quantities.len(), columns.map(MeasuredVariable::count).sum::<usize>());
         let ended = match self.ended {
-            FitEnded::Settled => "at a minimum: no step makes the residuals smaller",
-            FitEnded::Exhausted => "without a minimum: as many motions as are permitted were computed",
+            FitEnded::Settled => "at a minimum",
+            FitEnded::Exhausted => "without a minimum: the limit of motions is reached",
             FitEnded::Stopped => "without a minimum: it was stopped",
         };
         let mut search = format!("\nended {ended}; {} motions were computed with their derivatives", self.evaluations);
         if !self.guesses.is_empty() {
             let names = list(self.guesses.iter().map(|own| &own.name));
-            search +=
-                &format!("\nthe start has moved away from what is guessed of {names}; -o writes it with the values");
+            search += &format!("\nthe start has moved away from the guess of {names}; -o writes the new guess too");
         }
         for (index, own) in self.measured.iter().enumerate() {
             let of = if self.measured.len() > 1 { format!("experiment {}: ", index + 1) } else { String::new() };

@@ -311,7 +311,7 @@ fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<Has
     let compiled = still.compiled(outputs)?;
     let model = Arc::new(Model::new(compiled.program.clone()).map_err(RunError::from)?);
     if !model.is_driven() {
-        let what = "where nothing moves forces are those of a rest only if the input determines the whole pose: give a speed, or hold what else can move";
+        let what = "static forces need a configuration that the input determines: give a speed, or constrain the other degrees of freedom";
         return Err(MotionError::Request(what.to_owned()));
     }
     let variables = &compiled.description.variables;
@@ -377,7 +377,7 @@ pub fn fineness(mechanism: &Mechanism, table: &InputTable) -> Result<usize, Moti
         if needed > FINEST as f64 {
             let piece = cam.shortest_piece().unwrap_or(0.0).to_degrees();
             let message = format!(
-                "the law of cam `{}` has a piece over {piece:.3e} deg, between whose ends the motion is not looked at: let it rise over a larger angle",
+                "the law of cam `{}` has a piece over only {piece:.3e} deg, which the samples of the motion miss: let it rise over a larger angle",
                 cam.name
             );
             return Err(MotionError::Request(message));

@@ -88,6 +88,6 @@ fn check_known(moved: &Moved, drive: &DrivenJoint, effort: &Samples) -> Result<(
     let name = moved.mechanism.first_slip().unwrap_or_default();
     let unit = if drive.motion == ANGULAR { "rad" } else { "m" };
     Err(MotionError::Request(format!(
-        "between {from:.4} and {to:.4} {unit} of the input no drive moves the mechanism: friction locks it ({name} or others: what presses grows with the friction that follows from it), or something that rubs rests there; choose a range without that, or less friction"
+        "between {from:.4} and {to:.4} {unit} of the input no drive can move the mechanism: friction locks it (self-locking at {name} or others), or a frictional contact is at rest; choose a range without that, or reduce the friction"
     )))
 }

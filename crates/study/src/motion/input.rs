@@ -30,14 +30,12 @@ pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(Joint
     found.ok_or_else(|| match name {
         Some(name) => {
             let known = suggest::known(name, names());
-            MotionError::Request(format!("no joint `{name}` can be driven; {known}"))
+            MotionError::Request(format!("there is no joint `{name}` that can be driven; {known}"))
         }
         None if all.is_empty() => MotionError::Request("the scene has no joint that can be driven".to_string()),
         None => {
             let known = suggest::list(names());
-            MotionError::Request(format!(
-                "no driver moves a joint: say which is the input with --input, one of {known}"
-            ))
+            MotionError::Request(format!("the scene has no driver of a joint: give --input, one of {known}"))
         }
     })
 }
@@ -105,7 +103,7 @@ pub(super) fn output(
                 let own: Vec<String> = joint.component().variables.iter().map(|quantity| quantity.of(name)).collect();
                 let own = suggest::list(own.iter().map(String::as_str));
                 Err(MotionError::Request(format!(
-                    "`{name}` is no joint on the ground that a driver could move; name a variable: {own}"
+                    "`{name}` is not a joint on the ground that a driver could move; name a variable: {own}"
                 )))
             }
             None => variable(scene, mechanism, name).map(Some),
@@ -168,7 +166,7 @@ pub(super) fn is_there(
     let input = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
     let (name, used) = (&output.name, suggest::list(used));
     Err(MotionError::Request(format!(
-        "while `{input}` is driven instead of what the scene drives: `{name}` uses {used}, of a driver that gives way"
+        "while `{input}` is driven instead of the driver of the scene: `{name}` uses {used}, of the replaced driver"
     )))
 }
 
@@ -212,7 +210,7 @@ pub(super) fn start(
         }
         [_, _, ..] if replaces => {
             let names = suggest::list(mechanism.drivers.iter().map(|driver| driver.name.as_str()).collect::<Vec<_>>());
-            let message = format!("the scene drives {names}: take the one out that `{}` is to replace", input.name);
+            let message = format!("the scene has drivers {names}: remove the one that `{}` replaces", input.name);
             return Err(MotionError::Request(message));
         }
         _ => (mechanism.clone(), asked.to_vec()),

@@ -144,16 +144,16 @@ fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
     let sampled =
         mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(&input.name));
     let (what, section) = if let Some(name) = sampled {
-        (format!("what the sampled value `{name}` is in a pose"), "sampled")
+        (format!("the sampled value `{name}` in a configuration"), "sampled")
     } else if let Some(event) = mechanism.events.first() {
-        (format!("whether the event `{}` has happened before a pose", event.name), "events")
+        (format!("whether the event `{}` has happened before a configuration", event.name), "events")
     } else if let Some(state) = mechanism.states.first() {
-        (format!("what the state `{}` is in a pose", state.name), "states")
+        (format!("the state `{}` in a configuration", state.name), "states")
     } else {
         return Ok(());
     };
     Err(MotionError::Request(format!(
-        "{what} depends on the way there, so that no turn or stroke tells what acts: use `simulate`, or a scene without `[{section}]` and what uses them"
+        "{what} depends on the motion before it, so the forces of a turn or stroke are not determined: use `simulate`, or a scene without `[{section}]`"
     )))
 }
 
@@ -257,26 +257,26 @@ fn permitted(
     let refused = |message: String| Err(MotionError::Request(message));
     if !(drive.speed >= 0.0 && drive.speed.is_finite()) {
         return refused(format!(
-            "the speed of the input must be above zero, or 0 for the forces at rest, not {}; a range such as \"60 deg..0 deg\" goes backwards",
+            "the speed of the input is {}, but must be positive, or 0 for static forces; for a backward motion give a range such as \"60 deg..0 deg\"",
             drive.speed
         ));
     }
     if drive.speed == 0.0 {
         if let Some(slips) = mechanism.first_slip() {
-            return refused(format!("{slips} is not determined where nothing moves: give a speed above zero"));
+            return refused(format!("{slips} is not determined at rest: give a positive speed"));
         }
         if let Some(output) = output.filter(|output| output.is_rate) {
-            return refused(format!("`{}` is 0 where nothing moves: give a speed above zero", output.name));
+            return refused(format!("`{}` is 0 at rest: give a positive speed", output.name));
         }
         if request.fluctuation.is_some() {
-            return refused("the speed 0 does not fluctuate: give a speed above zero".to_owned());
+            return refused("the speed is 0 and cannot fluctuate: give a positive speed".to_owned());
         }
     }
     match request.range {
         Some([from, to]) if !(from.is_finite() && to.is_finite() && from != to) => {
             let unit = request.units.of(&unit_of(drive.motion));
             let [from, to] = [from, to].map(|at| rounded(at / unit.factor, 4));
-            refused(format!("the range from {from} to {to} {} is none", unit.name))
+            refused(format!("the range from {from} to {to} {} is empty", unit.name))
         }
         _ => Ok(()),
     }
@@ -328,8 +328,7 @@ fn whole_way(moved: &Moved, drive: &mut DrivenJoint) -> Result<(InputTable, Spec
     }
     if back + forth <= 1e-9 * most {
         let name = &mechanism.joints[drive.joint.0].name;
-        let message =
-            format!("`{name}` cannot move from where the scene starts: a dead point of the mechanism for this input");
+        let message = format!("`{name}` cannot move from the start of the scene: it is a dead point for this input");
         return Err(MotionError::Request(message));
     }
     let folds = [drive.start - back, drive.start + forth];
@@ -373,5 +372,5 @@ fn beside(folds: [Option<f64>; 2], [low, high]: [f64; 2]) -> [f64; 2] {
 
 fn endless(mechanism: &Mechanism, drive: &DrivenJoint) -> MotionError {
     let name = &mechanism.joints[drive.joint.0].name;
-    MotionError::Request(format!("`{name}` moves without an end: give its range, such as \"0 mm..120 mm\""))
+    MotionError::Request(format!("`{name}` has an unlimited range: give one, such as \"0 mm..120 mm\""))
 }

@@ -57,7 +57,7 @@ fn cam_lines(cam: &Cam) -> Vec<Cell> {
     }
     if cam.undercut {
         let needed = cam.least_base.map_or_else(
-            || "no larger base circle helps".into(),
+            || "a larger base circle does not help".into(),
             |base| line!["the base circle must be at least ", number(base, "m")],
         );
         lines.push(line!["  UNDERCUT: ", needed]);
@@ -80,7 +80,7 @@ impl Figures {
     /// Of the table for people the rows that were asked for; as many columns side by side as can be read.
     pub fn report(&self) -> Report {
         let mut title = vec![self.kind()];
-        let way = "` backwards; the figures are those of the way forwards, at the same speed";
+        let way = "` backwards; the figures are for the forward direction, at the same speed";
         title.extend(self.reversed.then(|| line!["the scene moves `", self.input.name, way]));
         title.extend(self.stops.iter().flat_map(|own| self.stop_lines(own)));
         title.extend(self.output_lines());
@@ -114,10 +114,10 @@ impl Figures {
                 line![" moves from ", low, self.end(0), " to ", high, self.end(1)]
             }
             None if self.change_points => {
-                " turns fully, through poses in which branches of the motion cross (change points)".into()
+                " turns fully, through change points, where branches of the motion cross".into()
             }
             None if self.full_turn => " turns fully, with no dead point for this input".into(),
-            None => " turns fully, but the mechanism is not as before after one turn".into(),
+            None => " turns fully, but the mechanism does not return to its start after one turn".into(),
         };
         line![self.name, ": ", class, "`", input, "`", motion, self.pace()]
     }
@@ -144,13 +144,7 @@ impl Figures {
         let unit = &*self.input.unit;
         let mut lines = Vec::new();
         if let Some([from, to]) = own.asked.map(|asked| asked.map(|end| number(end, unit))) {
-            lines.push(line![
-                "the rest of the range from ",
-                from,
-                " to ",
-                to,
-                " is not reachable: nothing is said of it"
-            ]);
+            lines.push(line!["the rest of the range from ", from, " to ", to, " is not reachable and not analysed"]);
         }
         let ends = own.ends.iter().zip(["less", "more"]);
         lines.extend(ends.filter_map(|(end, word)| Some(self.end_line(end.as_ref()?, word))));
@@ -165,12 +159,12 @@ impl Figures {
 
     /// A relation that has play, in which the motion is the same but for that.
     fn play_line(&self, Play { name, changes }: &Play) -> Cell {
-        let as_without = line!["`", name, "` moves as without its play, in the middle of it"];
+        let as_without = line!["`", name, "` is analysed in the middle of its backlash"];
         if changes.is_empty() {
             return as_without;
         }
         let changes = changes.iter().map(|input| number(self.place(*input), &self.input.unit));
-        line![as_without, "; the other flank presses from ", joined(changes, ", "), " on"]
+        line![as_without, "; the other flank is in contact from ", joined(changes, ", "), " on"]
     }
 
     /// Where a stop ends what the drive can do; how hard it is driven against the stop is nobody's to say.
@@ -181,13 +175,13 @@ impl Figures {
             Some(presses) => line![
                 "each ",
                 effort,
-                " of the drive beyond what the motion takes presses with ",
+                " of the drive beyond the motion's need gives a force of ",
                 number(*presses, unit)
             ],
-            None => "it stands still there, and the drive presses without bound".into(),
+            None => "it is at rest there, and the force of the drive is unbounded".into(),
         };
         let place = line!["`", name, "` stops `", self.input.name, "` at ", self.exactly(*input)];
-        line![place, ": ", word, " is not reachable, and with which force it stops is not determined; ", presses]
+        line![place, ": ", word, " is not reachable, and the force of the hard stop is not determined; ", presses]
     }
 
     /// Where the mechanism would be beyond a stop.
@@ -210,10 +204,10 @@ impl Figures {
     fn pace(&self) -> Cell {
         let speed = number(self.speed, &format!("{}/s", self.input.unit));
         match self.origin {
-            Speed::Asked if self.speed == 0.0 => ", at rest in each pose: the forces are static".into(),
+            Speed::Asked if self.speed == 0.0 => ", static forces in each configuration".into(),
             Speed::Asked => line![", at ", speed],
             Speed::OfScene => line![", at ", speed, " as at the start of the scene"],
-            Speed::Assumed => line![", at ", speed, ", which is assumed: say --speed"],
+            Speed::Assumed => line![", at ", speed, " (assumed; give --speed)"],
         }
     }
 
@@ -221,7 +215,7 @@ impl Figures {
     fn missing(&self) -> Option<Cell> {
         let bodies = suggest::list(&self.lacking);
         let without = match self.no_forces {
-            true => ", and there are no loads: there are no forces to tell of",
+            true => ", and there are no loads: there are no forces",
             false => ": forces are without their weight and inertia; shaking and generalised inertia are left out",
         };
         (!self.lacking.is_empty()).then(|| line!["no mass or no inertia is given for ", bodies, without])
@@ -318,7 +312,13 @@ impl Figures {
             let wheels = own.flywheel.zip(own.added_inertia);
             lines.extend(wheels.map(|(loads, added)| {
                 let [loads, added] = [loads, added].map(|inertia| number(inertia, "kg.m2"));
-                line!["flywheel ", added, " beside the inertia of the mechanism; ", loads, " for the loads alone"]
+                line![
+                    "flywheel ",
+                    added,
+                    " in addition to the inertia of the mechanism; ",
+                    loads,
+                    " for the loads alone"
+                ]
             }));
         }
         lines
@@ -350,7 +350,7 @@ impl Figures {
                     line,
                     "; in ",
                     share,
-                    " of the poses in which loads would move it back friction holds it (self-locking)"
+                    " of the configurations in which the loads would move it back it is self-locking"
                 ]
             }
             Some(_) | None => line,

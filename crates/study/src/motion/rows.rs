@@ -60,7 +60,7 @@ fn places(subject: &Subject, full_turn: bool, [first, last]: [f64; 2], sample: f
     if !(every > 0.0 && way / every < MOST) {
         let unit = subject.request.units.of(&unit_of(subject.drive.motion));
         let every = rounded(every / unit.factor, 4);
-        let message = format!("--every: rows every {every} {} are none, or too many to read", unit.name);
+        let message = format!("--every: a step of {every} {} gives no rows, or too many", unit.name);
         return Err(MotionError::Request(message));
     }
     let from_first = subject.request.every.is_none() || subject.drive.between || subject.request.range.is_some();

@@ -93,7 +93,7 @@ fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<St
     let name = own.name.clone();
     if own.held.of_rate {
         return Err(MotionError::Request(format!(
-            "whether freewheel `{name}` is caught depends on the direction of the drive, not on its place: leave it out, or use `simulate` with a force or a torque instead of a driver"
+            "whether freewheel `{name}` is engaged depends on the direction of the drive, not on its position: remove it, or use `simulate` with a force or a torque instead of a driver"
         )));
     }
     let variable = |quantity: Quantity| Formula::Variable(Variable { owner: part.owner, quantity });
@@ -256,7 +256,7 @@ impl Stops {
         let ends = suggest::joined(self.ends.iter().flatten().map(stopped), suggest::MOST);
         let name = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
         Err(MotionError::Request(format!(
-            "`{name}` reaches nothing of the range from {from} to {to}: from where the scene starts {ends}"
+            "`{name}` cannot reach the range from {from} to {to}: from the start of the scene {ends}"
         )))
     }
 
@@ -293,7 +293,7 @@ impl GapCourse {
         let driven = DrivenMechanism::watching(moved, drive, direction, outputs)?;
         if !driven.model.is_driven() {
             return Err(MotionError::Request(format!(
-                "the drive leaves something free, and whether that meets `{}` depends on the way there: use `simulate`, or let joints and drivers determine the motion",
+                "the drive leaves other degrees of freedom, so whether `{}` closes depends on the motion before: use `simulate`, or let joints and drivers determine the motion",
                 gaps.first().map_or("", |gap| &gap.name)
             )));
         }
@@ -322,7 +322,7 @@ impl GapCourse {
         }
         let by = shown(units, &gap.unit.si).show(-start);
         Err(MotionError::Request(format!(
-            "the scene starts beyond `{}`, by {by}: begin within it, or move it by as much",
+            "the scene starts beyond `{}`, by {by}: start within it, or move it by that much",
             gap.name
         )))
     }

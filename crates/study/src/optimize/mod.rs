@@ -128,7 +128,7 @@ pub enum OptimizeError {
     #[error("{}", lines(.0))]
     Request(Vec<RequestFault>),
     /// No values meet the limits.
-    #[error("no values were found that meet all limits; the nearest, {nearest}, miss {missed}")]
+    #[error("no values were found that meet all constraints; the closest, {nearest}, violate {missed}")]
     Unmet {
         /// The nearest values.
         nearest: String,
@@ -136,11 +136,11 @@ pub enum OptimizeError {
         missed: String,
     },
     /// The search was stopped too early.
-    #[error("stopped before there was a motion")]
+    #[error("stopped before the first motion was computed")]
     Stopped,
     /// The scene moves otherwise than the search.
     #[error(
-        "there is no picture around the best values: with them the scene starts on another branch; write them with -o and search from there"
+        "no plot around the best values: with them the scene starts in another assembly mode; write them with -o and search from there"
     )]
     OtherBranch,
 }
@@ -395,9 +395,9 @@ impl Searches<'_, '_> {
             Ok(found) => {
                 let ended = match (&found.ended, found.violation() <= MET) {
                     (Ended::Stopped, _) => "stopped".to_owned(),
-                    (_, false) => "limits not met".to_owned(),
+                    (_, false) => "constraints not met".to_owned(),
                     (Ended::Settled, true) => "optimum".to_owned(),
-                    (Ended::Exhausted, true) => "as many motions as are permitted".to_owned(),
+                    (Ended::Exhausted, true) => "limit of motions reached".to_owned(),
                     (Ended::Stuck(None), true) => "steps became too short".to_owned(),
                     (Ended::Stuck(Some(cause)), true) => format!("no motion beyond: {cause}"),
                 };

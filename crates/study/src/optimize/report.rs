@@ -66,16 +66,14 @@ impl Best {
 
     fn notes(&self) -> Vec<Cell> {
         let ended = match &self.ended {
-            Ended::Settled => "the best is an optimum: no small change makes it better".to_owned(),
-            Ended::Exhausted => {
-                "the best is no optimum: its search ended after as many motions as are permitted".to_owned()
-            }
-            Ended::Stopped => "the best is no optimum: it was stopped".to_owned(),
-            Ended::Stuck(None) => "the best is no optimum: steps became too short".to_owned(),
-            Ended::Stuck(Some(cause)) => format!("the best is no optimum: there is no motion beyond it: {cause}"),
+            Ended::Settled => "the best is a local optimum".to_owned(),
+            Ended::Exhausted => "the best is not an optimum: its search reached the limit of motions".to_owned(),
+            Ended::Stopped => "the best is not an optimum: it was stopped".to_owned(),
+            Ended::Stuck(None) => "the best is not an optimum: steps became too short".to_owned(),
+            Ended::Stuck(Some(cause)) => format!("the best is not an optimum: there is no motion beyond it: {cause}"),
         };
         let computed = match self.is_turn {
-            true => "turns were computed, and others beside them for differences",
+            true => "turns were computed, and more for finite differences",
             false => "motions were computed with their derivatives",
         };
         let mut notes = row![format!("\n{ended}; {} {computed}", self.evaluations)];
@@ -84,13 +82,14 @@ impl Best {
         }
         let lost = self.searches.iter().filter(|own| own.ended != "optimum").count();
         if lost > 0 {
-            notes.push(format!("{lost} of {} searches ended at no optimum: see --table", self.searches.len()).into());
+            notes.push(
+                format!("{lost} of {} searches did not end at an optimum: see --table", self.searches.len()).into(),
+            );
         }
         if !self.guesses.is_empty() {
             let names = list(self.guesses.iter().map(|own| &own.name));
             notes.push(
-                format!("the start has moved away from what is guessed of {names}; -o writes it with the values")
-                    .into(),
+                format!("the start has moved away from the guess of {names}; -o writes the new guess too").into(),
             );
         }
         notes

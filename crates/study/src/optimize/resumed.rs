@@ -19,7 +19,7 @@ pub fn searched(text: &str, request: &OptimizeRequest) -> Result<Vec<(usize, Vec
         sheet.headings().iter().enumerate().find_map(own).ok_or_else(|| SheetError {
             line: 1,
             column: 1,
-            message: format!("no column is `{wanted}`: it is the table of other searches"),
+            message: format!("there is no column `{wanted}`: this is the table of other searches"),
         })
     };
     let (number, _) = column("search")?;

@@ -95,7 +95,7 @@ impl Turns<'_> {
                 let alike = [&at_p, &at_q].iter().all(|other| other[figure].len() == own.len());
                 if !alike {
                     return Err(AnalysisFailure::Turn(format!(
-                        "`{}` is there for other poses beside these values",
+                        "`{}` exists for other configurations near these values only",
                         self.measured[figure]
                     )));
                 }

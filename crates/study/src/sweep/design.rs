@@ -14,7 +14,7 @@ use super::table;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DesignError {
     /// None are to be drawn.
-    #[error("0 runs are none: draw at least one")]
+    #[error("the number of runs is 0, but must be at least 1")]
     NoRuns,
     /// The table has headings only.
     #[error("the table has names but no runs")]

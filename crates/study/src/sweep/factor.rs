@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FactorError {
     /// What stands before `%` is no number.
-    #[error("`{text}` is no number of percent")]
+    #[error("`{text}` is not a percentage")]
     Percent {
         /// As it is written.
         text: String,

@@ -65,8 +65,8 @@ fn poses(
     refuse_special(task, &poses)?;
     let nearly = poses.len() > 5 || tolerance.is_some() || weight.is_some();
     if nearly && poses.len() < 5 {
-        let message = format!("{} poses with tolerances leave everything free", poses.len());
-        return Err(task.fault(&message, "leave out `tolerance` and `weight`, or give five poses or more"));
+        let message = format!("{} poses with tolerances do not determine a linkage", poses.len());
+        return Err(task.fault(&message, "remove `tolerance` and `weight`, or give at least five poses"));
     }
     if nearly {
         let one = vec![1.0; poses.len()];
@@ -95,21 +95,21 @@ fn refuse_special(task: &Task, poses: &[Pose]) -> Result<(), Faults> {
         None => Ok(()),
         Some(Special::Alike(first, second)) => {
             let message = format!("poses {} and {} are the same", first + 1, second + 1);
-            Err(task.fault(&message, "leave one of them out"))
+            Err(task.fault(&message, "remove one of them"))
         }
         Some(Special::Translation { on_a_line: true }) => Err(task.fault(
-            "the body does not turn, and its poses are on a line: a slide does that, and no four-bar is determined by it",
+            "the body does not turn, and its poses are on a line: they do not determine a four-bar",
             "use a prismatic joint, or change an angle",
         )),
         Some(Special::Translation { on_a_line: false }) => Err(task.fault(
-            "the body does not turn: only equal and parallel bars take it there, and their pivots are free",
+            "the body does not turn: the only linkages are parallelograms, and their pivots are free",
             "use a parallelogram on any two points of the body, or change an angle",
         )),
         Some(Special::OneCentre(centre)) => {
             let (_, size) = extent(poses.iter().map(|pose| pose.at));
             let [x, y] = [centre.re, centre.im].map(|own| number(own, ALIKE * size));
             let message = format!("all poses are turns about one point, ({x} m, {y} m)");
-            Err(task.fault(&message, "a pin there does it; for a linkage change a pose"))
+            Err(task.fault(&message, "use a pin there, or change a pose for a linkage"))
         }
     }
 }
@@ -121,11 +121,11 @@ fn refuse_special_path(task: &Task, path: &CouplerPath) -> Result<(), Faults> {
     let twice = path.points.windows(2).position(|two| alike(two[0], two[1])).filter(|_| path.crank.is_none());
     if let Some(place) = twice {
         let message = format!("points {} and {} are the same", place + 1, place + 2);
-        return Err(task.fault(&message, "leave one of them out"));
+        return Err(task.fault(&message, "remove one of them"));
     }
     match path.pivots {
         Some([first, second]) if alike(first, second) => {
-            Err(task.fault("both pivots are the same point: the ground of a four-bar has two", "move one of them"))
+            Err(task.fault("both pivots are the same point", "move one of them"))
         }
         _ => Ok(()),
     }
@@ -133,10 +133,10 @@ fn refuse_special_path(task: &Task, path: &CouplerPath) -> Result<(), Faults> {
 
 fn of_family(task: &Task, family: Family) -> Faults {
     let message = match family {
-        Family::Free(_) => "the poses depend on each other: they do not determine single linkages",
-        Family::Curve => "a whole curve of dyads takes the body through all poses, as with the bar of a trammel",
+        Family::Free(_) => "the poses are dependent: infinitely many linkages meet them",
+        Family::Curve => "a whole curve of dyads meets all poses, as for the bar of a trammel",
     };
-    task.fault(message, "leave a pose out, so that what is free is sampled, or change one a little")
+    task.fault(message, "remove a pose, so that the free parameters are sampled, or change one slightly")
 }
 
 /// Dyads of two to four poses: those that are chosen, and those that are tried.
@@ -198,7 +198,7 @@ fn sampled(task: &Task, limits: &LinkageLimits, poses: &[Pose]) -> Result<Sample
     let tried = free.len();
     free.retain(permitted);
     if free.is_empty() && chosen.len() < 2 {
-        let message = format!("no bar of {tried} that were tried is within the limits of pins and lengths");
+        let message = format!("0 of {tried} bars are within the limits of pins and lengths");
         return Err(task.fault(&message, "widen `ground`, `moving` or `length` of `[limits]`"));
     }
     let only_chosen = choose.lines.is_empty() && chosen.len() >= 2;
@@ -229,8 +229,8 @@ fn chosen(task: &Task, choose: &Choose, poses: &[Pose]) -> Result<Vec<Dyad>, Fau
     let mut all = Vec::new();
     for line in &choose.lines {
         if poses.len() != 4 {
-            let message = format!("{} poses do not go with a line for a pin", poses.len());
-            return Err(task.fault(&message, "choose lines for four poses, and points for two and three"));
+            let message = format!("a line for a pin cannot be combined with {} poses", poses.len());
+            return Err(task.fault(&message, "use lines for four poses, and points for two and three"));
         }
         let direction = if line.is_y { Point::new(0.0, 1.0) } else { Point::new(1.0, 0.0) };
         let condition = if line.of_ground {
@@ -256,14 +256,14 @@ fn chosen(task: &Task, choose: &Choose, poses: &[Pose]) -> Result<Vec<Dyad>, Fau
             }
             (None, Some(moving)) if poses.len() == 3 => circle_dyad(at(moving), &[0, 1, 2].map(|i| poses[i])),
             _ => {
-                let message = format!("{} poses do not go with these chosen pins", poses.len());
+                let message = format!("these chosen pins cannot be combined with {} poses", poses.len());
                 let help = "three poses: `ground_a` or `moving_a` (and `ground_b` or `moving_b`); two poses: both of a bar; four: a line";
                 return Err(task.fault(&message, help));
             }
         };
         let none = || {
             task.fault(
-                "no bar with a chosen pin meets the poses: its places are on a line, or not as far from the pivot",
+                "no bar with a chosen pin meets the poses: the positions of the pin are not on a circle",
                 "choose another pin",
             )
         };
@@ -336,7 +336,7 @@ fn function(
     let given = usize::from(zero.input.is_some()) + usize::from(zero.output.is_some());
     let count = pairs.len() + if is_slider { usize::from(zero.input.is_some()) } else { given };
     if pairs.len() < 3 {
-        return Err(task.fault("a function has three pairs or more", "add pairs, or write a law"));
+        return Err(task.fault("a function needs at least three pairs", "add pairs, or write a law"));
     }
     let twice = (0..pairs.len()).find_map(|second| {
         let alike = |own: &Pair| (own.input - pairs[second].input).abs() <= ALIKE;
@@ -344,7 +344,7 @@ fn function(
     });
     if let Some((first, second)) = twice {
         let message = format!("pairs {} and {} have the same input", first + 1, second + 1);
-        return Err(task.fault(&message, "a function has one output for each input: leave one of them out"));
+        return Err(task.fault(&message, "remove one of them: a function has one output per input"));
     }
     let exact = count == 5;
     let all: Vec<Coupler> = match (is_slider, exact) {
@@ -545,20 +545,20 @@ fn slider_stroke(limits: &LinkageLimits, turn: f64, way: f64, offset: Option<f64
 fn no_stroke(task: &Task, reason: NoStroke) -> Faults {
     let [message, help] = match reason {
         NoStroke::Range => [
-            "turns, swings and strokes must be above zero, turns below 360 and swings below 180 degrees",
-            "change the number that is not",
+            "a turn, swing or stroke is out of range",
+            "turns must be between 0 and 360 deg, swings between 0 and 180 deg, strokes positive",
         ],
         NoStroke::NoBest => [
-            "at half a turn no linkage is the best: the shorter the crank beside the others, the better",
+            "at half a turn there is no best linkage: the shorter the crank, the better",
             "give `length` in `[limits]`, or another turn",
         ],
         NoStroke::NoCrank => [
-            "no crank turns fully with this swing in this turn",
+            "no crank-rocker with a fully turning crank has this swing and turn",
             "make the swing smaller, or the turn nearer to 180 degrees",
         ],
         NoStroke::Offset => [
-            "no slider-crank has this offset and this stroke in this turn",
-            "make `offset` smaller, or leave it out: the best one is found",
+            "no slider-crank has this offset, stroke and turn",
+            "make `offset` smaller, or remove it: the best offset is found",
         ],
     };
     task.fault(message, help)

@@ -260,12 +260,12 @@ fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Op
         let misses = limits.misses(&linkage, &verdict);
         let defect = verdict.defects.first().map(|defect| (*defect as usize + 1, reason_of(*defect).to_owned(), 0.0));
         let nothing =
-            (shortest < NO_BAR * longest).then(|| (0, "a bar is next to nothing beside the others".to_owned(), 0.0));
+            (shortest < NO_BAR * longest).then(|| (0, "a bar is shorter than 0.0001 of the longest".to_owned(), 0.0));
         let far = is_far(task, longest, candidate.error).map(|reason| (0, reason, 0.0));
         let limit =
             misses.first().map(|(limit, miss)| (*limit as usize + 4, format!("limit `{}`", limit.name()), *miss));
         let within = task.limits.within.filter(|within| candidate.error > within * (1.0 + 1e-9));
-        let within = within.map(|within| (WITHIN, "off by more than `within`".to_owned(), candidate.error - within));
+        let within = within.map(|within| (WITHIN, "error above `within`".to_owned(), candidate.error - within));
         let (stage, reason, miss) = match nothing.or(far).or(defect).or(limit).or(within) {
             Some((stage, reason, miss)) => (stage, Some(reason), miss),
             None => (WITHIN + 1, None, 0.0),
@@ -288,17 +288,17 @@ fn is_far(task: &Task, longest: f64, error: f64) -> Option<String> {
     if task.limits.length.is_some() {
         return None;
     }
-    let no_limit = "and `length` in `[limits]` does not ask for it";
+    let no_limit = "give `length` in `[limits]` to permit it";
     match &task.kind {
         TaskKind::Function { ground, is_slider: false, .. } if longest > FAR * ground => {
-            Some(format!("a bar is more than {FAR} times as long as the ground, {no_limit}"))
+            Some(format!("a bar is more than {FAR} times as long as the ground; {no_limit}"))
         }
         TaskKind::Path { points, pivots: None, .. } => {
             let points: Vec<Point> = points.iter().map(|[x, y]| Point::new(*x, *y)).collect();
             let reach = candidates::reach(&points);
             let is_it = points.len() >= DETERMINED && error <= 1e-7 * reach;
             let far = longest > candidates::SIZES * reach && !is_it;
-            far.then(|| format!("a bar is more than {} times as long as the path, {no_limit}", candidates::SIZES))
+            far.then(|| format!("a bar is more than {} times as long as the path; {no_limit}", candidates::SIZES))
         }
         TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. } => None,
     }
@@ -309,9 +309,9 @@ const DETERMINED: usize = 10;
 
 fn reason_of(defect: Defect) -> &'static str {
     match defect {
-        Defect::Circuit => "would have to be taken apart between poses (circuit)",
-        Defect::Branch => "the input passes a dead point between poses (branch)",
-        Defect::Order => "takes the poses in another order",
+        Defect::Circuit => "circuit defect: the poses are in different circuits",
+        Defect::Branch => "branch defect: the input passes a dead point between poses",
+        Defect::Order => "order defect: the poses are reached in another order",
     }
 }
 
@@ -355,15 +355,15 @@ fn last(task: &Task, bad: &[Judged], none_is_good: bool) -> Option<String> {
     let near = match reason {
         "limit `transmission`" => {
             let angle = nearest.verdict.transmission.to_degrees();
-            format!("; the nearest has {angle:.1} deg")
+            format!("; the best has {angle:.1} deg")
         }
         "limit `ground`" | "limit `moving`" | "limit `length`" => {
-            format!("; the nearest misses it by {} mm", number(1e3 * nearest.miss, 0.0))
+            format!("; the closest misses it by {} mm", number(1e3 * nearest.miss, 0.0))
         }
-        _ if stage == WITHIN => format!("; the nearest is off by {}", written(task, nearest.error)),
+        _ if stage == WITHIN => format!("; the closest has an error of {}", written(task, nearest.error)),
         _ => String::new(),
     };
-    Some(format!("{count} came furthest: {reason}{near}"))
+    Some(format!("the closest {count}: {reason}{near}"))
 }
 
 /// Of each limit what the best linkage reaches that misses it alone, if that is more than the best one that misses none.
@@ -388,14 +388,14 @@ fn costs(task: &Task, bad: &[Judged], best: Option<&Judged>) -> Vec<String> {
         let angle = number(nearest.verdict.transmission.to_degrees(), 0.0);
         let name = limit.name();
         Some(format!(
-            "without `{name}` a linkage is off by {error}: its longest bar has {longest} mm, its transmission angle is at least {angle} deg"
+            "without the limit `{name}` a linkage has an error of {error}: its longest bar is {longest} mm, its transmission angle at least {angle} deg"
         ))
     };
     all.into_iter().filter_map(cost).collect()
 }
 
 /// Why good linkages of a sampled family are not shown.
-const MORE: &str = "good too, but much like one that is shown, or after the last one";
+const MORE: &str = "also good, but similar to a listed one, or after the last listed one";
 
 /// Are two linkages of a sampled family neighbours?
 fn is_beside(a: &[Option<f64>; 4], b: &[Option<f64>; 4]) -> bool {
@@ -457,7 +457,7 @@ fn solution(task: &Task, own: Judged, number: usize) -> Solution {
     let mut solution = undriven(own);
     match miss {
         Ok(miss) if miss <= MET => solution.driven = Some(miss),
-        Ok(_) => solution.reason = Some("misses its poses when cotree drives it".to_owned()),
+        Ok(_) => solution.reason = Some("misses its poses in the simulation".to_owned()),
         Err(_) => solution.reason = Some("cannot be driven through its poses".to_owned()),
     }
     solution.scene = Some(text);

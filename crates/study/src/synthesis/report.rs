@@ -26,29 +26,25 @@ impl Answer {
         let mut notes: Vec<Cell> = Vec::new();
         let others: Vec<String> = self.left_out.iter().map(|(reason, count)| format!("  {count}  {reason}")).collect();
         if !others.is_empty() {
-            notes.push(Cell::from(format!("\nleft out, of {} that meet the task:", self.looked_at)));
+            notes.push(Cell::from(format!("\nrejected, of {} candidates:", self.looked_at)));
             notes.extend(others.into_iter().map(Cell::from));
         }
         if good == 0 {
             let last = self.last.clone().unwrap_or_else(|| "the search ended without a candidate".to_owned());
-            notes.push(Cell::from(format!("\nnone of {} is good; {last}", count(self.looked_at, "candidate"))));
+            notes.push(Cell::from(format!("\n0 of {} meet the limits; {last}", count(self.looked_at, "candidate"))));
             let is_too_many = matches!(&self.task.kind, TaskKind::Poses { at, .. } if at.len() > MOST_POSES);
             notes.extend(is_too_many.then(|| {
-                let advice = "four-bars take five poses and no more, but for special ones: these are far from what any of them does; leave some out, or write `bars = 6` in `[limits]` for six-bars";
+                let advice = "a four-bar can meet at most five general poses, and these are far from any of its motions; remove some poses, or write `bars = 6` in `[limits]` for six-bars";
                 Cell::from(advice)
             }));
         }
         notes.extend(self.costs.iter().map(|cost| Cell::from(format!("  {cost}"))));
         notes.extend(self.ground().map(|length| {
-            line![
-                "\nlengths are for a ground of ",
-                number(length, "m"),
-                ": `ground` of the task, 1 m if it says nothing"
-            ]
+            line!["\nlengths are for a ground of ", number(length, "m"), " (`ground` in the task; default 1 m)"]
         }));
         let mut tables = if self.solutions.is_empty() { Vec::new() } else { vec![self.table()] };
         if !self.shorter.is_empty() {
-            let title = "shorter bars for larger errors".to_owned();
+            let title = "trade-off of size and error".to_owned();
             tables.push(Table { heading: Some(Cell::from(title)), ..self.rows(&self.shorter, "shorter_") });
         }
         if !self.six_bars.is_empty() {
@@ -80,13 +76,13 @@ impl Answer {
         });
         let mut tables = vec![Table::new(columns, rows)];
         tables.extend(all().take(1).map(|(index, own)| {
-            let columns = row!["dimension", named("deviates by", "m"), named("error of it alone", unit)];
+            let columns = row!["dimension", named("deviates by", "m"), named("error of this deviation alone", unit)];
             let row = |own: &Contribution| row![own.name, number(own.tolerance, "m"), number(own.error, unit)];
-            let heading = Cell::from(format!("{index}.toml, dimension by dimension"));
+            let heading = Cell::from(format!("{index}.toml, deviations of each dimension"));
             Table { heading: Some(heading), ..Table::new(columns, own.contributions.iter().map(row)) }
         }));
         let without = found.iter().filter(|(_, own)| own.is_none()).count();
-        let note = format!("{} without a table: it has a slider or a slot", count(without, "linkage"));
+        let note = format!("{} have no table of deviations: they have a slider or a slot", count(without, "linkage"));
         let notes = (without > 0).then(|| Cell::from(note)).into_iter().collect();
         let data = all().map(|(index, own)| {
             let each = own
@@ -98,7 +94,7 @@ impl Answer {
                 "sampled": own.sampled, "jammed": own.jammed, "contributions": each.collect::<Vec<_>>(),
             })
         });
-        let title = "what deviations do, beside the error of the task".to_owned();
+        let title = "effect of manufacturing deviations, in addition to the error of the task".to_owned();
         Report { tables, notes, data: json!(data.collect::<Vec<_>>()), ..Report::new(row![title]) }
     }
 

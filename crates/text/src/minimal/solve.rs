@@ -41,7 +41,7 @@ struct AugmentedRow {
 
 /// The loops determine no choice of coordinates at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("where the motion starts the loops do not determine the dependent coordinates: it is a singular pose")]
+#[error("the loops do not determine the dependent coordinates at the start: it is a singular configuration")]
 pub struct SingularStart;
 
 /// Solves the loop equations `rows`.

@@ -165,7 +165,7 @@ impl Lesson<'_> {
         };
         let list =
             if list.is_empty() { "nothing takes any".to_owned() } else { format!("{}: {taken}", list.join(", ")) };
-        format!("{bodies} {each}*{} = {all} freedoms; {list}{rest}", all / each)
+        format!("{bodies} {each}*{} = {all} degrees of freedom; {list}{rest}", all / each)
     }
 
     fn sizes(&self) -> String {

@@ -145,7 +145,7 @@ impl Lesson<'_> {
         let Some(modes) = Modes::new(&mut self.equations) else { return Vec::new() };
         let entries = indicators(&mut self.equations).into_iter().flat_map(|(_, entries)| entries);
         let mut blocks = modes.blocks();
-        blocks.push(words("with the gaps, and the rates of what slides or turns freely:"));
+        blocks.push(words("with the gaps, the sliding speeds and the relative speeds of freewheels:"));
         blocks.extend(self.written(entries.collect()));
         blocks
     }
@@ -178,7 +178,7 @@ impl Lesson<'_> {
             return Vec::new();
         }
         let mut blocks = vec![words(
-            "Projected on the direction in which it slides, the circuit gives the slide itself, which is no coordinate (41):",
+            "Projected on the direction in which it slides, the circuit gives the slide itself, which is not a coordinate (41):",
         )];
         let names: Vec<FormulaTree> = slides.iter().map(|(name, _)| name.clone()).collect();
         blocks.extend(list(slides));
@@ -205,7 +205,7 @@ impl Lesson<'_> {
         if !zeros.is_empty() {
             zeros.truncate(24);
             blocks.extend([
-                words("What is zero is struck:"),
+                words("Terms that are zero drop out:"),
                 DocumentBlock::Equations(zeros),
                 words("and there remains"),
             ]);

@@ -32,7 +32,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
 ) -> fmi2Status {
     plain::<Fmi2>(c, "fmi2SetDebugLogging", |component| {
         let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
-        let names = names.ok_or("a log category is missing")?;
+        let names = names.ok_or("a log category is a null pointer")?;
         let categories = logging::categories(&names).map_err(Refusal::new)?;
         component.logger.switch(loggingOn != fmi2False, &categories);
         Ok(())

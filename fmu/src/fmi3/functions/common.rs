@@ -28,7 +28,7 @@ pub unsafe extern "C" fn fmi3SetDebugLogging(
 ) -> fmi3Status {
     plain::<Fmi3>(instance, "fmi3SetDebugLogging", |component| {
         let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
-        let chosen = logging::categories(&names.ok_or("a log category is missing")?).map_err(Refusal::new)?;
+        let chosen = logging::categories(&names.ok_or("a log category is a null pointer")?).map_err(Refusal::new)?;
         if loggingOn != fmi3False && !chosen.is_empty() {
             // These and no others (2.3.1).
             component.logger.switch(false, &[]);
@@ -70,7 +70,7 @@ impl Wish {
         }
         let token = string(self.token).ok_or("the instantiation token is missing")?;
         let place = string(self.resources).map(CStr::to_bytes).filter(|place| !place.is_empty());
-        let place = place.ok_or("the resource path is missing, but the program of the FMU lies there")?;
+        let place = place.ok_or("the resource path is missing, but it contains the program of the FMU")?;
         let model = resource::load(resource::path(place.to_vec()).map_err(Refusal::new)?).map_err(Refusal::new)?;
         if token.to_bytes() != crate::fmi3::token(&model.program().guid).as_bytes() {
             return Err(

@@ -351,7 +351,7 @@ impl Instance {
             Some(contact) => vec![contact.name.clone()],
             None => sticking().map(|contact| contact.name.clone()).collect(),
         };
-        Failure::Contact { time, names, why: "neither of its modes fits the motion that follows" }
+        Failure::Contact { time, names, why: "neither open nor closed is consistent with the motion that follows" }
     }
 
     /// Something that is against the law of its mode by more than errors where the sides were last evaluated: a step has been looked through up to there, or everything has been decided.
@@ -481,7 +481,7 @@ impl Instance {
         Err(Failure::Contact {
             time,
             names,
-            why: "their modes (open or closed, sticks or slips) change again and again at one instant",
+            why: "their states (open or closed, stick or slip) change without end at the same time (chattering)",
         })
     }
 }

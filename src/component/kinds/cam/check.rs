@@ -14,13 +14,14 @@ pub(super) fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
     let called = format!("joint `{}`", part.name);
     if part.value("face").is_some() && part.value("roller").is_some() {
         let message = format!("{called} has both `roller` and `face`");
-        let fault = Fault::new("scene::cam_contact", message, part.span).label("touches with one of them");
+        let fault = Fault::new("scene::cam_contact", message, part.span).label("only one of them can touch");
         return vec![
             fault.help("keep `roller` for a round follower, or `face` for a flat one; a knife edge has neither"),
         ];
     }
     if part.limits().is_some() && part.choice("closure") == Some("form") {
-        let message = format!("{called} is `unilateral`, but `closure = \"form\"` holds its follower both ways");
+        let message =
+            format!("{called} is `unilateral`, but `closure = \"form\"` guides its follower in both directions");
         let fault = Fault::new("scene::cam_contact", message, part.span).label("cannot lift off");
         return vec![fault.help("leave out one of the two")];
     }
@@ -60,14 +61,14 @@ fn open(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> 
     let unit = || if profile.turning { Unit::angle() } else { Unit::length() };
     let what = if apart(0) {
         let [from, to] = [first, last].map(|law| shown(mechanism, law[0], unit()));
-        format!("is {from} at the beginning of a turn and {to} at its end")
+        format!("is {from} at the start of a turn but {to} at its end")
     } else if apart(1) {
-        "has another slope at the end of a turn than at its beginning".to_string()
+        "has different slopes at the start and the end of a turn".to_string()
     } else {
         return None;
     };
     let message = format!("`law` of joint `{}` {what}", part.name);
-    let help = "let it return: `lift*(cycloidal(angle/rise) - cycloidal((angle - back)/rise))`, `periodic_spline`, or functions of sin(angle) and cos(angle)";
+    let help = "let it return to its start: `lift*(cycloidal(angle/rise) - cycloidal((angle - back)/rise))`, `periodic_spline`, or functions of sin(angle) and cos(angle)";
     Some(Fault::new("scene::cam_law", message, part.span).label("does not close").help(help))
 }
 
@@ -77,7 +78,7 @@ fn jump(breaks: &[Break], profile: &Profile, part: &Part, mechanism: &Mechanism)
     let unit = || if profile.turning { Unit::angle() } else { Unit::length() };
     let [from, to] = first.sides.map(|side| shown(mechanism, side[0], unit()));
     let at = shown(mechanism, first.angle, Unit::angle());
-    let message = format!("`law` of joint `{}` jumps at {at} from {from} to {to}", part.name);
+    let message = format!("`law` of joint `{}` is discontinuous at {at}: it jumps from {from} to {to}", part.name);
     Some(Fault::new("scene::cam_law", message, part.span).label("jumps").help(format!("{SMOOTH}, or a spline")))
 }
 
@@ -92,11 +93,11 @@ fn corner(breaks: &[Break], part: &Part, mechanism: &Mechanism) -> Option<Fault>
     };
     let [from, to] = first.sides.map(|side| without_zeros(&format!("{:.6}", side[1])).to_owned());
     let message = format!(
-        "`law` of joint `{}` has a corner at {at}{more}: its slope jumps from {from} to {to} (SI, per radian)",
+        "`law` of joint `{}` has a corner at {at}{more}: its slope is discontinuous, from {from} to {to} (SI, per radian)",
         part.name
     );
     let help = format!(
-        "{SMOOTH}, or a spline; at a corner the follower is struck, and radii of curvature and undercut do not count it"
+        "{SMOOTH}, or a spline; at a corner the follower is hit, and radii of curvature and undercut leave it out"
     );
     Some(Fault::warning("scene::cam_law", message, part.span).label("not smooth").help(help))
 }
@@ -106,8 +107,7 @@ fn out_of_reach(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option
     let missed = profile.missed()?;
     let at = shown(mechanism, missed.angle, Unit::angle());
     let message = format!("the follower of joint `{}` cannot touch its cam at {at}", part.name);
-    let help = "the base circle with the roller must reach the follower's line or arm, and the contact must be able to push it: change `base`, the \
-                follower's point, the direction of `face`, or the rise";
+    let help = "change `base`, the follower's point, the direction of `face` or the rise, so that the base circle with the roller touches the follower and the contact can push it";
     Some(Fault::new("scene::cam_contact", message, part.span).label("misses the cam").help(help))
 }
 
@@ -123,12 +123,13 @@ fn undercut(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fau
     };
     let curve = if profile.roller.is_some() { "pitch curve" } else { "profile" };
     let message = format!(
-        "the profile of joint `{}` is undercut: at {} the radius of curvature of the {curve} is {}, and must be {needed}",
+        "the profile of joint `{}` is undercut: at {} the radius of curvature of the {curve} is {}, but must be {needed}",
         part.name,
         shown(mechanism, worst.angle, Unit::angle()),
         length(radius),
     );
-    let mut ways = vec![format!("let `base` be larger than {} (`cotree motion` says how large)", length(profile.base))];
+    let mut ways =
+        vec![format!("make `base` larger than {} (`cotree motion` computes how large)", length(profile.base))];
     ways.extend(profile.roller.map(|_| "take a smaller roller".to_string()));
     ways.push("let the follower rise over a larger angle".to_string());
     let help = format!("{}; such a cam cannot be made, though its motion is that of the law", ways.join(", or "));

@@ -62,7 +62,7 @@ impl<'m> Mounting<'m> {
         });
         let misfit = || {
             let (carrier, follower) = (name(carrier), name(follower));
-            let message = format!("does not lead `{follower}` on `{carrier}`, where the cam turns");
+            let message = format!("does not guide `{follower}` on `{carrier}`, on which the cam turns");
             (
                 "guide",
                 message,

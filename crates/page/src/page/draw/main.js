@@ -43,7 +43,7 @@ function goBack(by) {
   keepDraft();
   undo.show();
   renewMotion();
-  say(by < 0 ? "undone" : "done again");
+  say(by < 0 ? "undone" : "redone");
   dispatchEvent(new CustomEvent("cotree-text"));
 }
 /** The draft outlives the page: it is kept in the browser, for this very page and what it begins with. */
@@ -100,7 +100,7 @@ function show(text, answer) {
     fit();
   } else paint();
 }
-/** What the compiler says, each with its line in the text. */
+/** Errors and warnings, each with its line in the text. */
 function showFaults({ faults, omitted = 0 }) {
   drawing.faults = faults;
   $("faults").replaceChildren(

@@ -44,7 +44,7 @@ impl Sensitivities {
             table.rows.push(row);
         }
         let data = json!({ "time": self.times.first(), "outputs": outputs });
-        Report { tables: vec![table], sheet, data, ..Report::new(row!["Where it rests:"]) }
+        Report { tables: vec![table], sheet, data, ..Report::new(row!["Equilibrium:"]) }
     }
 }
 
@@ -83,7 +83,7 @@ impl ModeChanges {
             }
             modes.push(json!({ "eigenvalue": [value.re, value.im], "frequency": mode.frequency(), "derivatives": derivatives }));
         }
-        let free = "A mode without derivatives moves freely, or its eigenvalue is there twice.";
+        let free = "A mode without derivatives is a rigid-body mode, or has a double eigenvalue.";
         Report {
             tables: vec![table],
             notes: self.derivatives.iter().any(Option::is_none).then(|| free.into()).into_iter().collect(),

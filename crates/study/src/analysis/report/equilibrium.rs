@@ -81,29 +81,30 @@ impl Statics {
         let holds = |title: &str| self.groups.iter().any(|group| group.title == title);
         if self.stability == Stability::Held && !self.standing.is_empty() {
             sentence =
-                "joints, drivers and what sticks, is caught or closed constrain every coordinate: nothing can move";
+                "joints, drivers, sticking friction, engaged freewheels and closed contacts leave 0 degrees of freedom";
         } else if self.stability == Stability::Held && holds(GROUPS[0]) {
-            sentence = "joints, drivers and what is closed constrain every coordinate: nothing can move";
+            sentence = "joints, drivers and closed contacts leave 0 degrees of freedom";
         }
-        let moving = most.map_or(String::new(), |most| format!("; in it `{most}` moves most"));
+        let moving = most.map_or(String::new(), |most| format!("; `{most}` moves most in it"));
         let mut title = row![line![self.name, " at rest, ", at(self.time)], format!("{sentence}{moving}")];
         let listed = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         let within: Vec<String> = self.standing.iter().filter(|name| !self.verging.contains(name)).cloned().collect();
         if !within.is_empty() {
             let names = listed(&within);
-            let line =
-                format!("one of many places: {names} would hold in others, too; `[initial]` says where it is put");
+            let line = format!(
+                "one of many equilibria: {names} would stick elsewhere too; `[initial]` chooses the configuration"
+            );
             title.push(line.into());
         }
         if !self.verging.is_empty() {
-            title.push(format!("about to slide: {} holds all that it can", listed(&self.verging)).into());
+            title.push(format!("about to slide: {} is at its friction limit", listed(&self.verging)).into());
         }
         if !self.shared.is_empty() {
             let names = listed(&self.shared);
-            title.push(format!("how {names} share what they hold is not determined: this is one way").into());
+            title.push(format!("statically indeterminate: the loads of {names} are one of many solutions").into());
         }
         if !self.by_motion {
-            title.push("(judged by stiffness alone: the motion cannot be linearised here)".into());
+            title.push("(judged by stiffness alone: the motion cannot be linearized here)".into());
         }
         let unknown =
             |body| line!["\nThe reactions are not known: body `", body, "` has no mass, so its weight is not known."];
@@ -242,7 +243,7 @@ impl Stability {
     /// In a word, in a sentence, and what moves most in the mode that these are about.
     fn told(&self) -> (&'static str, &'static str, Option<&String>) {
         match self {
-            Stability::Held => ("held", "joints and drivers constrain every coordinate: nothing can move", None),
+            Stability::Held => ("held", "joints and drivers leave 0 degrees of freedom", None),
             Stability::Stable => {
                 ("stable", "stable: every displacement meets a restoring force, and no mode grows", None)
             }

@@ -110,7 +110,7 @@ impl StateSpace {
             let si = state.unit.per_second().si;
             row![format!("d({})/dt", state.name), number(*rate, &si).within(Noise(AT_REST)), unit(&si)]
         };
-        let title = "dx/dt at this point, to which A x + B u is added: it is no rest";
+        let title = "the point is not an equilibrium: this dx/dt is added to A x + B u";
         Table::list(title, self.states.iter().zip(&self.rates).map(rate))
     }
 

@@ -53,12 +53,15 @@ impl VibrationModes {
             }));
         }
         let held = match self.closures.iter().any(|own| own.closed) {
-            true => "\nDrivers and what is closed or caught hold everything: nothing can vibrate.",
-            false => "\nThe drivers determine the motion: nothing can vibrate.",
+            true => "\nDrivers, closed contacts and engaged freewheels leave 0 degrees of freedom: there are no modes.",
+            false => "\nThe drivers determine the motion: there are no modes.",
         };
         let still = modes.is_empty().then(|| held.into());
-        let about =
-            if self.resting { "about its equilibrium" } else { "about its motion, as if the point stood still" };
+        let about = if self.resting {
+            "about its equilibrium"
+        } else {
+            "about a point of its motion, with frozen coefficients"
+        };
         let mut tables = if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] };
         tables.extend(closure_tables(&self.closures));
         let mut data = json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes});

@@ -142,7 +142,10 @@ impl DifferentiatedMotion<'_> {
         // Where the motion turns back its rates are small, and so is what steps of the motion leave between them.
         let usual = now.amax().max(rates.amax()).max(interval * largest);
         if (&now - &rates).amax() - 2.0 * beside * largest > SAME.max(self.tolerance) * usual {
-            return Err(refused(time, "the rate of a driver jumps, and the speeds with it; let its law turn smoothly"));
+            return Err(refused(
+                time,
+                "the rate of a driver is discontinuous, and so are the speeds; make its law smooth",
+            ));
         }
         let jump = &accelerations - &new;
         // Crossed at an angle it gets about as far as its speed takes it; one that jumps itself, where an angle begins a new turn, goes on far from zero.
@@ -157,7 +160,7 @@ impl DifferentiatedMotion<'_> {
                 return Err(refused(time, "two laws switch at the same time"));
             }
             if !crosses {
-                return Err(refused(time, "a law that jumps is touched without being crossed"));
+                return Err(refused(time, "a discontinuity of a law is touched without being crossed"));
             }
             self.rates -= &jump * &change / speed;
         }

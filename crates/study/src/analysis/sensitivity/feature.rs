@@ -56,7 +56,7 @@ pub enum NotDifferentiable {
     #[error("it is constant")]
     Constant,
     /// Another extreme has the same value.
-    #[error("it is equally high at {time:?} s and changes differently")]
+    #[error("it has the same value at {time:?} s but another derivative")]
     EquallyHigh {
         /// When \[s\].
         time: f64,
@@ -65,7 +65,7 @@ pub enum NotDifferentiable {
     #[error("it is touched without being crossed")]
     Touched,
     /// A corner of the course.
-    #[error("there is a corner: derivatives differ on both sides")]
+    #[error("it has a corner: derivatives differ on both sides")]
     Corner,
 }
 
@@ -185,8 +185,7 @@ impl SeenMotion<'_, '_> {
         }
         let highest =
             |best: Feature, other: Feature| if sign * (other.value - best.value) > 0.0 { other } else { best };
-        let nothing =
-            || AnalysisFailure::NoDerivative { time: self.begin(), what: "there is no motion to look at".into() };
+        let nothing = || AnalysisFailure::NoDerivative { time: self.begin(), what: "there is no motion".into() };
         let best = found.iter().cloned().reduce(highest).ok_or_else(nothing)?;
         // Of peaks that are the same the first counts.
         let mut equals: Vec<&Feature> =

@@ -25,14 +25,14 @@ impl DifferentiatedMotion<'_> {
         let contacts = self.model.program().instants.contacts();
         let struck = contacts.iter().find(|contact| state.parameters()[contact.closed as usize + 1] != 0.0);
         if let Some(contact) = struck {
-            return Err(refused(format!("the motion begins with an impact of `{}`", contact.name)));
+            return Err(refused(format!("the motion starts with an impact of `{}`", contact.name)));
         }
         let first = self.parameters + 1 + self.driven.inputs().len();
         let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
         for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
             let block = numbers.block(row, ColumnBlock::Signals);
             if block.columns(first, inputs).iter().any(|entry| *entry != 0.0) {
-                return Err(refused("the start depends on values that ticks and events change".to_owned()));
+                return Err(refused("the start depends on values that sample times and events change".to_owned()));
             }
         }
         let changes = [self.positions.as_slice(), self.rates.as_slice()];
@@ -43,7 +43,9 @@ impl DifferentiatedMotion<'_> {
         let moves = self.pass(&happened)?;
         match moves.iter().all(|change| *change == 0.0) {
             true => Ok(()),
-            false => Err(refused("a tick at the start moves with what is varied: it would come before it".to_owned())),
+            false => Err(refused(
+                "a sample time at the start depends on the varied quantity, and would move before the start".to_owned(),
+            )),
         }
     }
 
@@ -131,7 +133,8 @@ impl DifferentiatedMotion<'_> {
             self.sides[*switch].is_none() && still && moves
         };
         if (0..self.sides.len()).any(|switch| stays(&switch)) {
-            let what = "a law stays at its corner, where derivatives differ on both sides; begin beside it".to_owned();
+            let what =
+                "a law starts at a corner, where its derivatives differ on both sides; start away from it".to_owned();
             return Err(AnalysisFailure::NoDerivative { time, what });
         }
         Ok(())

@@ -141,18 +141,16 @@ impl Differentiated {
         if let Some(&input) = driven.inputs().iter().find(|input| !program.is_driven() && with_rates.contains(input)) {
             let name = &program.inputs[input].name;
             return Err(refused(format!(
-                "a driver follows `{name}`, and speeds jump with its rate: derivatives of such motions are computed with a constant input only"
+                "a driver follows `{name}`, whose rate may jump: derivatives are available for constant inputs only"
             )));
         }
         if program.is_driven() && !program.instants.is_empty() {
             return Err(refused(
-                "drivers determine the motion, and values jump at instants beside it: compare runs with other values instead, with `cotree sweep`".to_owned(),
+                "drivers determine the motion, and values jump at events: derivatives are not available; compare runs by `cotree sweep`".to_owned(),
             ));
         }
         if !program.followers.is_empty() {
-            return Err(refused(
-                "a driver integrates an input: derivatives of such motions are not computed".to_owned(),
-            ));
+            return Err(refused("a driver integrates an input: derivatives are not available".to_owned()));
         }
         let model = Arc::new(Model::new(program.clone())?);
         // Time is a column of its own, and so are the inputs that change with it: switching functions may depend on them.

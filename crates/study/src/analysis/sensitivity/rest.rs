@@ -97,7 +97,7 @@ impl Study {
 fn can_differentiate(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     let Some(held) = mechanism.first_held_anywhere() else { return Ok(()) };
     let what = format!(
-        "{held} holds wherever it stands: such a rest does not follow its parameters; compare rests with other values instead, with `--set`, or give friction a `velocity`"
+        "{held} sticks in a whole range of equilibria, which has no derivatives; compare equilibria by `--set`, or give the friction a `velocity`"
     );
     Err(AnalysisFailure::NoDerivative { time: mechanism.experiment.start, what })
 }
@@ -129,7 +129,7 @@ impl VariedRest {
             let values = svd(scaled.clone(), false, false)?.singular_values;
             let right = DMatrix::from_fn(change.nrows(), change.ncols(), |i, j| -change[(i, j)] * units[i]);
             let solved = scaled.lu().solve(&right).filter(|_| values.min() > SOFT * values.max());
-            let soft = || refused("a motion has no stiffness against it, so the pose of rest is not determined");
+            let soft = || refused("a degree of freedom has no stiffness, so the equilibrium is not determined");
             let mut solved = solved.ok_or_else(soft)?;
             solved.row_iter_mut().zip(&units).for_each(|(mut row, unit)| row.scale_mut(*unit));
             solved
@@ -137,7 +137,7 @@ impl VariedRest {
         let positions = solution.rows(0, n).into_owned();
         let reactions = solution.rows(n, solution.nrows() - n).into_owned();
         check_repeated(&numbers, parameters.len(), &positions)
-            .map_err(|_| refused("redundant joints fit together for these very values only"))?;
+            .map_err(|_| refused("redundant joints are compatible for these values only"))?;
         drop(numbers);
         Ok(VariedRest { variation, positions, reactions })
     }

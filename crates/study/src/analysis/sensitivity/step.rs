@@ -173,7 +173,7 @@ impl<'f> DifferentiatedMotion<'f> {
             start(&numbers, self.parameters, &speeds).map_err(|error| refused(error.to_string()))?;
         check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
             refused(
-                "redundant joints fit together for these very values only: a changed one cannot be assembled".into(),
+                "redundant joints are compatible for these values only: a changed mechanism cannot be assembled".into(),
             )
         })?;
         self.sides = sides(&numbers.values(RowBlock::Switches));
@@ -271,7 +271,9 @@ impl<'f> DifferentiatedMotion<'f> {
                 return Ok(());
             }
             if length < span * SHORTEST {
-                return Err(self.stuck("their steps become too short: a law is too steep or not smooth".to_owned()));
+                return Err(self.stuck(
+                    "the step size becomes too small: a law has a very steep gradient or is not smooth".to_owned(),
+                ));
             }
             self.check_work(most)?;
             // The method that takes the motion's steps while it is stiff has none for its derivatives.
@@ -286,11 +288,11 @@ impl<'f> DifferentiatedMotion<'f> {
     fn check_work(&self, most: u64) -> Result<(), AnalysisFailure> {
         if self.tried > FREE_STEPS + DEAREST * self.motion.statistics().steps {
             return Err(self.stuck(format!(
-                "they take more than {DEAREST} times the steps of the motion: a law is too steep or not smooth; ask for a larger tolerance"
+                "they take more than {DEAREST} times the steps of the motion: a law has a very steep gradient or is not smooth; use a larger tolerance"
             )));
         }
         if self.work() > most {
-            let what = format!("they are more work than was permitted, {most} steps");
+            let what = format!("they exceed the limit of {most} steps");
             return Err(AnalysisFailure::NoDerivative { time: self.motion.time(), what });
         }
         Ok(())
@@ -473,7 +475,7 @@ fn is_singular(numbers: &Numbers) -> Result<bool, AnalysisFailure> {
 }
 
 fn singular_pose(time: f64) -> AnalysisFailure {
-    let what = "the motion passes a singular pose, where changed lengths part the branches".to_owned();
+    let what = "the motion crosses a singular configuration, where changed lengths separate the branches".to_owned();
     AnalysisFailure::NoDerivative { time, what }
 }
 

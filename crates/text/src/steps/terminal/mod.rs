@@ -42,7 +42,7 @@ impl Lesson<'_> {
             let row = vec![Piece::words(&element.label), equations, self.unknowns(&element)];
             rows.push((kind(&element).to_owned(), row));
         }
-        let mut blocks = vec![heading("5. What does each part say by itself? Terminal equations (Table 1)")];
+        let mut blocks = vec![heading("5. What is the law of each element? Terminal equations (Table 1)")];
         blocks.push(words("Nothing is eliminated yet; u and n are unit vectors along and across an axis, R turns by an angle, k is out of the plane."));
         blocks.extend(thinned("Terminal equations", &["edge", "equations", "unknown"], rows));
         blocks.extend(self.switching());
@@ -76,9 +76,9 @@ impl Lesson<'_> {
         let modes = !self.equations.system.mechanism.unilaterals.is_empty();
         modes.then(|| {
             words(
-                "What is held on one side only, or rubs, has another terminal equation in each mode: that which is written holds in one, and \
-                 in the others the multiplier is zero instead. Its edge stays, a chord in every tree, so that graphs, coordinates and the \
-                 number of equations are those of one mechanism; section 7 has the modes.",
+                "A unilateral constraint or dry friction has another terminal equation in each mode: the one that is written holds in one \
+                 mode, and in the others the multiplier is zero instead. Its edge remains a chord of every tree, so that graphs, coordinates \
+                 and the number of equations do not change; section 7 has the modes.",
             )
         })
     }
