@@ -231,7 +231,7 @@ pub fn with_units(texts: &[&str]) -> Result<Vec<String>, QuantityError> {
         None if text.parse::<f64>().is_err() => Ok((*text).to_owned()), // no number
         None if is_clear => Ok(format!("{text} {}", unit.shown())),
         None => Err(QuantityError::Other(format!(
-            "`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last",
+            "`{text}` has no unit, but `{last}` has one: write a unit after each number, or one after the last",
             text = (*text),
             last = (*last)
         ))),

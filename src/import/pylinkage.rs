@@ -134,7 +134,7 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
     let (start, end) = (body.arc_start.unwrap_or(0.0), body.arc_end.unwrap_or(PI));
     let Some([[x, y], [u, v]]) = crank.filter(|_| start < end && rate > 0.0) else {
         return Err(ArcError(format!(
-            "driver `{driver}` has no arc: two joints with places, an upper end above the lower one and a speed above zero",
+            "driver `{driver}` has no arc: it needs two joints with positions, an upper end above the lower one and a positive speed",
             driver = body.id
         )));
     };
@@ -145,7 +145,7 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
     let slack = 1e-9 * (end - start);
     if angle < start - slack || angle > end + slack {
         return Err(ArcError(format!(
-            "driver `{driver}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad",
+            "driver `{driver}` is at {angle:.6} rad, but its arc is from {start:?} to {end:?} rad",
             driver = body.id
         )));
     }

@@ -128,7 +128,7 @@ impl Contents {
         }
         let mut archive = Archive::new(BufReader::new(file))?;
         let description = entry(&mut archive, "modelDescription.xml")?
-            .ok_or_else(|| InspectError::Other("it is no FMU: it has no modelDescription.xml".to_owned()))?;
+            .ok_or_else(|| InspectError::Other("it is not an FMU: it has no modelDescription.xml".to_owned()))?;
         let header = Header::parse(&description)?;
         if !header.tool.starts_with("cotree ") {
             return Err(InspectError::Other(format!(

@@ -74,8 +74,8 @@ impl FromStr for Measure {
             rest.strip_suffix(')').map(str::trim).filter(|name| !name.is_empty() && !name.contains(['(', ')']));
         match (known, variable) {
             (Some(&(_, kind)), Some(variable)) => Ok(Measure { kind, variable: variable.to_owned() }),
-            (None, Some(_)) => Err(MeasureError(format!("`{word}` is none of {}", words(), word = word.trim()))),
-            (_, None) => Err(MeasureError(format!("`{text}` is not written as `max(variable)`"))),
+            (None, Some(_)) => Err(MeasureError(format!("`{word}` is not one of {}", words(), word = word.trim()))),
+            (_, None) => Err(MeasureError(format!("`{text}` is not a measure such as `max(variable)`"))),
         }
     }
 }

@@ -73,7 +73,7 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, SettingE
             |variable: &&ScalarVariable| variable.name == name && variable.causality == Causality::CalculatedParameter;
         if let Some(variable) = description.variables.iter().find(is_calculated) {
             return SettingError::Other(format!(
-                "`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene",
+                "`{name}` cannot be set: it is calculated from other parameters ({about}); set these, or give `{name}` a number in the scene",
                 about = variable.description
             ));
         }

@@ -788,12 +788,12 @@ pub(super) struct Place<'a> {
     pub state: &'a mut State,
 }
 
-const TOO_MANY: &str = "more than 32768 combinations of what may be open or closed, stick or slip are possible at once";
-const NO_IMPACT: &str = "no impulses fit their impact: together with the loops they hold something twice, or friction would gain energy from it";
-const NO_MODE: &str = "none of their modes (open or closed, sticks or slips) fits the motion: together with the loops they hold something twice, or friction locks the mechanism as it moves";
-const TWO_MOTIONS: &str = "two motions are possible here, one of which friction locks: rigid bodies with Coulomb's law do not decide between them (Painleve); less friction does";
+const TOO_MANY: &str = "more than 32768 combinations of contacts (open or closed) and friction (stick or slip) are possible at once";
+const NO_IMPACT: &str = "no impulses solve their impact: with the loops their constraints are redundant, or friction would add energy";
+const NO_MODE: &str = "no active set (open or closed, stick or slip) is consistent with the motion: with the loops their constraints are redundant, or friction locks the moving mechanism";
+const TWO_MOTIONS: &str = "the motion is not unique (Painleve paradox): for rigid bodies with Coulomb friction both sliding and jamming are possible; reduce the friction";
 pub(super) const INDETERMINATE: &str = "they are more supports than hold it (statically indeterminate), and their friction differs: rigid bodies do not determine how they share the load, on which the motion depends; one coefficient for all of them, fewer supports, or springs do";
-const LOCKS: &str = "friction locks the mechanism while it moves: what presses grows with the friction that follows from it, without end (self-locking); less friction, or another direction of what presses, does not";
+const LOCKS: &str = "friction jams the mechanism while it moves (self-locking): the normal force and its friction increase each other without bound; reduce the friction, or change the direction of the normal force";
 
 impl Place<'_> {
     pub(super) fn scale(&self, index: usize) -> f64 {

@@ -53,7 +53,7 @@ impl Inaccuracy {
             Self::Comparison { .. } => {
                 "compare with a margin, such as `if(a < b + 1e-6, ...)`, or write a law that does not jump where both sides are equal"
             }
-            Self::Passage(_) => "make the lengths exact, or more different",
+            Self::Passage(_) => "make the lengths exactly equal, or more different",
         }
     }
 }

@@ -187,7 +187,7 @@ impl CsvTable {
         }
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
-            return Err(TableError::Other("the times are not finite and ascending".to_owned()));
+            return Err(TableError::Other("the times must be finite and increasing".to_owned()));
         }
         Ok(Self { units: vec![None; names.len()], names, time, columns })
     }

@@ -143,7 +143,7 @@ fn in_toml(text: &str, table: &DocumentNode, keys: &[&str], value: &str) -> Opti
 fn spliced(text: &str, mut places: Vec<(Span, String)>) -> Result<String, EditError> {
     places.sort_by_key(|(span, _)| span.start);
     if places.windows(2).any(|pair| pair[1].0.start < pair[0].0.end) {
-        let twice = "two of the names are the same value, or one is within another";
+        let twice = "two of the names mean the same value, or one contains the other";
         return Err(EditError::Text(twice.to_owned()));
     }
     let mut changed = text.to_owned();
@@ -169,9 +169,9 @@ fn written(tree: &DocumentNode, name: &str) -> Result<Span, EditError> {
         },
         [] => {
             let known = suggest::known(name, names(tree).iter().map(String::as_str));
-            return Err(EditError::Unknown(format!("the scene does not write `{name}`; {known}")));
+            return Err(EditError::Unknown(format!("the scene has no `{name}`; {known}")));
         }
-        _ => format!("the scene writes `{name}` in several places: begin with the table that is meant"),
+        _ => format!("`{name}` occurs in several tables of the scene: write the name of the table before it"),
     }))
 }
 

@@ -221,7 +221,7 @@ function read(text, variable) {
     number = (factor === undefined ? plain : written).trim(),
     value = +number * (factor ?? own),
     limit = (bound) => `${+(bound / own).toPrecision(6)} ${unit}`.trim();
-  if (number === "" || !Number.isFinite(value)) return { fault: `"${text}" is no number` };
+  if (number === "" || !Number.isFinite(value)) return { fault: `"${text}" is not a number` };
   if (min !== null && value < min) return { fault: `at least ${limit(min)}` };
   if (max !== null && value > max) return { fault: `at most ${limit(max)}` };
   return { value };

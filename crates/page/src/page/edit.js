@@ -27,7 +27,7 @@ function goBack(by) {
   const next = history.go(by);
   if (!next) return;
   adopt(next);
-  say(by < 0 ? "undone" : "done again");
+  say(by < 0 ? "undone" : "redone");
   history.show();
   dispatchEvent(new CustomEvent("cotree-changed"));
 }
@@ -108,7 +108,7 @@ export function adoptAddress(text) {
   try {
     shared = JSON.parse(text);
   } catch {
-    tell("The address of this page is cut short: what it shares cannot be read.");
+    tell("The address of this page is truncated: its values cannot be read.");
     return;
   }
   const [values, pose = null] = Array.isArray(shared) ? shared : [], known = [], lost = [];

@@ -11,7 +11,7 @@
     return made;
   };
   const warnings = lines("warnings"), conflict = lines("conflict");
-  warnings.title = "click: away with it";
+  warnings.title = "click to dismiss";
   warnings.addEventListener("click", () => {
     warnings.hidden = true;
   });
@@ -27,7 +27,7 @@
   if (touch) {
     const label = Object.assign(document.createElement("label"), {
       className: "link",
-      title: "What is pulled and changed here is written into the scene's file",
+      title: "Changes on this page are written into the scene file",
     });
     label.append(writes, " into the file");
     document.getElementById("save").before(label);
@@ -43,14 +43,14 @@
   function tellApart(why) {
     file.apart = true;
     conflict.replaceChildren(
-      `${why}: what you changed here is shown, but is not in the file.\n`,
+      `${why}: your changes are shown, but are not in the file.\n`,
       button("Write it into the file", () => {
         file.apart = false;
         conflict.hidden = true;
         write();
       }),
       "   ",
-      button("Take what the file has", () => {
+      button("Reload the file", () => {
         sessionStorage.setItem(KEY, JSON.stringify({ ...page.keep(), values: [], pose: null, writes: writes.checked }));
         location.reload();
       }),
@@ -83,7 +83,7 @@
     file.writing = false;
     if (!answer.ok) {
       Object.assign(file, { text: before, own: file.own.filter((own) => own !== text) });
-      tellApart(answer.status === 409 ? "Another program has saved the file meanwhile" : `The file cannot be written (${await answer.text()})`);
+      tellApart(answer.status === 409 ? "Another program has changed the file" : `The file cannot be written (${await answer.text()})`);
       // The next page has the text of the file, and the values of this one over it.
       if (answer.status === 409 && file.news) {
         keep();

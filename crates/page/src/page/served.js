@@ -4,7 +4,7 @@
 (() => {
   const server = window.cotreeServer ?? location.href.split("#")[0],
     address = (name) => new URL(`call/${name}`, server).href,
-    gone = () => new Error("the program that serves this page has ended: start it again, and open the address that it prints");
+    gone = () => new Error("the program that serves this page has stopped: start it again, and open the address that it prints");
   const read = (failed, text) => {
     const answer = JSON.parse(text);
     if (failed) throw new Error(answer.faults[0].message);

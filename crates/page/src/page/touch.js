@@ -144,10 +144,10 @@ function pullOn() {
 function pullWords({ end, body }) {
   const { name } = G.bodies[body];
   return {
-    2: `Dead point: ${name} goes no farther this way. Another body may take the mechanism past it.`,
-    3: `Branches of the motion meet here: ${name} is not pulled through, for either way could be meant.`,
-    4: `${name} does not move there: take it farther from where it turns.`,
-    5: `${name} cannot be pulled: the joints, and drivers of the files that the scene uses, leave nothing free.`,
+    2: `Dead point: ${name} cannot move farther in this direction. Drag another body to pass it.`,
+    3: `Singular configuration: branches of the motion meet here, and dragging ${name} does not choose one.`,
+    4: `${name} does not move: drag it farther from its centre of rotation.`,
+    5: `${name} cannot be pulled: joints and drivers leave 0 degrees of freedom.`,
   }[end] ?? "";
 }
 /** Lets go: the pose is the new start, and the run from there is solved. Or the pose is given up. */

@@ -23,7 +23,7 @@ pub struct ModeError(pub String);
 /// Why a part cannot be at a point of a motion what it is asked to be.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 enum Unfit {
-    #[error("`{name}` cannot rub: nothing presses there, `{on}` is open")]
+    #[error("`{name}` has no friction force: its contact `{on}` is open")]
     NothingPresses { name: String, on: String },
     /// Anything else, as a message.
     #[error("{0}")]
@@ -96,7 +96,7 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, Mode
     let known = || suggest::known(name, all.iter().map(|own| own.name.as_str()));
     if named.is_empty() {
         return Err(ModeError(format!(
-            "nothing of the name `{name}` is held on one side only or rubs; {known}",
+            "no unilateral constraint or dry friction has the name `{name}`; {known}",
             known = known()
         )));
     }
@@ -111,7 +111,7 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, Mode
                 named.iter().flat_map(|&index| words(&all[index])).map(|(own, _)| format!("{name}={own}")).collect();
             Err(ModeError(format!("`{name}` cannot be `{word}`; write {permitted}", permitted = words.join(" or "))))
         }
-        (None, _) => Err(ModeError(format!("`{name}` is more than one thing; {known}", known = known()))),
+        (None, _) => Err(ModeError(format!("`{name}` is ambiguous; {known}", known = known()))),
     }
 }
 
@@ -129,7 +129,7 @@ pub(super) fn put(
     let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
     if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
         return Err(AnalysisFailure::Modes(format!(
-            "at t = {} s several that stick hold something twice; say by `--mode NAME=idle` which of them carry nothing",
+            "at t = {} s several sticking frictions are redundant (statically indeterminate); set those that carry no load by `--mode NAME=idle`",
             point.time()
         )));
     }
@@ -206,19 +206,19 @@ fn rubs(
         None if begins => Ok(if moves { slides(own.rate.signum()) } else { STICKS }),
         None => Ok(natural),
         Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
-            Err(Unfit::Other(format!("`{name}` cannot stick: it slides by {rate}", rate = rate())))
+            Err(Unfit::Other(format!("`{name}` cannot stick: it slides at {rate}", rate = rate())))
         }
         Some(WantedMode::Holds | WantedMode::LetsGo) => Ok(STICKS),
         Some(WantedMode::Idle) if moves => {
-            Err(Unfit::Other(format!("`{name}` cannot be idle: it slides by {rate}", rate = rate())))
+            Err(Unfit::Other(format!("`{name}` slides at {rate}, so its friction cannot be idle", rate = rate())))
         }
         Some(WantedMode::Idle) => Ok(IDLE),
         Some(WantedMode::Slides(None)) if moves => Ok(slides(own.rate.signum())),
         Some(WantedMode::Slides(None)) => Err(Unfit::Other(format!(
-            "`{name}` stands still: write slides+ or slides- for the way in which it begins to slide"
+            "`{name}` is at rest: write slides+ or slides- for the direction in which it starts to slide"
         ))),
         Some(WantedMode::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
-            Err(Unfit::Other(format!("`{name}` slides the other way, by {rate}", rate = rate())))
+            Err(Unfit::Other(format!("`{name}` slides in the other direction, at {rate}", rate = rate())))
         }
         Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
     }
@@ -244,7 +244,7 @@ fn with_signs(
     state: &mut State,
 ) -> Result<OperatingPoint, AnalysisFailure> {
     let refused =
-        |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the mode that is asked for {why}"));
+        |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the requested mode {why}"));
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
         return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }

@@ -45,7 +45,7 @@ impl Sharing {
     pub fn has_no_verge(&self) -> AnalysisFailure {
         let names: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
         AnalysisFailure::Redundant(format!(
-            "{} hold the same together: which of them is about to slide is not determined; let the others carry nothing by `--mode NAME=idle`",
+            "{} share one load: which of them is at its friction limit is not determined; set the others by `--mode NAME=idle`",
             names.join(", ")
         ))
     }

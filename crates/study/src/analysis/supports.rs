@@ -94,7 +94,7 @@ pub(super) fn rest(
     Err(match slid.or(first) {
         Some(cause) if modes.len() > 1 => AnalysisFailure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
         Some(cause) => cause,
-        None => AnalysisFailure::Modes("no mode is asked for in which anything could rest".to_owned()),
+        None => AnalysisFailure::Modes("the requested modes have no equilibrium".to_owned()),
     })
 }
 
@@ -256,7 +256,7 @@ fn modes(
         start[own.index] = own.wanted == WantedMode::Holds;
         if own.wanted == WantedMode::Slides(None) {
             return Err(AnalysisFailure::Modes(format!(
-                "`{}` slides nowhere at rest: write slides+ or slides- for the place in which it is about to, or ask for it at a time of the motion (`--at`)",
+                "`{}` does not slide at an equilibrium; request this mode at a time of the motion (`--at`)",
                 mechanism.unilaterals[own.index].name
             )));
         }
@@ -266,7 +266,7 @@ fn modes(
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
         return Err(AnalysisFailure::Modes(format!(
-            "{} parts are held on one side only, and all their modes would be tried: of no more than {MOST} that is done; say by --mode which of them are open or closed",
+            "{} unilateral constraints have too many combinations of open and closed (at most {MOST} constraints are tried); set some of them by --mode",
             free.len()
         )));
     }
@@ -438,7 +438,7 @@ fn check_determined(
 pub(super) fn not_determined(names: &[String]) -> AnalysisFailure {
     let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     AnalysisFailure::Redundant(format!(
-        "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
+        "supports {} are redundant (statically indeterminate); remove one of them, or give it a stiffness",
         names.join(", ")
     ))
 }

@@ -258,7 +258,7 @@ impl FitProblem<'_, '_> {
             }));
         }
         Ok(Err(FitError::Undetermined(Undetermined::Other(
-            "the standard deviations of the columns do not settle: give them (--sigma), or fit one column".to_owned(),
+            "the standard deviations of the columns do not converge: give them (--sigma), or fit one column".to_owned(),
         ))))
     }
 

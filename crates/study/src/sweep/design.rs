@@ -105,7 +105,7 @@ impl Design {
                 Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
                 _ => {
                     return Err(vec![DesignError::Other(format!(
-                        "beside a table `{name}` can have one value only",
+                        "with a table `{name}` can have one value only",
                         name = factor.name
                     ))]);
                 }

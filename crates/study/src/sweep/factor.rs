@@ -94,7 +94,7 @@ impl Values {
             return if positive {
                 Ok(Values::Normal(mean, deviation))
             } else {
-                Err(FactorError::Other("the deviation is not above zero".to_owned()))
+                Err(FactorError::Other("the deviation must be positive".to_owned()))
             };
         }
         let Some((low, rest)) = text.split_once("..") else {

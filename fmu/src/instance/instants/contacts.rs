@@ -486,7 +486,7 @@ impl Instance {
     }
 }
 
-const PASSED: &str = "it has been passed without a beginning that could be found";
+const PASSED: &str = "the time of its event could not be located";
 const PULLED: &str = "it pulls: its reaction has changed its sign where no change of mode could be found";
 const EXCEEDED: &str = "its friction exceeds its limit where no change of mode could be found";
 const SLIDES: &str = "it slides although others hold it: no change of mode could be found";

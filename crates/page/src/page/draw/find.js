@@ -20,9 +20,9 @@ export function chooseWish(kind) {
   wish.kind = wish.kind === kind ? null : kind;
   for (const button of all("[data-wish]")) button.setAttribute("aria-pressed", button.dataset.wish === wish.kind);
   $("wish-help").textContent = wish.kind === "poses"
-    ? "Press where the body shall be and drag the way it shall point: three to five times. Drag a pose to move it, its tip to turn it."
+    ? "Press at a position of the body and drag in its direction, three to five times. Drag a pose to move it, or its tip to turn it."
     : wish.kind === "path"
-    ? "Draw the path that a point of the coupler shall follow. It is closed where it ends beside its beginning."
+    ? "Draw the path of the coupler point. It is closed if it ends next to its start."
     : "";
   $("clear-wish").hidden = $("find").hidden = !wish.kind;
   if (wish.kind) choose("move");
@@ -60,7 +60,7 @@ export function taskText() {
   return `${name}[path]\npoints = ${list(evenPath().map((at) => at.map((value) => metres(+value.toPrecision(6)))))}\nclosed = ${isClosed()}\n${sheetLimits()}`;
 }
 export async function find() {
-  const few = wish.kind === "poses" ? wish.poses.length < 2 && "two poses at least are wanted" : wish.path.length < 5 && "draw a path first";
+  const few = wish.kind === "poses" ? wish.poses.length < 2 && "at least two poses are needed" : wish.path.length < 5 && "draw a path first";
   if (few) {
     say(few);
     return;
@@ -160,7 +160,7 @@ export function pressWish(at, where) {
     wish.poses.push({ at: met(at).at, angle: 0 });
     wish.held = ["turn", wish.poses.length - 1];
   } else {
-    say("five poses are as many as a linkage of four bars can take exactly");
+    say("a four-bar linkage can meet at most five poses exactly");
     wish.held = ["none"];
   }
   return true;

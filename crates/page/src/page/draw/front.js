@@ -47,7 +47,7 @@ function otherThread() {
         JSON.stringify({
           faults: [{
             severity: "error",
-            message: `cotree itself has failed at this text (${fault.message}): please report it with the text`,
+            message: `internal error of cotree (${fault.message}): please report it with the text`,
             help: "the text stays as it is",
           }],
           omitted: 0,

@@ -140,7 +140,7 @@ async function renewMotion() {
   if (turn !== motion.turn) return;
   $("motion").classList.toggle("old", failed);
   $("motion-told").textContent = failed
-    ? motion.frame ? "The motion of the last text without faults." : "The motion comes as soon as the text has no faults."
+    ? motion.frame ? "The motion of the last text without errors." : "The motion appears when the text has no errors."
     : "";
   if (failed) return;
   const frame = Object.assign(document.createElement("iframe"), { title: "The mechanism in motion", srcdoc: textOf(bytes), className: "next" });
@@ -190,7 +190,7 @@ export function choose(name) {
 async function act(at, target) {
   const own = TOOLS[tool.name];
   if (drawing.editing || drawing.shown !== drawing.text || drawing.stale) {
-    say("the text has faults: mend them first, then go on drawing");
+    say("the text has errors: correct them before you draw");
     return;
   }
   if (drawing.sketch?.line) {
@@ -248,7 +248,7 @@ function typeKey(key) {
 function grab(at) {
   if (at.kind !== "point") return false;
   if (drawing.stale || drawing.shown !== drawing.text) {
-    say("the text has faults: mend them first");
+    say("the text has errors: correct them first");
     return false;
   }
   tool.grabbed = { point: at, text: drawing.text, sketch: drawing.sketch };
@@ -481,7 +481,7 @@ async function exportFmu(version) {
   if (failed) {
     const { faults } = JSON.parse(textOf(bytes));
     showFaults({ faults });
-    say("there is no FMU of a text with faults");
+    say("no FMU: the text has errors");
     return null;
   }
   const name = `${$("name").textContent.replace(/[^A-Za-z0-9_]/g, "_").replace(/^(?=\d)/, "_")}.fmu`;
@@ -501,7 +501,7 @@ async function sharedText() {
     const bytes = Uint8Array.from(atob(packed.replaceAll("-", "+").replaceAll("_", "/")), (letter) => letter.charCodeAt(0));
     return await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
   } catch {
-    say("the address of this page is cut short: its scene cannot be read");
+    say("the address of this page is truncated: its scene cannot be read");
     return null;
   }
 }
@@ -548,7 +548,7 @@ const SAVES = {
       await navigator.clipboard.writeText(address);
       say("address copied");
     } catch {
-      say("the address of this page has the scene in it now");
+      say("the address of this page now contains the scene");
     }
   },
 };

@@ -85,7 +85,7 @@ export class Plan {
 }
 
 export const TOOLS = {
-  move: { key: "v", say: "Move", hint: "drag a point: what hangs on it follows; drag the ground to move the view" },
+  move: { key: "v", say: "Move", hint: "drag a point: the parts connected to it follow; drag the background to move the view" },
   bar: {
     key: "b",
     say: "Bar",
@@ -93,7 +93,7 @@ export const TOOLS = {
     hint: "from one end to the other; an end on a point or a bar is pinned to it; a length can be typed: 120, or 120<45; 1 kg per metre, `density` in the text",
     act(plan, from, to) {
       const length = far(from.at, to.at);
-      if (length * view.scale < 6) throw new Error("a bar needs two ends that are apart");
+      if (length * view.scale < 6) throw new Error("a bar needs two different ends");
       const name = plan.add("bodies", "bar", [["points", `{ a = [0, 0], b = [${metres(length)}, 0] }`], ["shape", `{ rod = ["a", "b"], density = "1 kg/m" }`]]);
       for (const [end, at] of [["a", from], ["b", to]]) if (at.kind !== "free") plan.join("revolute", "pin", [plan.place(at, "pin"), `${name}.${end}`]);
       const middle = plus(from.at, to.at).map((value) => value / 2), way = minus(to.at, from.at);
@@ -105,7 +105,7 @@ export const TOOLS = {
     key: "p",
     say: "Pin",
     count: 1,
-    hint: "on a point: pins it to what lies there, else to the ground",
+    hint: "on a point: pins it to another body there, else to the ground",
     act(plan, at) {
       if (at.kind === "point" && at.body !== null) {
         const joints = drawing.sketch.geometry.joints,
@@ -132,7 +132,7 @@ export const TOOLS = {
     key: "s",
     say: "Slider",
     count: 2,
-    hint: "on a point, then where its rail leads: a block on the ground",
+    hint: "on a point, then in the direction of its rail: a slider on the ground",
     act(plan, at, to) {
       if (at.kind === "free") throw new Error("a slider begins at a point of a body");
       const way = axis(at.at, to.at),
@@ -147,7 +147,7 @@ export const TOOLS = {
     key: "o",
     say: "Slot",
     count: 2,
-    hint: "on a point, then where the slot leads: a slot in the ground",
+    hint: "on a point, then in the direction of the slot: a slot in the ground",
     act(plan, at, to) {
       if (at.kind === "free") throw new Error("a slot begins at a point of a body");
       const way = axis(at.at, to.at), end = plan.place(at, "pin"), ground = plan.place({ kind: "free", at: at.at }, "rail");
@@ -172,7 +172,7 @@ export const TOOLS = {
     key: "m",
     say: "Motor",
     count: 1,
-    hint: "on a pin: it turns once in a second",
+    hint: "on a pin: it turns once per second",
     act(plan, at) {
       const joint = drawing.sketch.geometry?.joints.filter(({ hold }) => hold === "pin").map((own) => [far(world(own.ends[1]), at.at) * view.scale, own])
         .filter(([d]) => d < 14).sort((a, b) => Number(a[1].ends[0].body !== null) - Number(b[1].ends[0].body !== null))[0]?.[1];
@@ -207,7 +207,7 @@ export const TOOLS = {
     key: "x",
     say: "Remove",
     count: 1,
-    hint: "a joint, a load, a point or a body: what is shown on top there",
+    hint: "removes the topmost joint, load, point or body",
     act(plan, at, _, target) {
       const part = target?.closest?.("[data-load],[data-joint]"), name = part?.dataset.load ?? part?.dataset.joint;
       if (name) {
@@ -227,7 +227,7 @@ export const TOOLS = {
 };
 const axis = (from, to) => {
   const way = minus(to, from), length = Math.hypot(...way);
-  if (length * view.scale < 6) throw new Error("draw the way that it leads");
+  if (length * view.scale < 6) throw new Error("draw its direction");
   return `[${way.map((value) => digits12(+(value / length).toFixed(12))).join(", ")}]`;
 };
 /** The angle of a joint: the second body's minus the first's. */
@@ -269,7 +269,7 @@ export function moved(grabbed, to) {
     ) && number(`${point.owner}.${second.name}.x`)?.value > 0;
     if (zeros) {
       const [a, b] = own.map((other) => here.includes(other) ? to : other.at), way = minus(b, a), now = angle + oneWay(Math.atan2(way[1], way[0]) - angle);
-      if (Math.hypot(...way) < 1e-9) throw new Error("the ends of a bar are apart");
+      if (Math.hypot(...way) < 1e-9) throw new Error("the ends of a bar must be different");
       set(`${point.owner}.${second.name}.x`, Math.hypot(...way));
       guess(`${point.owner}.angle`, now, true);
       ["x", "y"].forEach((word, k) => guess(`${point.owner}.${word}`, (a[k] + b[k]) / 2, false));

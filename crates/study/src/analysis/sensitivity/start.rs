@@ -39,7 +39,7 @@ pub fn start(
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
     if !full && speeds.norm() > 0.0 {
         return Err(StartError(
-            "`[initial]` leaves rates open in a mechanism that moves at its start: give them".to_owned(),
+            "`[initial]` does not determine the velocities of a mechanism that moves at the start: give them".to_owned(),
         ));
     }
     Ok((positions, changes))
@@ -84,7 +84,7 @@ fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), Sta
     }
     let left = product(a, &solution) - b;
     if left.amax() > CONTRADICTION * (1.0 + b.amax()) {
-        return Err(StartError("what is known at the start and the loops fit for these very values only".to_owned()));
+        return Err(StartError("the initial values and the loops are compatible for these values only".to_owned()));
     }
     Ok((solution, rank == n))
 }
