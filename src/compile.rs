@@ -154,23 +154,6 @@ fn internal(what: &str) -> Fault {
 /// Why a text is no value of a variable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuantityError {
-    /// It can be read neither as a number nor as a formula.
-    #[error("{}", .0.message)]
-    Unreadable(Box<Fault>),
-    /// Its unit is of another kind.
-    #[error("`{text}` is not in {si} or a unit of the same kind")]
-    OtherKind {
-        /// The text.
-        text: String,
-        /// The SI unit of the variable.
-        si: String,
-    },
-    /// It is a formula.
-    #[error("`{text}` is not a number, alone or with a unit")]
-    NotANumber {
-        /// The text.
-        text: String,
-    },
     /// Not two numbers.
     #[error("two numbers are wanted")]
     NotTwo,
@@ -182,19 +165,14 @@ pub enum QuantityError {
         /// The last of them.
         last: String,
     },
-    /// Numbers that are written together, of which it is not clear which unit one has.
-    #[error("`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last")]
-    NoUnit {
-        /// The number.
-        text: String,
-        /// The last with a unit.
-        last: String,
-    },
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
 }
 
 impl From<Fault> for QuantityError {
     fn from(fault: Fault) -> Self {
-        QuantityError::Unreadable(Box::new(fault))
+        QuantityError::Other(fault.message)
     }
 }
 
@@ -207,8 +185,12 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, QuantityError> {
     match reading {
         QuantityReading::Number(value) => Ok(value),
         QuantityReading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
-        QuantityReading::Measure(..) => Err(QuantityError::OtherKind { text: text.to_owned(), si: unit.si.clone() }),
-        QuantityReading::Expression => Err(QuantityError::NotANumber { text: text.to_owned() }),
+        QuantityReading::Measure(..) => {
+            Err(QuantityError::Other(format!("`{text}` is not in {si} or a unit of the same kind", si = unit.si)))
+        }
+        QuantityReading::Expression => {
+            Err(QuantityError::Other(format!("`{text}` is not a number, alone or with a unit")))
+        }
     }
 }
 
@@ -248,7 +230,11 @@ pub fn with_units(texts: &[&str]) -> Result<Vec<String>, QuantityError> {
     let own = |(text, own): (&&str, &Option<Unit>)| match own {
         None if text.parse::<f64>().is_err() => Ok((*text).to_owned()), // no number
         None if is_clear => Ok(format!("{text} {}", unit.shown())),
-        None => Err(QuantityError::NoUnit { text: (*text).to_owned(), last: (*last).to_owned() }),
+        None => Err(QuantityError::Other(format!(
+            "`{text}` has no unit beside `{last}`: write a unit behind each number, or one behind the last",
+            text = (*text),
+            last = (*last)
+        ))),
         Some(_) => Ok((*text).to_owned()),
     };
     texts.iter().zip(&units).map(own).collect()
@@ -300,13 +286,19 @@ impl Scene {
 
 /// Why there is no FMU.
 #[derive(Debug, thiserror::Error)]
-pub enum ExportFailure {
-    /// The scene is at fault.
-    #[error(transparent)]
-    Scene(#[from] Faults),
-    /// The file is.
-    #[error(transparent)]
-    File(#[from] ExportError),
+#[error("{0}")]
+pub struct ExportFailure(pub String);
+
+impl From<Faults> for ExportFailure {
+    fn from(error: Faults) -> Self {
+        ExportFailure(error.to_string())
+    }
+}
+
+impl From<ExportError> for ExportFailure {
+    fn from(error: ExportError) -> Self {
+        ExportFailure(error.to_string())
+    }
 }
 
 impl Compiled {

@@ -19,7 +19,10 @@ impl Equations {
                 _ => true,
             };
             if !fits {
-                return Err(NoSeries::Armature { joint: element.name.clone() });
+                return Err(NoSeries(format!(
+                    "the armature of `{joint}` is between two bodies that turn, or along an axis that turns",
+                    joint = element.name
+                )));
             }
         }
         Ok(())

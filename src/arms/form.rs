@@ -152,9 +152,9 @@ fn lower(
         None => Ok((form, coefficients)),
         Some(Symbol::Missing(body, property)) => {
             let key = if property == Property::Mass { "mass" } else { "inertia" };
-            Err(NoSeries::Lacking { body: equations.system.mechanism.bodies[body].name.clone(), key })
+            Err(NoSeries(format!("body `{body}` has no `{key}`", body = equations.system.mechanism.bodies[body].name)))
         }
-        Some(_) => Err(NoSeries::VariableConstant),
+        Some(_) => Err(NoSeries("a mass or a length is no function of the parameters alone".to_owned())),
     }
 }
 
@@ -221,13 +221,15 @@ impl Lowering<'_> {
             let rest: Vec<usize> = all.iter().copied().filter(|&index| index != own).collect();
             let parent = match rest.is_empty() {
                 true => None,
-                false => Some(*known.get(&rest).ok_or(NoSeries::NoChain)?),
+                false => {
+                    Some(*known.get(&rest).ok_or_else(|| NoSeries("an angle has no chain of coordinates".to_owned()))?)
+                }
             };
             known.insert(all, frame as u32);
             places[own] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&own] < 0.0 });
         }
         for (index, place) in places.into_iter().enumerate() {
-            let place = place.ok_or(NoSeries::TurnsNothing)?;
+            let place = place.ok_or_else(|| NoSeries("a coordinate turns nothing".to_owned()))?;
             self.define_coordinate(index, place);
             self.form.coordinates.push(place);
         }

@@ -75,6 +75,6 @@ pub(super) fn linear(
             terms.push((ArmFactor::Signal(expr), coefficient));
             Ok(())
         }
-        _ => Err(NoSeries::NonlinearDisplacement),
+        _ => Err(NoSeries("a displacement is no linear function of the coordinates".to_owned())),
     }
 }

@@ -29,7 +29,9 @@ impl Equations {
                     }
                     // The constant part of a function of time.
                     (ArmFactor::One, _) => part.signal = self.system.arena.add(part.signal, coefficient),
-                    (ArmFactor::Displacement(_), None) => return Err(NoSeries::ScaledAngle),
+                    (ArmFactor::Displacement(_), None) => {
+                        return Err(NoSeries("an angle is scaled by a parameter".to_owned()));
+                    }
                 }
             }
             turning.push(part);

@@ -27,88 +27,8 @@ pub use tree::ArmLink;
 
 /// Why the motion is not integrated by series: a clause about the mechanism.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoSeries {
-    /// It could be, but a step would cost too much.
-    #[error("its equations are many and weakly coupled")]
-    TooMany,
-    /// The scene asks for another method.
-    #[error("the scene asks for `method = \"{method}\"`")]
-    OtherMethod {
-        /// The method.
-        method: &'static str,
-    },
-    /// Dry friction in a mechanism that is not driven.
-    #[error("dry friction that sticks follows from reactions, of which series know nothing yet")]
-    DryFriction,
-    /// A law of accelerations or reactions.
-    #[error("a law reads accelerations or reactions, of which series know nothing yet")]
-    ReadsTheMotion,
-    /// An armature between two bodies that both turn, or along an axis that turns: its energy has products of the rates of two frames.
-    #[error("the armature of `{joint}` is between two bodies that turn, or along an axis that turns")]
-    Armature {
-        /// The joint.
-        joint: String,
-    },
-    /// A body without mass or inertia.
-    #[error("body `{body}` has no `{key}`")]
-    Lacking {
-        /// The body.
-        body: String,
-        /// The key that it lacks.
-        key: &'static str,
-    },
-    /// A mass or a length that varies.
-    #[error("a mass or a length is no function of the parameters alone")]
-    VariableConstant,
-    /// A displacement that is no sum of coordinates.
-    #[error("a displacement is no linear function of the coordinates")]
-    NonlinearDisplacement,
-    /// A ratio of angles that can be set.
-    #[error("an angle is scaled by a parameter")]
-    ScaledAngle,
-    /// A relation that does not always hold, with arms that vary.
-    #[error("what does not always hold is no constant combination of arms")]
-    VariableArms,
-    /// The friction of a circle whose normal is not that of its line.
-    #[error("the friction of a circle is about the direction to another point")]
-    CircleFriction,
-    /// A relation of a distance with further terms.
-    #[error("a distance is coupled with something else")]
-    CoupledDistance,
-    /// An angle that is prescribed by a displacement.
-    #[error("a prescribed angle depends on a coordinate")]
-    PrescribedAngle,
-    /// Too many terms between a law and what it depends on.
-    #[error("a law depends on too long a path")]
-    LongPath,
-    /// A sum without terms.
-    #[error("a series has no source")]
-    NoSource,
-    /// A law of what follows from the series.
-    #[error("a law depends on accelerations or reactions")]
-    ReadsForces,
-    /// A law of a symbol without series.
-    #[error("a law depends on something that is no series")]
-    OtherSymbol,
-    /// Laws of too many pieces.
-    #[error("its laws have more than {most} pieces")]
-    Pieces {
-        /// How many there can be.
-        most: usize,
-    },
-    /// An angle that no coordinates lead to.
-    #[error("an angle has no chain of coordinates")]
-    NoChain,
-    /// An angular coordinate that is of no angle.
-    #[error("a coordinate turns nothing")]
-    TurnsNothing,
-    /// A function whose table entry has neither a series nor a composition.
-    #[error("`{name}` has no series")]
-    Function {
-        /// The function.
-        name: &'static str,
-    },
-}
+#[error("{0}")]
+pub struct NoSeries(pub String);
 
 /// Up to so many masses between arms, or arms that loads work along, the arm form is formulated.
 const MOST: usize = 1_000_000;
@@ -288,6 +208,6 @@ impl Equations {
     fn are_few(&self) -> Result<(), NoSeries> {
         let bodies = self.system.mechanism.bodies.len();
         let couplings: usize = (0..bodies).map(|body| self.depth(BodyId(body)).pow(2)).sum();
-        if couplings > MOST { Err(NoSeries::TooMany) } else { Ok(()) }
+        if couplings > MOST { Err(NoSeries("its equations are many and weakly coupled".to_owned())) } else { Ok(()) }
     }
 }

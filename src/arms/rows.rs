@@ -16,7 +16,7 @@ impl Equations {
         let (auxiliary, rods) = (arms.auxiliary.len(), arms.rods.len());
         self.row_of(index, element, arms)?;
         if arms.rods.len() > rods || !is_coupled && arms.auxiliary.len() > auxiliary {
-            return Err(NoSeries::VariableArms);
+            return Err(NoSeries("what does not always hold is no constant combination of arms".to_owned()));
         }
         // Auxiliary displacements before it are there whether it holds or not.
         if let Some(row) = arms.rows.last_mut() {
@@ -65,7 +65,9 @@ impl Equations {
                 Port::Curve(ends, curve) => self.function_of_angle(ends, &curve, factor, arms, &mut row),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
                 Port::Heading(_) => {
-                    return Err(NoSeries::CircleFriction);
+                    return Err(NoSeries(
+                        "the friction of a circle is about the direction to another point".to_owned(),
+                    ));
                 }
             }
         }
@@ -171,7 +173,9 @@ impl Equations {
         coupling: &Coupling,
         arms: &mut ArmEquations,
     ) -> Result<(), NoSeries> {
-        let [term] = &coupling.terms[..] else { return Err(NoSeries::CoupledDistance) };
+        let [term] = &coupling.terms[..] else {
+            return Err(NoSeries("a distance is coupled with something else".to_owned()));
+        };
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let mut gap = self.decompose(&gap)?;
         let length = self.system.arena.divide(coupling.offset, term.factor);
@@ -225,7 +229,9 @@ impl Equations {
             match factor {
                 ArmFactor::One => row.constant.push(coefficient),
                 ArmFactor::Signal(signal) => row.signals.push((signal, coefficient)),
-                ArmFactor::Displacement(_) => return Err(NoSeries::PrescribedAngle),
+                ArmFactor::Displacement(_) => {
+                    return Err(NoSeries("a prescribed angle depends on a coordinate".to_owned()));
+                }
             }
         }
         arms.rows.push(row);

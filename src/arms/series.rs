@@ -121,11 +121,11 @@ impl SeriesBuilder {
             return Ok(slot);
         }
         if self.is_too_deep(arena, expr) {
-            return Err(NoSeries::LongPath);
+            return Err(NoSeries("a law depends on too long a path".to_owned()));
         }
         let slot = match self.series(arena, c, expr)? {
             ArmSeries::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {
-                let Source::Slot(slot) = terms[0].0 else { return Err(NoSeries::NoSource) };
+                let Source::Slot(slot) = terms[0].0 else { return Err(NoSeries("a series has no source".to_owned())) };
                 slot
             }
             ArmSeries::Constant(value) => self.linear(c, value, &[], SeriesLevel::Signals),
@@ -236,14 +236,14 @@ impl SeriesBuilder {
             Symbol::Input(index, order) => Given::Input(index as u32, times(order)),
             Symbol::Follower(index, order) => Given::Follower(index as u32, times(order)),
             Symbol::Coordinate(_, Order::Acceleration) | Symbol::State(_, Order::Velocity) | Symbol::Reaction(_) => {
-                return Err(NoSeries::ReadsForces);
+                return Err(NoSeries("a law depends on accelerations or reactions".to_owned()));
             }
             Symbol::Coordinate(..)
             | Symbol::State(..)
             | Symbol::Parameter(_)
             | Symbol::Missing(..)
             | Symbol::Argument => {
-                return Err(NoSeries::OtherSymbol);
+                return Err(NoSeries("a law depends on something that is no series".to_owned()));
             }
         };
         let slot = self.allocate(SeriesLevel::Signals);
@@ -288,7 +288,7 @@ impl SeriesBuilder {
             _ => {
                 let composed = arena
                     .series_of_unary(function, a)
-                    .ok_or(NoSeries::Function { name: function.definition().name })?;
+                    .ok_or_else(|| NoSeries(format!("`{name}` has no series", name = function.definition().name)))?;
                 return self.series(arena, c, composed);
             }
         };
@@ -346,7 +346,7 @@ impl SeriesBuilder {
             self.tape.switches.push(function);
         }
         if self.tape.switches.len() > MAX_SWITCHES {
-            return Err(NoSeries::Pieces { most: MAX_SWITCHES });
+            return Err(NoSeries(format!("its laws have more than {most} pieces", most = MAX_SWITCHES)));
         }
         Ok(switch as u32)
     }
@@ -395,7 +395,8 @@ impl SeriesBuilder {
             Binary::Atan2 => self.arc_tangent(arena, c, a, b),
             _ => {
                 let composed = arena.series_of_binary(function, a, b);
-                let composed = composed.ok_or(NoSeries::Function { name: function.definition().name })?;
+                let composed = composed
+                    .ok_or_else(|| NoSeries(format!("`{name}` has no series", name = function.definition().name)))?;
                 self.series(arena, c, composed)
             }
         }

@@ -123,7 +123,7 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a
     let scene = package.scene.map(SceneText::files).unwrap_or_default();
     let related = related(&scene, extras);
     if !related.is_empty() {
-        let text = xml::related::manifest(&related).map_err(ExportError::Description)?;
+        let text = xml::related::manifest(&related).map_err(no_description)?;
         entries.insert(xml::related::PLACE.to_owned(), MemberContent::Bytes(text.into()));
     }
     entries.extend(scene.into_iter().map(|(name, text)| (name, MemberContent::Bytes(text.into_bytes().into()))));
@@ -147,15 +147,19 @@ fn described(package: &Package) -> Result<Vec<(&'static str, Vec<u8>)>, ExportEr
     let description = package.description;
     Ok(match package.version {
         FmiVersion::V2 => {
-            let text = xml::fmi2::model_description(description).map_err(ExportError::Description)?;
+            let text = xml::fmi2::model_description(description).map_err(no_description)?;
             vec![("modelDescription.xml", text)]
         }
         FmiVersion::V3 => {
-            let text = xml::fmi3::model_description(description).map_err(ExportError::Description)?;
-            let terminals = xml::terminals::terminals(description).map_err(ExportError::Description)?;
+            let text = xml::fmi3::model_description(description).map_err(no_description)?;
+            let terminals = xml::terminals::terminals(description).map_err(no_description)?;
             let mut files = vec![("modelDescription.xml", text)];
             files.extend(terminals.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml", text)));
             files
         }
     })
+}
+
+fn no_description(error: impl std::fmt::Display) -> ExportError {
+    ExportError::Other(format!("cannot write the model description: {error}"))
 }

@@ -35,18 +35,29 @@ impl FmiVersion {
 /// Why no FMU could be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// There is no runtime for a platform.
-    #[error(transparent)]
-    Runtime(#[from] runtime::RuntimeError),
     #[error("cannot draw model.png: {0}")]
     Picture(String),
-    /// The model description could not be written.
-    #[error("cannot write the model description: {0}")]
-    Description(std::io::Error),
-    #[error("cannot write the program: {0}")]
-    Program(#[from] cotree_fmu::program::storage::LoadError),
-    #[error("cannot pack the FMU: {0}")]
-    Archive(#[from] zip::result::ZipError),
     #[error("cannot write `{path}`: {error}")]
     Write { path: String, error: std::io::Error },
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<runtime::RuntimeError> for ExportError {
+    fn from(error: runtime::RuntimeError) -> Self {
+        ExportError::Other(error.to_string())
+    }
+}
+
+impl From<cotree_fmu::program::storage::LoadError> for ExportError {
+    fn from(error: cotree_fmu::program::storage::LoadError) -> Self {
+        ExportError::Other(format!("cannot write the program: {error}"))
+    }
+}
+
+impl From<zip::result::ZipError> for ExportError {
+    fn from(error: zip::result::ZipError) -> Self {
+        ExportError::Other(format!("cannot pack the FMU: {error}"))
+    }
 }

@@ -121,14 +121,8 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
 
 /// Why a driver cannot move within its arc.
 #[derive(Debug, thiserror::Error)]
-enum ArcError {
-    #[error(
-        "driver `{driver}` has no arc: two joints with places, an upper end above the lower one and a speed above zero"
-    )]
-    NoArc { driver: String },
-    #[error("driver `{driver}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad")]
-    Outside { driver: String, angle: f64, start: f64, end: f64 },
-}
+#[error("{0}")]
+struct ArcError(pub String);
 
 /// The course of a driver from the pose of the file: on and on, or to and fro within its arc.
 fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJoint]) -> Result<DriveLaw, ArcError> {
@@ -143,7 +137,10 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
     let crank = own.iter().find(|other| **other != pin).and_then(|other| Some([place(pin)?, place(*other)?]));
     let (start, end) = (body.arc_start.unwrap_or(0.0), body.arc_end.unwrap_or(PI));
     let Some([[x, y], [u, v]]) = crank.filter(|_| start < end && rate > 0.0) else {
-        return Err(ArcError::NoArc { driver: body.id.clone() });
+        return Err(ArcError(format!(
+            "driver `{driver}` has no arc: two joints with places, an upper end above the lower one and a speed above zero",
+            driver = body.id
+        )));
     };
     // The turn of the angle that is nearest to the middle of the arc.
     let (angle, middle) = ((v - y).atan2(u - x), 0.5 * (start + end));
@@ -151,7 +148,10 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
     // The places of the file have rounding errors.
     let slack = 1e-9 * (end - start);
     if angle < start - slack || angle > end + slack {
-        return Err(ArcError::Outside { driver: body.id.clone(), angle, start, end });
+        return Err(ArcError(format!(
+            "driver `{driver}` stands at {angle:.6} rad, outside its arc from {start:?} to {end:?} rad",
+            driver = body.id
+        )));
     }
     Ok(DriveLaw::ToAndFro { rate, from: (start - angle).min(0.0), to: (end - angle).max(0.0) })
 }

@@ -9,27 +9,8 @@ use crate::typeset::rounded;
 
 /// Why a variable cannot have a value.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum ValueError {
-    /// NaN or infinite.
-    #[error("is not a finite number")]
-    NotFinite,
-    /// Below the smallest permitted value.
-    #[error("must be at least {min:?} {si}")]
-    TooSmall {
-        /// The smallest permitted value, SI.
-        min: f64,
-        /// The SI unit.
-        si: String,
-    },
-    /// Above the largest permitted value.
-    #[error("must be at most {max:?} {si}")]
-    TooLarge {
-        /// The largest permitted value, SI.
-        max: f64,
-        /// The SI unit.
-        si: String,
-    },
-}
+#[error("{0}")]
+pub struct ValueError(pub String);
 
 /// What kind of value it measures, and how the user writes it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,9 +57,9 @@ impl Unit {
     /// Why not.
     pub fn permit(&self, value: f64, bounds: [Option<f64>; 2]) -> Result<(), ValueError> {
         match bounds {
-            _ if !value.is_finite() => Err(ValueError::NotFinite),
-            [Some(min), _] if value < min => Err(ValueError::TooSmall { min, si: self.si.clone() }),
-            [_, Some(max)] if value > max => Err(ValueError::TooLarge { max, si: self.si.clone() }),
+            _ if !value.is_finite() => Err(ValueError("is not a finite number".to_owned())),
+            [Some(min), _] if value < min => Err(ValueError(format!("must be at least {min:?} {si}", si = self.si))),
+            [_, Some(max)] if value > max => Err(ValueError(format!("must be at most {max:?} {si}", si = self.si))),
             _ => Ok(()),
         }
     }

@@ -207,7 +207,7 @@ pub fn program(
     let mut program = assemble(equations, (length, &roles), &kernels, &moving, &table);
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
-        no_series = Some(NoSeries::TooMany);
+        no_series = Some(NoSeries("its equations are many and weakly coupled".to_owned()));
     }
     let solved = if driven { Vec::new() } else { moving.solved };
     Ok(Lowered { program, table, solved, blocks, solve_tree: moving.solve_tree, no_series, shared })
@@ -218,15 +218,17 @@ pub fn program(
 fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let values = typical(pose);
     if !equations.is_driven() && equations.rubs_dry() {
-        return Err(NoSeries::DryFriction);
+        return Err(NoSeries(
+            "dry friction that sticks follows from reactions, of which series know nothing yet".to_owned(),
+        ));
     }
     if equations.reads_the_motion() {
-        return Err(NoSeries::ReadsTheMotion);
+        return Err(NoSeries("a law reads accelerations or reactions, of which series know nothing yet".to_owned()));
     }
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
-        Method::Explicit => Err(NoSeries::OtherMethod { method: "explicit" }),
-        Method::Implicit => Err(NoSeries::OtherMethod { method: "implicit" }),
+        Method::Explicit => Err(NoSeries(format!("the scene asks for `method = \"{method}\"`", method = "explicit"))),
+        Method::Implicit => Err(NoSeries(format!("the scene asks for `method = \"{method}\"`", method = "implicit"))),
     }
 }
 

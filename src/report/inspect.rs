@@ -82,38 +82,33 @@ pub struct InspectedVariable {
 /// Why an FMU cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum InspectError {
-    #[error("{0}")]
-    Read(#[from] std::io::Error),
-    /// It is a folder or a device.
-    #[error("it is {0}, not an FMU")]
-    NoFile(&'static str),
     /// It does not begin as archives do.
     #[error("it is no FMU: it is not a zip archive")]
     NoArchive,
-    /// It is an archive, but a damaged one.
-    #[error("it is damaged or was not copied to its end: {0}")]
-    Archive(#[from] ZipError),
-    /// It is an archive, but not of a model.
-    #[error("it is no FMU: it has no modelDescription.xml")]
-    NoDescription,
     /// It is a good description of another model, or the program is another's.
     #[error("it is damaged: its modelDescription.xml and its program are not of the same model ({0}); export it again")]
     Strangers(&'static str),
-    /// The model description is damaged.
-    #[error("its modelDescription.xml is damaged: {0}")]
-    Description(String),
-    /// A file is not there that cotree writes into every FMU.
-    #[error("it is incomplete: it has no {0}; export it again")]
-    Incomplete(&'static str),
-    /// Another program has made it.
-    #[error("it was made by {}, not by cotree", if .0.is_empty() { "another program" } else { .0.as_str() })]
-    Foreign(String),
-    /// The program in it is damaged, or of another version of cotree.
+    /// Anything else, as a message.
     #[error("{0}")]
-    Program(#[from] cotree_fmu::program::storage::LoadError),
-    /// A file in it is larger than any that cotree writes.
-    #[error("its `{0}` is larger than cotree would make it")]
-    Large(String),
+    Other(String),
+}
+
+impl From<std::io::Error> for InspectError {
+    fn from(error: std::io::Error) -> Self {
+        InspectError::Other(error.to_string())
+    }
+}
+
+impl From<ZipError> for InspectError {
+    fn from(error: ZipError) -> Self {
+        InspectError::Other(format!("it is damaged or was not copied to its end: {error}"))
+    }
+}
+
+impl From<cotree_fmu::program::storage::LoadError> for InspectError {
+    fn from(error: cotree_fmu::program::storage::LoadError) -> Self {
+        InspectError::Other(error.to_string())
+    }
 }
 
 type Archive = ZipArchive<BufReader<File>>;
@@ -130,13 +125,19 @@ impl Contents {
             return Err(InspectError::NoArchive);
         }
         let mut archive = Archive::new(BufReader::new(file))?;
-        let description = entry(&mut archive, "modelDescription.xml")?.ok_or(InspectError::NoDescription)?;
+        let description = entry(&mut archive, "modelDescription.xml")?
+            .ok_or_else(|| InspectError::Other("it is no FMU: it has no modelDescription.xml".to_owned()))?;
         let header = Header::parse(&description)?;
         if !header.tool.starts_with("cotree ") {
-            return Err(InspectError::Foreign(header.tool));
+            return Err(InspectError::Other(format!(
+                "it was made by {}, not by cotree",
+                if header.tool.is_empty() { "another program" } else { header.tool.as_str() }
+            )));
         }
         let program = entry(&mut archive, cotree_fmu::PROGRAM_FILE)?;
-        let program = Program::from_bytes(&program.ok_or(InspectError::Incomplete(cotree_fmu::PROGRAM_FILE))?)?;
+        let program = Program::from_bytes(&program.ok_or_else(|| {
+            InspectError::Other(format!("it is incomplete: it has no {0}; export it again", cotree_fmu::PROGRAM_FILE))
+        })?)?;
         let expected = if header.version.starts_with('2') { program.guid.clone() } else { token(&program.guid) };
         if header.guid != expected {
             return Err(InspectError::Strangers("their GUIDs differ"));
@@ -182,8 +183,8 @@ fn why_no_start(program: Program) -> Option<String> {
 fn open(path: &Path) -> Result<(File, u64), InspectError> {
     let data = std::fs::metadata(path)?;
     match data {
-        _ if data.is_dir() => Err(InspectError::NoFile("a folder")),
-        _ if !data.is_file() => Err(InspectError::NoFile("a pipe or a device")),
+        _ if data.is_dir() => Err(InspectError::Other(format!("it is {0}, not an FMU", "a folder"))),
+        _ if !data.is_file() => Err(InspectError::Other(format!("it is {0}, not an FMU", "a pipe or a device"))),
         _ => Ok((File::open(path)?, data.len())),
     }
 }
@@ -197,7 +198,7 @@ fn entry(archive: &mut Archive, name: &str) -> Result<Option<Vec<u8>>, InspectEr
         Err(error) => return Err(error.into()),
     };
     if file.take(LARGEST + 1).read_to_end(&mut content)? as u64 > LARGEST {
-        return Err(InspectError::Large(name.to_owned()));
+        return Err(InspectError::Other(format!("its `{name}` is larger than cotree would make it")));
     }
     Ok(Some(content))
 }
@@ -231,7 +232,8 @@ struct Header {
 
 impl Header {
     fn parse(document: &[u8]) -> Result<Self, InspectError> {
-        let damaged = |error: &dyn fmt::Display| InspectError::Description(error.to_string());
+        let damaged =
+            |error: &dyn fmt::Display| InspectError::Other(format!("its modelDescription.xml is damaged: {error}"));
         let mut reader = Reader::from_reader(document);
         let (mut header, mut buffer, mut depth) = (Self::default(), Vec::new(), 0_u32);
         loop {

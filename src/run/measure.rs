@@ -53,20 +53,8 @@ pub struct Measure {
 
 /// Why a text is no measure.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum MeasureError {
-    /// The word before the variable is that of no statistic.
-    #[error("`{word}` is none of {}", words())]
-    UnknownStatistic {
-        /// The word.
-        word: String,
-    },
-    /// It is not written as a word and a variable in brackets.
-    #[error("`{text}` is not written as `max(variable)`")]
-    Form {
-        /// The text.
-        text: String,
-    },
-}
+#[error("{0}")]
+pub struct MeasureError(pub String);
 
 fn words() -> String {
     KINDS.map(|(word, _)| word).join(", ")
@@ -86,8 +74,8 @@ impl FromStr for Measure {
             rest.strip_suffix(')').map(str::trim).filter(|name| !name.is_empty() && !name.contains(['(', ')']));
         match (known, variable) {
             (Some(&(_, kind)), Some(variable)) => Ok(Measure { kind, variable: variable.to_owned() }),
-            (None, Some(_)) => Err(MeasureError::UnknownStatistic { word: word.trim().to_owned() }),
-            (_, None) => Err(MeasureError::Form { text: text.to_owned() }),
+            (None, Some(_)) => Err(MeasureError(format!("`{word}` is none of {}", words(), word = word.trim()))),
+            (_, None) => Err(MeasureError(format!("`{text}` is not written as `max(variable)`"))),
         }
     }
 }

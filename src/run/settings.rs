@@ -9,30 +9,6 @@ use crate::model::ValueError;
 /// Why a name or a value cannot be given to a run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingError {
-    /// No input has that name.
-    #[error("the scene has no input `{name}`; {known}")]
-    UnknownInput {
-        /// The name.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-    /// Nothing that can be set has that name.
-    #[error("the scene has no parameter or input `{name}`; {known}")]
-    Unknown {
-        /// The name.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-    /// The parameter is calculated.
-    #[error("`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene")]
-    Calculated {
-        /// The parameter.
-        name: String,
-        /// Its description.
-        about: String,
-    },
     /// The variable cannot have the value.
     #[error("{value:?} {cause}")]
     Value {
@@ -51,6 +27,9 @@ pub enum SettingError {
         /// Why not.
         cause: ValueError,
     },
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
 }
 
 /// The inputs of a scene by name: tables may have thousands of columns.
@@ -72,7 +51,12 @@ impl<'a> Inputs<'a> {
     pub fn find(&self, name: &str) -> Result<usize, SettingError> {
         let mut names: Vec<&str> = self.places.keys().copied().collect();
         names.sort_by_key(|name| self.places[name]);
-        let unknown = || SettingError::UnknownInput { name: name.to_owned(), known: suggest::known(name, names) };
+        let unknown = || {
+            SettingError::Other(format!(
+                "the scene has no input `{name}`; {known}",
+                known = suggest::known(name, names)
+            ))
+        };
         self.places.get(name).copied().ok_or_else(unknown)
     }
 }
@@ -88,11 +72,17 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, SettingE
         let is_calculated =
             |variable: &&ScalarVariable| variable.name == name && variable.causality == Causality::CalculatedParameter;
         if let Some(variable) = description.variables.iter().find(is_calculated) {
-            return SettingError::Calculated { name: name.to_owned(), about: variable.description.clone() };
+            return SettingError::Other(format!(
+                "`{name}` follows other parameters ({about}): set these, or give it a number of its own in the scene",
+                about = variable.description
+            ));
         }
         let variables = description.variables.iter().filter(can_be_set);
         let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
-        SettingError::Unknown { name: name.to_owned(), known: suggest::known(name, names) }
+        SettingError::Other(format!(
+            "the scene has no parameter or input `{name}`; {known}",
+            known = suggest::known(name, names)
+        ))
     })
 }
 

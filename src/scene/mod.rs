@@ -25,7 +25,7 @@ pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use asked::Asked;
-pub use edit::{EditError, spliced};
+pub use edit::{Edit, EditError, Gap, edited};
 pub use model::{
     Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
     Scene, Signal, Solver, State, Vector,

@@ -1,6 +1,6 @@
 const draw = page.cotreeDraw, { drawing } = draw, board = $("board");
 const until = async done => { for (let k = 0; k < 3000 && !done(); k++) await wait(20); return Boolean(done()); };
-const settled = () => until(() => drawing.shown === drawing.text);
+const settled = () => until(() => !drawing.editing && drawing.shown === drawing.text);
 const place = at => { const [x, y] = draw.pixel(at), { left, top } = board.getBoundingClientRect(); return { clientX: left + x, clientY: top + y }; };
 const send = (kind, at) => board.dispatchEvent(new page.PointerEvent(kind, { pointerId: 7, button: 0, bubbles: true, ...place(at) }));
 const drag = async (from, to) => { send("pointerdown", from); for (const part of [.3, .7, 1]) send("pointermove", from.map((value, k) => value + part * (to[k] - value))); send("pointerup", to); await settled(); };

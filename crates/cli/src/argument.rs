@@ -8,22 +8,31 @@ use thiserror::Error;
 
 /// What is wrong with a `NAME=VALUE`.
 #[derive(Debug, Error)]
-pub enum AssignmentError {
-    /// It has no `=`.
-    #[error("write name=value")]
-    Form,
-    /// Nothing that can be set has that name.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// The value cannot be read.
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
-    /// The variable cannot have the value.
-    #[error(transparent)]
-    Value(#[from] ValueError),
-    /// A study cannot set it.
-    #[error(transparent)]
-    Study(#[from] SetError),
+#[error("{0}")]
+pub struct AssignmentError(pub String);
+
+impl From<SettingError> for AssignmentError {
+    fn from(error: SettingError) -> Self {
+        AssignmentError(error.to_string())
+    }
+}
+
+impl From<QuantityError> for AssignmentError {
+    fn from(error: QuantityError) -> Self {
+        AssignmentError(error.to_string())
+    }
+}
+
+impl From<ValueError> for AssignmentError {
+    fn from(error: ValueError) -> Self {
+        AssignmentError(error.to_string())
+    }
+}
+
+impl From<SetError> for AssignmentError {
+    fn from(error: SetError) -> Self {
+        AssignmentError(error.to_string())
+    }
 }
 
 /// A mode that is not written as a name and a word.

@@ -114,7 +114,7 @@ fn mode(text: &str) -> Result<(String, String), ModeForm> {
 
 /// `name=value` for a parameter or an input.
 fn set(study: &mut Study, setting: &str) -> Result<(), AssignmentError> {
-    let (name, text) = setting.split_once('=').ok_or(AssignmentError::Form)?;
+    let (name, text) = setting.split_once('=').ok_or_else(|| AssignmentError("write name=value".to_owned()))?;
     Ok(study.set(name.trim(), |unit| compile::quantity(text.trim(), unit))?)
 }
 

@@ -22,15 +22,28 @@ const BOLD: f64 = 600.0;
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     #[error(transparent)]
-    Document(#[from] roxmltree::Error),
-    #[error(transparent)]
-    Svg(#[from] resvg::usvg::Error),
-    #[error(transparent)]
-    Font(#[from] FaceParsingError),
-    #[error("it has no extent")]
-    Empty,
-    #[error(transparent)]
     Encode(Box<dyn std::error::Error + Send + Sync>),
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<roxmltree::Error> for PictureError {
+    fn from(error: roxmltree::Error) -> Self {
+        PictureError::Other(error.to_string())
+    }
+}
+
+impl From<resvg::usvg::Error> for PictureError {
+    fn from(error: resvg::usvg::Error) -> Self {
+        PictureError::Other(error.to_string())
+    }
+}
+
+impl From<FaceParsingError> for PictureError {
+    fn from(error: FaceParsingError) -> Self {
+        PictureError::Other(error.to_string())
+    }
 }
 
 /// A text of a picture.

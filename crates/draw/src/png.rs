@@ -32,8 +32,10 @@ pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, PictureError> {
         Size::Longer(pixels) => pixels / longer,
         Size::Wide(pixels) => (pixels / tree.size().width()).min(LONGEST / longer),
     };
-    let size = tree.size().to_int_size().scale_by(scale).ok_or(PictureError::Empty)?;
-    let mut picture = Pixmap::new(size.width(), size.height()).ok_or(PictureError::Empty)?;
+    let size =
+        tree.size().to_int_size().scale_by(scale).ok_or_else(|| PictureError::Other("it has no extent".to_owned()))?;
+    let mut picture =
+        Pixmap::new(size.width(), size.height()).ok_or_else(|| PictureError::Other("it has no extent".to_owned()))?;
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut picture.as_mut());
     picture.encode_png().map_err(|error| PictureError::Encode(Box::new(error)))
 }

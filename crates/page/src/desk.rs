@@ -6,7 +6,8 @@ use cotree::export::FmiVersion;
 use cotree::export::runtime::Runtime;
 use cotree::import::{ImportOptions, import_file};
 use cotree::model::identifier;
-use cotree::scene::Faults;
+use cotree::scene::{Edit, Faults, edited};
+use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::{Made, moving, sketch};
@@ -25,6 +26,22 @@ pub struct Desk {
 /// What is wrong with a scene, the mechanism at its start, where its numbers are written.
 pub fn look(text: &str) -> Vec<u8> {
     sketch::look(text).to_string().into_bytes()
+}
+
+/// A text and what shall change in it.
+#[derive(Deserialize)]
+struct Edits {
+    text: String,
+    edits: Vec<Edit>,
+}
+
+/// A text after edits, both in JSON.
+///
+/// # Errors
+/// An edit that does not fit the text.
+pub fn edit(request: &str) -> Answer {
+    let Edits { text, edits } = serde_json::from_str(request).map_err(|error| failed(&error))?;
+    edited(&text, &edits).map(String::into_bytes).map_err(|error| failed(&error))
 }
 
 /// The page of a scene, without its solver, which the page around it lends.

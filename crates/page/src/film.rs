@@ -48,7 +48,9 @@ pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Ta
     let timing = Timing { count: (count * step) as u32, step: step as usize, duration };
     let taken = match count <= f64::from(most) {
         true => taken(scene, &everything, drawing, &start, timing),
-        false => Err(MotionlessError::TooLong { count, most }),
+        false => Err(MotionlessError(format!(
+            "a film of {count:.0} pictures is too long: at most {most}; choose a higher speed or a lower rate"
+        ))),
     };
     Ok((everything, taken))
 }

@@ -9,36 +9,35 @@ use thiserror::Error;
 
 /// Why there is no motion to be shown or measured.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum MotionlessError {
-    /// The scene with every variable is at fault.
-    #[error(transparent)]
-    Scene(#[from] Faults),
-    /// The runtime refuses the program.
-    #[error(transparent)]
-    Program(#[from] Fault),
-    /// The program cannot be stored.
-    #[error(transparent)]
-    Storage(#[from] LoadError),
-    /// The motion cannot be found or continued.
-    #[error(transparent)]
-    Motion(#[from] InstanceError),
-    /// A run that cannot be measured.
-    #[error(transparent)]
-    Run(#[from] BenchError),
-    /// The documentation of an FMU moves so many bodies at most.
-    #[error("the mechanism has {count} bodies, more than {most}; `cotree view` makes a page of it that moves")]
-    TooManyBodies {
-        /// How many there are.
-        count: usize,
-        /// How many there can be.
-        most: usize,
-    },
-    /// A film of too many pictures.
-    #[error("a film of {count:.0} pictures is too long: at most {most}; choose a higher speed or a lower rate")]
-    TooLong {
-        /// How many there would be.
-        count: f64,
-        /// How many there can be.
-        most: u32,
-    },
+#[error("{0}")]
+pub struct MotionlessError(pub String);
+
+impl From<Faults> for MotionlessError {
+    fn from(error: Faults) -> Self {
+        MotionlessError(error.to_string())
+    }
+}
+
+impl From<Fault> for MotionlessError {
+    fn from(error: Fault) -> Self {
+        MotionlessError(error.to_string())
+    }
+}
+
+impl From<LoadError> for MotionlessError {
+    fn from(error: LoadError) -> Self {
+        MotionlessError(error.to_string())
+    }
+}
+
+impl From<InstanceError> for MotionlessError {
+    fn from(error: InstanceError) -> Self {
+        MotionlessError(error.to_string())
+    }
+}
+
+impl From<BenchError> for MotionlessError {
+    fn from(error: BenchError) -> Self {
+        MotionlessError(error.to_string())
+    }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotree::compile::{Compiled, compile_asking, compile_with_equations, everything};
 use cotree::export::description::{Description, ScalarVariable, StartValue};
 use cotree::formulate::Formulated;
-use cotree::model::{Dimension, Experiment, Exponents, Place, Unit, Units};
+use cotree::model::{Dimension, DisplayUnit, Experiment, Exponents, Place, Unit, Units};
 use cotree::resolve::loosened::Loosened;
 use cotree::scene::{Asked, Faults, Scene, Span};
 use cotree_draw::drawing::Geometry;
@@ -18,8 +18,8 @@ use crate::MotionlessError;
 use crate::accuracy;
 use crate::overview::{Overview, overview};
 use crate::page::{
-    Display, DriverLaw, GroundPoint, Live, MotionSource, Page, PageModel, PageVariable, PlainNumber, StoredRun, Touch,
-    WrittenLength, WrittenPlace, point_names, prose,
+    AbsentValue, Around, Display, DriverLaw, EntryGap, GroundPoint, Live, MotionSource, Page, PageModel, PageVariable,
+    PlainNumber, StoredRun, Touch, WrittenLength, WrittenPlace, point_names, prose,
 };
 
 /// A stored run has at most so many samples.
@@ -99,7 +99,10 @@ fn page_with(scene: &Scene, origin: MotionOrigin) -> Result<(Compiled, Result<Pa
 pub fn documentation(scene: &Scene, compiled: &Compiled, origin: MotionOrigin) -> Result<Live, MotionlessError> {
     let count = scene.bodies.len();
     if count > MOST_BODIES {
-        return Err(MotionlessError::TooManyBodies { count, most: MOST_BODIES });
+        return Err(MotionlessError(format!(
+            "the mechanism has {count} bodies, more than {most}; `cotree view` makes a page of it that moves",
+            most = MOST_BODIES
+        )));
     }
     moving(scene, compiled, origin, "export")?
 }
@@ -141,29 +144,37 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
         return None;
     }
     let units = &formulated.equations.system.mechanism.display;
-    let place = |span: Span| {
-        let whole = span.whole(text);
-        [whole.start, whole.end]
-    };
     let found = |name: &str| everything.description.variables.iter().find(|variable| variable.name == name);
     let written = |name: String, span: Span, bare: bool| {
-        let unit = found(&name).and_then(|variable| variable.unit.display.clone()).map(Display::from);
-        WrittenPlace { name, place: place(span), unit, bare }
+        let unit = found(&name).map(|variable| &variable.unit);
+        let si = || DisplayUnit { name: unit.map(|unit| unit.si.clone()).unwrap_or_default(), factor: 1.0 };
+        let unit = unit.and_then(|unit| unit.display.clone()).unwrap_or_else(si);
+        WrittenPlace::new(name, text, span.whole(text), &unit, bare)
     };
     let numbers = numbers.into_iter().filter_map(|own| {
         let variable = variable(found(&own.parameter)?, units);
         Some(PlainNumber { name: own.name, variable, written: written(own.parameter, own.span, false) })
     });
-    let laws = laws.into_iter().map(|own| DriverLaw {
-        angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
-        driver: own.driver,
-        parameter: own.parameter,
-        output: own.output,
-        place: place(own.span),
+    let laws = laws.into_iter().map(|own| {
+        let place = own.span.whole(text);
+        let Around { before, after } = law_and_more(text.get(place.start..place.end).unwrap_or_default());
+        DriverLaw {
+            angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
+            driver: own.driver,
+            parameter: own.parameter,
+            output: own.output,
+            place: [place.start, place.end],
+            before,
+            after,
+        }
     });
     let own = values(scene).into_iter().filter(|(_, span, _)| !span.is_nowhere() && span.end <= text.len());
+    let own: Vec<WrittenPlace> = own.map(|(name, span, bare)| written(name, span, bare)).collect();
     let coordinates: Vec<String> = everything.program.coordinates.iter().map(|own| own.name.clone()).collect();
     let is_known = |name: &String| known.iter().any(|variable| variable.name == *name);
+    let absent = known.iter().filter(|variable| own.iter().all(|own| own.name != variable.name));
+    let absent = absent.filter(|own| own.kind == "input" || own.initial || coordinates.contains(&own.name));
+    let absent: Vec<AbsentValue> = absent.filter_map(|variable| absent_value(scene, variable)).collect();
     coordinates.iter().all(is_known).then(|| Touch {
         program: everything.program.to_bytes().unwrap_or_default(),
         variables: everything.description.variables.iter().map(|variable| variable.name.clone()).collect(),
@@ -174,10 +185,59 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
             .map(|own| WrittenLength { name: own.name, text: own.text, output: own.output })
             .collect(),
         laws: laws.collect(),
-        written: own.map(|(name, span, bare)| written(name, span, bare)).collect(),
+        absent,
+        gaps: ["inputs", "initial"].into_iter().filter_map(|table| entry_gap(scene, table)).collect(),
+        written: own,
         file: file.to_owned(),
         text: text.to_owned(),
     })
+}
+
+/// A law as it is written, with room for a number that is added to it, in SI units. A sum binds least, but a unit needs its brackets.
+fn law_and_more(written: &str) -> Around {
+    let quote = written.get(..1).filter(|quote| matches!(*quote, "\"" | "'"));
+    let law = quote.and_then(|quote| written.strip_prefix(quote)?.strip_suffix(quote)).unwrap_or(written);
+    let begins =
+        law.len() - law.trim_start_matches(|own: char| own.is_whitespace() || "+-.0123456789".contains(own)).len();
+    let (number, unit) = law.split_at(exponent(law, begins));
+    let is_plain =
+        unit.trim_start().starts_with(|own: char| own.is_alphabetic() || own == '°') && !unit.contains(['*', '+', '-']);
+    let law = match is_plain && number.trim().parse::<f64>().is_ok() {
+        true => format!("{}[{}]", number.trim_end(), unit.trim()),
+        false => law.to_owned(),
+    };
+    let quote = quote.unwrap_or("\"");
+    Around { before: format!("{quote}{law} "), after: quote.to_owned() }
+}
+
+/// Where a number ends whose digits end here: behind its exponent, if it has one.
+fn exponent(text: &str, digits: usize) -> usize {
+    let rest = text.get(digits..).unwrap_or_default();
+    let Some(exponent) = rest.strip_prefix(['e', 'E']) else { return digits };
+    let unsigned = exponent.strip_prefix(['+', '-']).unwrap_or(exponent);
+    let after = unsigned.trim_start_matches(|own: char| own.is_ascii_digit());
+    if after.len() == unsigned.len() { digits } else { text.len() - after.len() }
+}
+
+/// How the scene's text gets a value that it does not have.
+fn absent_value(scene: &Scene, variable: &PageVariable) -> Option<AbsentValue> {
+    /// Stands for the number.
+    const NUMBER: &str = "\u{1}";
+    let value = if variable.unit.is_empty() { NUMBER.to_owned() } else { format!("\"{NUMBER} {}\"", variable.unit) };
+    let table = if variable.kind == "input" { "inputs" } else { "initial" };
+    let gap = scene.gap(table).ok()?;
+    let around = |value: &str| {
+        let entry = gap.entry(&variable.name, value);
+        let (before, after) = entry.split_once(NUMBER)?;
+        Some(Around { before: before.to_owned(), after: after.to_owned() })
+    };
+    let known = if table == "inputs" { around(&gap.table("start", &value))? } else { around(&value)? };
+    Some(AbsentValue { name: variable.name.clone(), table, known, guess: around(&gap.table("guess", &value))? })
+}
+
+fn entry_gap(scene: &Scene, table: &'static str) -> Option<(&'static str, EntryGap)> {
+    let gap = scene.gap(table).ok()?;
+    Some((table, EntryGap { at: gap.at, head: gap.head, separator: gap.separator, tail: gap.tail }))
 }
 
 /// Where the values of parameters, inputs and initial values are written, and whether a unit beside them holds for bare numbers.

@@ -34,6 +34,8 @@ struct Stated {
     written: WrittenPlace,
     /// In SI units.
     value: f64,
+    /// A zero without a unit: it can be followed by a number in any unit.
+    is_bare_zero: bool,
 }
 
 /// A scene from a text that has no file.
@@ -60,12 +62,17 @@ pub fn look(text: &str) -> serde_json::Value {
                 mobility,
                 numbers: numbers(&scene, text),
             };
-            json!({ "good": true, "faults": told(compiled.warnings.as_ref()), "sketch": sketch })
+            json!({ "good": true, "name": scene.name.text, "faults": told(compiled.warnings.as_ref()), "sketch": sketch })
         }
         (Ok(scene), Err(faults)) if scene.bodies.is_empty() => {
-            json!({ "good": false, "faults": told(Some(&faults)), "sketch": ground_alone(&scene, text) })
+            let sketch = ground_alone(&scene, text);
+            json!({ "good": false, "name": scene.name.text, "faults": told(Some(&faults)), "sketch": sketch })
         }
-        (_, Err(faults)) | (Err(faults), Ok(_)) => json!({ "good": false, "faults": told(Some(&faults)) }),
+        (read, Err(faults)) => {
+            let name = read.map_or(String::new(), |scene| scene.name.text);
+            json!({ "good": false, "name": name, "faults": told(Some(&faults)) })
+        }
+        (Err(faults), Ok(_)) => json!({ "good": false, "name": "", "faults": told(Some(&faults)) }),
     }
 }
 
@@ -112,8 +119,9 @@ fn stated(name: String, span: Span, text: &str) -> Option<Stated> {
         name: number.trim_start_matches('[').trim_end_matches(']').to_owned(),
         factor: quantity(&format!("1 {number}"), &any).unwrap_or(1.0),
     });
-    let written = WrittenPlace { name, place: [whole.start, whole.end], unit: unit.map(Into::into), bare: false };
-    Some(Stated { written, value })
+    let is_bare_zero = value == 0.0 && unit.is_none();
+    let unit = unit.unwrap_or_else(|| DisplayUnit { name: "m".to_owned(), factor: 1.0 });
+    Some(Stated { written: WrittenPlace::new(name, text, whole, &unit, false), value, is_bare_zero })
 }
 
 /// The linkages for a task, best first, each with its scene and the curve of its body; as JSON.
@@ -153,15 +161,15 @@ mod tests {
         let numbers = look["sketch"]["numbers"].as_array().unwrap();
         let of =
             |name: &str| numbers.iter().find(|own| own["name"] == name).unwrap_or_else(|| panic!("{name}: {look}"));
-        for (name, text, value, unit) in [
-            ("ground.pivot.x", "'100 mm'", 0.1, "mm"),
-            ("bar.b.x", "'300 mm'", 0.3, "mm"),
-            ("bar.angle", "'90 deg'", std::f64::consts::FRAC_PI_2, "deg"),
+        for (name, text, value, after) in [
+            ("ground.pivot.x", "'100 mm'", 0.1, " mm'"),
+            ("bar.b.x", "'300 mm'", 0.3, " mm'"),
+            ("bar.angle", "'90 deg'", std::f64::consts::FRAC_PI_2, " deg'"),
         ] {
             let own = of(name);
             let place = [0, 1].map(|end| own["place"][end].as_u64().unwrap() as usize);
             assert_eq!(&BAR[place[0]..place[1]], text);
-            assert!((own["value"].as_f64().unwrap() - value).abs() < 1e-15 && own["unit"]["name"] == unit, "{own}");
+            assert!((own["value"].as_f64().unwrap() - value).abs() < 1e-15 && own["after"] == after, "{own}");
         }
         let [x, y] = [0, 1].map(|axis| look["sketch"]["geometry"]["bodies"][0]["start"][axis].as_f64().unwrap());
         assert!((x - 0.1).abs() < 1e-12 && (y - 0.15).abs() < 1e-12, "the middle of the bar, which stands upright");

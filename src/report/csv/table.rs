@@ -18,15 +18,6 @@ pub struct CsvTable {
 /// Why columns make no table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TableError {
-    /// A value is NaN or infinite.
-    #[error("`{name}` has a value that is not finite")]
-    NotFinite {
-        /// The column.
-        name: String,
-    },
-    /// There are no times.
-    #[error("the table has no rows")]
-    NoRows,
     /// As many names as columns are wanted.
     #[error("{names} names for {columns} columns")]
     Names {
@@ -45,15 +36,9 @@ pub enum TableError {
         /// How many times there are.
         times: usize,
     },
-    /// A value is infinite.
-    #[error("`{name}` has a value that is infinite")]
-    Infinite {
-        /// The column.
-        name: String,
-    },
-    /// Times decrease, or are NaN or infinite.
-    #[error("the times are not finite and ascending")]
-    Times,
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
 }
 
 /// What the columns of a table stand for.
@@ -175,7 +160,7 @@ impl CsvTable {
     pub fn new(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, TableError> {
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
-            return Err(TableError::NotFinite { name: name.clone() });
+            return Err(TableError::Other(format!("`{name}` has a value that is not finite")));
         }
         CsvTable::with_gaps(names, time, columns)
     }
@@ -186,7 +171,7 @@ impl CsvTable {
     /// Columns of other lengths than `time`, no rows, infinite numbers, times that decrease.
     pub fn with_gaps(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, TableError> {
         if time.is_empty() {
-            return Err(TableError::NoRows);
+            return Err(TableError::Other("the table has no rows".to_owned()));
         }
         if names.len() != columns.len() {
             return Err(TableError::Names { names: names.len(), columns: columns.len() });
@@ -197,12 +182,12 @@ impl CsvTable {
                 return Err(TableError::Length { name: name(), values: column.len(), times: time.len() });
             }
             if column.iter().any(|value| value.is_infinite()) {
-                return Err(TableError::Infinite { name: name() });
+                return Err(TableError::Other(format!("`{name}` has a value that is infinite", name = name())));
             }
         }
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
-            return Err(TableError::Times);
+            return Err(TableError::Other("the times are not finite and ascending".to_owned()));
         }
         Ok(Self { units: vec![None; names.len()], names, time, columns })
     }

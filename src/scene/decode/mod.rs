@@ -80,7 +80,7 @@ impl Scene {
     /// goes to `faults`. A part needs no name.
     pub(crate) fn decode(text: &str, json: bool, start: usize, is_part: bool, faults: &mut Sink) -> Option<Scene> {
         let mut of_form = Sink::default();
-        let begin = start + if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
+        let begin = start + byte_order_mark(text);
         let document = read(text.strip_prefix(MARK).unwrap_or(text), json, &mut of_form);
         faults.take(of_form, begin);
         let mut document = document?;
@@ -97,7 +97,7 @@ impl Scene {
 
 /// Reads TOML, or JSON where that is said or the text begins with `{`.
 fn read(text: &str, json: bool, faults: &mut Sink) -> Option<DocumentNode> {
-    if json || text.trim_start().starts_with('{') {
+    if json || is_json_text(text) {
         document::from_json(text, faults)
     } else {
         document::from_toml(text, &names(SCENE), faults)
@@ -106,7 +106,7 @@ fn read(text: &str, json: bool, faults: &mut Sink) -> Option<DocumentNode> {
 
 /// The tree of a text, with its places in it; none if its form cannot be trusted.
 pub(crate) fn tree(text: &str, json: bool) -> Option<DocumentNode> {
-    let begin = if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
+    let begin = byte_order_mark(text);
     let mut tree = read(&text[begin..], json, &mut Sink::default())?;
     tree.shift(begin);
     Some(tree)
@@ -114,6 +114,16 @@ pub(crate) fn tree(text: &str, json: bool) -> Option<DocumentNode> {
 
 /// What some editors begin a file with (byte order mark).
 const MARK: char = '\u{feff}';
+
+/// The length of the byte order mark that a text begins with.
+pub(crate) fn byte_order_mark(text: &str) -> usize {
+    if text.starts_with(MARK) { MARK.len_utf8() } else { 0 }
+}
+
+/// Does a text read as JSON: does it begin with `{`?
+pub(crate) fn is_json_text(text: &str) -> bool {
+    text.trim_start().starts_with('{')
+}
 
 /// Is it called a file in JSON?
 pub(crate) fn is_json(path: &Path) -> bool {

@@ -60,6 +60,12 @@ pub extern "C" fn front_look() -> i32 {
     answer(Ok(desk::look(&text())))
 }
 
+/// A text after edits, both in JSON.
+#[unsafe(no_mangle)]
+pub extern "C" fn front_edit() -> i32 {
+    answer(desk::edit(&text()))
+}
+
 /// The page of a scene, without its solver.
 #[unsafe(no_mangle)]
 pub extern "C" fn front_page() -> i32 {

@@ -52,7 +52,7 @@ pub fn thinning(options: &SimulateCommand) -> Result<u64, Failure> {
 
 /// `name=value` as variable and SI value.
 fn set(description: &Description, setting: &str) -> Result<(usize, f64), AssignmentError> {
-    let (name, value) = setting.split_once('=').ok_or(AssignmentError::Form)?;
+    let (name, value) = setting.split_once('=').ok_or_else(|| AssignmentError("write name=value".to_owned()))?;
     let (name, value) = (name.trim(), value.trim());
     let index = settings::settable(description, name)?;
     let variable = &description.variables[index];

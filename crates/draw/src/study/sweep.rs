@@ -30,20 +30,9 @@ enum Axes {
 }
 
 /// Why there is no picture of a sweep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PictureRefused {
-    /// There is one run only.
-    #[error("nothing is varied: there is one run to draw")]
-    NothingVaried,
-    /// More quantities of a grid than a picture has axes.
-    #[error(
-        "{count} quantities are varied, but a picture shows one or two of them; give the others one value, or draw runs at random"
-    )]
-    TooManyVaried {
-        /// How many are varied.
-        count: usize,
-    },
-}
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct PictureRefused(pub String);
 
 impl SweepPicture {
     /// Chooses by what is varied.
@@ -54,7 +43,7 @@ impl SweepPicture {
         let design = &sweep.design;
         let kind = match (design.is_grid(), &design.varied()[..]) {
             _ if design.is_drawn() => Axes::Histograms,
-            (_, []) => return Err(PictureRefused::NothingVaried),
+            (_, []) => return Err(PictureRefused("nothing is varied: there is one run to draw".to_owned())),
             (_, &[one]) => Axes::Curves(one, None),
             (true, &[one, other]) => {
                 let [count, others] = [one, other].map(|factor| levels(sweep, factor).len());
@@ -65,7 +54,10 @@ impl SweepPicture {
                 }
             }
             (true, varied) => {
-                return Err(PictureRefused::TooManyVaried { count: varied.len() });
+                return Err(PictureRefused(format!(
+                    "{count} quantities are varied, but a picture shows one or two of them; give the others one value, or draw runs at random",
+                    count = varied.len()
+                )));
             }
             (false, _) => Axes::Histograms,
         };

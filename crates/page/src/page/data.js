@@ -1,48 +1,54 @@
+// @ts-check
 // What the page carries: the model, a stored run or the solver with its program; and how values between samples are read.
+
 /** Elements that are painted on a canvas lie here. */
-const shelf = document.createDocumentFragment();
-const $ = id => document.getElementById(id) ?? shelf.getElementById(id);
-const MODEL = JSON.parse($("model").textContent);
-const G = MODEL.geometry;
-const VARIABLES = MODEL.variables;
-const INDEX = new Map(VARIABLES.map((variable, index) => [variable.name, index]));
-const { start: START, stop: STOP, step: STEP, tolerance: TOLERANCE } = MODEL.experiment;
+export const shelf = document.createDocumentFragment();
+/** @type {(id: string) => any} */
+export const $ = (id) => document.getElementById(id) ?? shelf.getElementById(id);
+export const MODEL = JSON.parse($("model").textContent);
+export const G = MODEL.geometry;
+export const VARIABLES = MODEL.variables;
+export const INDEX = new Map(VARIABLES.map((variable, index) => [variable.name, index]));
+export const { start: START, stop: STOP, step: STEP, tolerance: TOLERANCE } = MODEL.experiment;
 
 /** The run that was stored when the page was made, lowest bytes first: times with 64 bits, then one column after another with 32. */
-function storedRun(bytes) {
+export function storedRun(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const names = MODEL.stored, count = view.byteLength / (8 + 4 * names.length);
-  const column = place => Float64Array.from({ length: count }, (_, k) => view.getFloat32(8 * count + 4 * (place * count + k), true));
+  const column = (place) => Float64Array.from({ length: count }, (_, k) => view.getFloat32(8 * count + 4 * (place * count + k), true));
   const times = Float64Array.from({ length: count }, (_, k) => view.getFloat64(8 * k, true));
   return { times, columns: new Map(names.map((name, k) => [name, column(k)])), last: count - 1, error: MODEL.cut, warning: MODEL.warning };
 }
 
 /** Where a time lies between the samples of a run: index and part. */
-function place(run, time) {
+export function place(run, time) {
   const { times, last } = run;
   if (last <= 0 || time >= times[last]) return [Math.max(last, 0), 0];
   let low = 0, high = last;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle; else high = middle;
+    if (times[middle] <= time) low = middle;
+    else high = middle;
   }
   return [low, Math.max(0, (time - times[low]) / (times[low + 1] - times[low]))];
 }
 
 /** A smooth variable: a cubic whose slopes are those of its neighbours; between them it is known to third order. */
-function smooth({ times, last }, column, [k, part]) {
+/** @type {(run: any, column: any, at: number[]) => number} */
+export function smooth({ times, last }, column, [k, part]) {
   if (!(part > 0)) return column[k];
   const before = Math.max(k - 1, 0), after = Math.min(k + 2, last), step = times[k + 1] - times[k], value = column[k], rise = column[k + 1] - value;
   const first = step * (column[k + 1] - column[before]) / (times[k + 1] - times[before]), second = step * (column[after] - value) / (times[after] - times[k]);
   return value + part * (first + part * (3 * rise - 2 * first - second + part * (first + second - 2 * rise)));
 }
 /** A variable that may jump. */
-function between(column, [k, part]) {
+/** @type {(column: any, at: number[]) => number} */
+export function between(column, [k, part]) {
   return part > 0 ? column[k] + part * (column[k + 1] - column[k]) : column[k];
 }
 
 /** Three digits that matter, as a reader expects them. */
-function three(value) {
+export function three(value) {
   if (!Number.isFinite(value)) return "–";
   value = Number(value.toPrecision(3));
   const size = Math.abs(value);
@@ -52,21 +58,21 @@ function three(value) {
 }
 
 /** A unit as it is read: N·m, m/s². */
-const pretty = unit => unit.replaceAll(".", "·").replace(/2(?![0-9])/g, "²").replace(/3(?![0-9])/g, "³");
+export const pretty = (unit) => unit.replaceAll(".", "·").replace(/2(?![0-9])/g, "²").replace(/3(?![0-9])/g, "³");
 /** The unit that a variable is shown in, and its SI value. */
-const shown = variable => variable.display ?? { name: variable.unit, factor: 1 };
+export const shown = (variable) => variable.display ?? { name: variable.unit, factor: 1 };
 /** The units of the scene's `[display]`, by the SI units in whose place they stand. */
-const UNITS = new Map(Object.entries(MODEL.units));
+export const UNITS = new Map(Object.entries(MODEL.units));
 /** What the solver says, in the scene's units: its numbers are SI. */
-function inUnits(text) {
+export function inUnits(text) {
   return text.replace(/(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?) (N\.m|[A-Za-z]+(?:\/s2?)?)(?![A-Za-z0-9])/g, (whole, number, si) => {
     const unit = UNITS.get(si);
     return unit ? `${+(number / unit.factor).toPrecision(6)} ${pretty(unit.name)}` : whole;
   });
 }
 /** A force with three digits. */
-function newtons(value) {
+export function newtons(value) {
   const unit = UNITS.get("N") ?? (Math.abs(value) >= 1e3 ? { name: "kN", factor: 1e3 } : { name: "N", factor: 1 });
   return `${three(value / unit.factor)}\u202f${pretty(unit.name)}`;
 }
-const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

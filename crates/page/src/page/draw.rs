@@ -5,14 +5,14 @@ use super::{COMMON, STYLE, fill, scope, served};
 
 const TEMPLATE: &str = include_str!("draw/draw.html");
 const DRAW_STYLE: &str = include_str!("draw/draw.css");
-/// One scope, in this order.
+/// Modules that become one script, in this order.
 pub(super) const SCRIPTS: [&str; 6] = [
     COMMON,
     include_str!("draw/front.js"),
-    include_str!("draw/toml.js"),
     include_str!("draw/stage.js"),
     include_str!("draw/tools.js"),
-    concat!(include_str!("draw/find.js"), include_str!("draw/main.js")),
+    include_str!("draw/find.js"),
+    include_str!("draw/main.js"),
 ];
 
 /// What a drawing page has inside.

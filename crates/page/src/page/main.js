@@ -1,18 +1,80 @@
+// @ts-check
 // From the data to the first picture, and from a slider to the next run.
+import { unpack } from "./common.js";
+import { $, G, inUnits, MODEL, place, START, STOP, storedRun, VARIABLES } from "./data.js";
+import { Solver } from "./solver.js";
+import { ask } from "./worker.js";
+import { makeSurface, paintSurface } from "./canvas.js";
+import { chooseGain, drawMechanism, extent, forms, frames, minus, outline, PIN, pose, renewals, S, takePose, turnedBack } from "./figure.js";
+import {
+  ageDigits,
+  chooseScales,
+  digits,
+  explainHeld,
+  heads,
+  layers,
+  paintForces,
+  paintHeld,
+  paintNames,
+  paintPaths,
+  paintVelocities,
+  renewGhosts,
+  renewPaths,
+  reportedPaths,
+  showStops,
+  sizes,
+  taken,
+  write,
+} from "./marks.js";
+import { firstPlots, paintAcross, paintHeads, paintLegends, renewPlots } from "./plots.js";
+import {
+  fit,
+  fitted,
+  knobs,
+  listenToButtons,
+  listenToKeys,
+  listenToStage,
+  makeSliders,
+  makeSpeeds,
+  measure,
+  moves,
+  pause,
+  play,
+  seek,
+  setSpeed,
+  settings,
+  showLayers,
+  showPart,
+  size,
+  toggle,
+  transport,
+  view,
+  whole,
+} from "./controls.js";
+import { makeHandles } from "./handles.js";
+import { dragAnswered, listenToTouch, makeTouchable, paintTouch, SHARE_OF_FRAME, solverNow, TOUCH, touching } from "./touch.js";
+import { adoptAddress, changedKnobs, commit, lasting, listenToEdits, ownNames, present } from "./edit.js";
 /** Pace: what a time of the last run has taken, solved and drawn [ms]. */
-const state = { run: null, first: null, time: START, solver: null, pace: 0 };
+export const state = { run: null, first: null, time: START, solver: null, pace: 0 };
 
 /** Calls with every sample of the run, the pose taken. */
-function eachSample(call) {
-  for (let k = 0; k <= state.run.last; k++) { takePose(state.run, [k, 0]); call([k, 0]); }
+export function eachSample(call) {
+  for (let k = 0; k <= state.run.last; k++) {
+    takePose(state.run, [k, 0]);
+    call([k, 0]);
+  }
 }
 /** The same with some hundred samples: enough for extents. */
-function eachPose(call) {
+export function eachPose(call) {
   const { last } = state.run, count = Math.min(last, 300);
-  for (let k = 0; k <= count; k++) { const at = [count ? Math.round(k * last / count) : 0, 0]; takePose(state.run, at); call(at); }
+  for (let k = 0; k <= count; k++) {
+    const at = [count ? Math.round(k * last / count) : 0, 0];
+    takePose(state.run, at);
+    call(at);
+  }
 }
 
-function paint() {
+export function paint() {
   const at = place(state.run, state.time);
   takePose(state.run, at);
   ageDigits();
@@ -38,29 +100,38 @@ function paint() {
 
 /** Points that a parameter has moved: those of the bodies in their own axes, and those of the ground. */
 function takePoints(run) {
-  const { columns } = run, k = 0, at = name => columns.get(name)?.[k];
+  const { columns } = run, k = 0, at = (name) => columns.get(name)?.[k];
   takePose(run, [0, 0]);
-  G.bodies.forEach((body, index) => MODEL.points[index].forEach((point, place) => {
-    const [x, y] = [at(`${body.name}.${point}.x`), at(`${body.name}.${point}.y`)];
-    if (Number.isFinite(x) && Number.isFinite(y)) forms[index][place] = turnedBack(index, minus([x, y], pose[index]));
-  }));
+  G.bodies.forEach((body, index) =>
+    MODEL.points[index].forEach((point, place) => {
+      const [x, y] = [at(`${body.name}.${point}.x`), at(`${body.name}.${point}.y`)];
+      if (Number.isFinite(x) && Number.isFinite(y)) forms[index][place] = turnedBack(index, minus([x, y], pose[index]));
+    })
+  );
   for (const anchor of groundAnchors()) {
-    const name = MODEL.ground.find(point => anchor.at[0] === point.at[0] && anchor.at[1] === point.at[1])?.name;
+    const name = MODEL.ground.find((point) => anchor.at[0] === point.at[0] && anchor.at[1] === point.at[1])?.name;
     const [x, y] = [at(`ground.${name}.x`), at(`ground.${name}.y`)];
     if (Number.isFinite(x) && Number.isFinite(y)) anchor.moved = [x, y];
   }
 }
-const groundAnchors = () => [...G.joints, ...G.springs, ...G.parts].flatMap(({ at, base, moving, ends = [] }) => [at, base, moving, ...ends]).filter(anchor => anchor?.body === null);
+const groundAnchors = () =>
+  [...G.joints, ...G.springs, ...G.parts].flatMap(({ at, base, moving, ends = [] }) => [at, base, moving, ...ends]).filter((anchor) => anchor?.body === null);
 
 /** What is as large as the run says. */
-const reshape = () => renewals.forEach(renew => { takePose(state.run, [0, 0]); renew(); });
+const reshape = () =>
+  renewals.forEach((renew) => {
+    takePose(state.run, [0, 0]);
+    renew();
+  });
 
 function take(run) {
   state.run = run;
   if (state.solver && !MODEL.line) takePoints(run);
   takePose(run, [0, 0]);
   reshape();
-  G.bodies.forEach((_, index) => { sizes[index] = extent(outline(index)) || 5 * PIN; });
+  G.bodies.forEach((_, index) => {
+    sizes[index] = extent(outline(index)) || 5 * PIN;
+  });
   for (const { centre, radius } of G.wheels) if (centre.body !== null) sizes[centre.body] = Math.max(sizes[centre.body], 2 * S * Math.abs(radius));
   renewPaths();
   renewGhosts();
@@ -69,7 +140,7 @@ function take(run) {
   seek(state.time);
 }
 
-function tell(text, plain) {
+export function tell(text, plain) {
   $("notice").hidden = !text;
   $("notice").textContent = inUnits(text ?? "");
   $("notice").classList.toggle("plain", Boolean(plain));
@@ -81,24 +152,35 @@ function nthTime() {
   const all = state.first.times.length;
   return touching.drag ? Math.max(1, Math.floor(all / Math.max(FEWEST_POSES, SHARE_OF_FRAME / state.pace))) : 1;
 }
-function solveAgain() {
-  const set = settings(), list = moves(), values = knobs.map(knob => knob.value), pose = state.pose ?? null, changed = set.length > 0 || list.length > 0 || pose !== null;
+export function solveAgain() {
+  const set = settings(),
+    list = moves(),
+    values = knobs.map((knob) => knob.value),
+    pose = state.pose ?? null,
+    changed = set.length > 0 || list.length > 0 || pose !== null;
   $("reset").disabled = $("copy").disabled = !changed;
   const solver = solverNow(), times = Solver.times(nthTime());
-  ask(solver, touching.drag ? state.pace * times.length : state.first.ms, [set, list, MODEL.recorded.filter(name => solver.index.has(name)), pose, times], run => {
-    const began = performance.now();
-    tell(run.error ?? run.warning);
-    $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
-    if (run.last < 0) return;
-    knobs.forEach((knob, k) => { knob.solved = values[k]; });
-    take(changed ? run : state.first);
-    state.pace = (run.ms + performance.now() - began) / run.times.length;
-    dragAnswered();
-  });
+  ask(
+    solver,
+    touching.drag ? state.pace * times.length : state.first.ms,
+    [set, list, MODEL.recorded.filter((name) => solver.index.has(name)), pose, times],
+    (run) => {
+      const began = performance.now();
+      tell(run.error ?? run.warning);
+      $("status").textContent = `${changed ? "dashed: before · " : ""}solved in ${run.ms.toFixed(run.ms < 10 ? 1 : 0)}\u202fms`;
+      if (run.last < 0) return;
+      knobs.forEach((knob, k) => {
+        knob.solved = values[k];
+      });
+      take(changed ? run : state.first);
+      state.pace = (run.ms + performance.now() - began) / run.times.length;
+      dragAnswered();
+    },
+  );
 }
 
 /** A variable that no run has recorded so far. */
-function record(name) {
+export function record(name) {
   if (MODEL.recorded.includes(name)) return;
   MODEL.recorded.push(name);
   state.first = state.solver.solve([], [], MODEL.recorded);
@@ -107,12 +189,19 @@ function record(name) {
 
 /** The solver at the server of this page, or of the drawing page that this page is in; a frame of another site tells nothing. */
 function lentSolver() {
-  try { return window.cotreeSolver ?? window.parent.cotreeSolver; } catch { return undefined; }
+  try {
+    return window.cotreeSolver ?? window.parent.cotreeSolver;
+  } catch {
+    return undefined;
+  }
 }
-async function begin() {
+export async function begin() {
   const [program, code, stored] = await Promise.all([unpack("program"), lentSolver() ?? unpack("solver"), unpack("run")]);
   // A page in a file outlasts the program that is its solver: then it plays the run that is stored in it.
-  const load = () => Solver.load(code, program, VARIABLES.map(({ name }) => name)).catch(fault => { if (!stored) throw fault; });
+  const load = () =>
+    Solver.load(code, program, VARIABLES.map(({ name }) => name)).catch((fault) => {
+      if (!stored) throw fault;
+    });
   const solver = code && program ? await load() : null;
   if (solver) {
     Object.assign(state, { code, pose: null, solver });
@@ -122,8 +211,14 @@ async function begin() {
     $("status").textContent = `solved in ${state.first.ms.toFixed(0)}\u202fms`;
   } else {
     state.first = storedRun(stored);
-    const command = text => Object.assign(document.createElement("code"), { textContent: text });
-    $("stored").append(`This page plays a stored run: ${code ? "the program that was its solver has ended" : "it has no solver"}. For one that has, run `, command("cotree view SCENE.toml --serve"), "; a file with the solver inside needs a release of cotree, or ", command("tools/build-runtimes.sh web"), " in its source.");
+    const command = (text) => Object.assign(document.createElement("code"), { textContent: text });
+    $("stored").append(
+      `This page plays a stored run: ${code ? "the program that was its solver has ended" : "it has no solver"}. For one that has, run `,
+      command("cotree view SCENE.toml --serve"),
+      "; a file with the solver inside needs a release of cotree, or ",
+      command("tools/build-runtimes.sh web"),
+      " in its source.",
+    );
     $("stored").hidden = false;
   }
   state.run = state.first;
@@ -131,7 +226,7 @@ async function begin() {
   tell(state.first.error ?? state.first.warning);
 }
 
-function open() {
+export function open() {
   chooseGain(state.first);
   makeSurface();
   drawMechanism();
@@ -166,22 +261,35 @@ function open() {
 }
 
 /** What a reader has chosen, for the next page of a scene that is watched. */
-function keep() {
+export function keep() {
   const values = lasting(present().values);
-  return { time: state.time, playing: transport.playing, speed: transport.speed, view: fitted ? null : view, scale: S, layers, values, pose: state.pose ?? null };
+  return {
+    time: state.time,
+    playing: transport.playing,
+    speed: transport.speed,
+    view: fitted ? null : view,
+    scale: S,
+    layers,
+    values,
+    pose: state.pose ?? null,
+  };
 }
 /** Values of what is still there; the view in metres, for the new drawing may have another scale. */
-function restore(kept) {
+export function restore(kept) {
   for (const [name, value] of ownNames(kept.values)) {
-    const knob = knobs.find(knob => knob.name === name);
-    if (knob) { knob.value = value; knob.show(); }
+    const knob = knobs.find((knob) => knob.name === name);
+    if (knob) {
+      knob.value = value;
+      knob.show();
+    }
   }
   state.pose = kept.pose?.length === TOUCH?.coordinates.length ? kept.pose : null;
   if (state.pose || changedKnobs().length) solveAgain();
   commit();
   for (const layer in layers) if (kept.layers[layer] !== layers[layer]) toggle(layer);
-  if (kept.view) { view = kept.view.map(length => length * S / kept.scale); fitted = false; look(); }
+  if (kept.view) showPart(kept.view.map((length) => length * S / kept.scale));
   setSpeed(kept.speed);
   seek(kept.time);
-  if (kept.playing) play(); else pause();
+  if (kept.playing) play();
+  else pause();
 }

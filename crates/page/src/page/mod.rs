@@ -7,6 +7,7 @@ mod pack;
 use std::collections::BTreeMap;
 
 use cotree::model::{DisplayUnit, Experiment, Mechanism};
+use cotree::scene::Span;
 use cotree_draw::drawing::Geometry;
 use cotree_draw::svg::escape;
 use serde::Serialize;
@@ -30,7 +31,7 @@ const COMMON: &str = include_str!("common.js");
 /// Renews the page while its scene is watched.
 const LIVE: &str = include_str!("live.js");
 const SERVED: &str = include_str!("served.js");
-/// One scope, in this order.
+/// Modules that become one script, in this order.
 const SCRIPTS: [&str; 14] = [
     COMMON,
     include_str!("data.js"),
@@ -123,6 +124,10 @@ pub struct Touch {
     pub laws: Vec<DriverLaw>,
     /// How the values of parameters, inputs and initial values are written.
     pub written: Vec<WrittenPlace>,
+    /// What the text gives no value.
+    pub absent: Vec<AbsentValue>,
+    /// Where its tables get more entries.
+    pub gaps: BTreeMap<&'static str, EntryGap>,
     /// The name of the scene's file and its text.
     pub file: String,
     pub text: String,
@@ -160,19 +165,65 @@ pub struct DriverLaw {
     pub output: String,
     /// Bytes of the text.
     pub place: [usize; 2],
+    /// The law, to which a number with its sign is added, and its closing quote.
+    pub before: String,
+    pub after: String,
 }
 
-/// How a value is written.
+/// How a number is written.
 #[derive(Clone, Debug, Serialize)]
 pub struct WrittenPlace {
     /// Its variable.
     pub name: String,
     /// Bytes of the text, with quotes.
     pub place: [usize; 2],
-    /// The unit that it has there.
-    pub unit: Option<Display>,
-    /// Is a number without a unit in that unit too? Otherwise it is in SI units.
-    pub bare: bool,
+    /// What stands before the number and behind it.
+    pub before: String,
+    pub after: String,
+    /// The SI value of one of what it counts.
+    pub factor: f64,
+}
+
+/// A variable for which the text has no value yet: what stands around the number in an entry of its table.
+#[derive(Clone, Debug, Serialize)]
+pub struct AbsentValue {
+    pub name: String,
+    /// `inputs` or `initial`.
+    pub table: &'static str,
+    /// As a known value.
+    pub known: Around,
+    /// As a guess.
+    pub guess: Around,
+}
+
+/// What stands around a number.
+#[derive(Clone, Debug, Serialize)]
+pub struct Around {
+    pub before: String,
+    pub after: String,
+}
+
+/// Where a table gets more entries, and what stands around them.
+#[derive(Clone, Debug, Serialize)]
+pub struct EntryGap {
+    pub at: usize,
+    pub head: String,
+    pub separator: String,
+    pub tail: String,
+}
+
+impl WrittenPlace {
+    /// The number at a place of a text. It has a unit there if letters stand in its quotes; a bare one counts that unit too if `bare`, else SI units.
+    pub fn new(name: String, text: &str, place: Span, unit: &DisplayUnit, bare: bool) -> Self {
+        let own = text.get(place.start..place.end).unwrap_or_default();
+        let quote = own.get(..1).filter(|quote| matches!(*quote, "\"" | "'")).unwrap_or_default();
+        let inner = own.strip_prefix(quote).and_then(|own| own.strip_suffix(quote)).unwrap_or_default();
+        let has_unit =
+            !quote.is_empty() && inner.contains(|letter: char| letter.is_alphabetic() || "°%\"″".contains(letter));
+        let after = if has_unit { format!(" {}{quote}", unit.name) } else { quote.to_owned() };
+        let factor = if has_unit || bare { unit.factor } else { 1.0 };
+        WrittenPlace { name, place: [place.start, place.end], before: quote.to_owned(), after, factor }
+    }
 }
 
 /// A point of the ground.
@@ -330,9 +381,24 @@ impl Page {
     }
 }
 
-/// Scripts in a scope of their own.
-fn scope(scripts: &[&str]) -> String {
-    format!("(() => {{\n\"use strict\";\n{}}})();\n", scripts.concat())
+/// Modules in one scope of their own: no name is in two of them, so that what they import from each other is there.
+fn scope(modules: &[&str]) -> String {
+    let script: String = modules.iter().map(|module| without_imports(module)).collect();
+    format!("(() => {{\n\"use strict\";\n{script}}})();\n")
+}
+
+/// A module without what it says to other modules and to whoever checks it; `deno fmt` gives all of that its place at the beginning of lines.
+fn without_imports(module: &str) -> String {
+    let (mut script, mut imports) = (String::with_capacity(module.len()), false);
+    for line in module.lines() {
+        imports |= line.starts_with("import ");
+        if !imports && line != "// @ts-check" {
+            script += line.strip_prefix("export ").unwrap_or(line);
+            script.push('\n');
+        }
+        imports &= !line.ends_with(';');
+    }
+    script
 }
 
 /// Text as HTML, with names between backticks as code.
@@ -439,6 +505,43 @@ mod tests {
         for page in [live(TEMPLATE), waiting_html()] {
             assert_eq!(page.matches("connect-src 'self'").count(), 1);
             assert_eq!(page.matches("EventSource").count(), 1);
+        }
+    }
+
+    #[test]
+    fn modules_become_one_script() {
+        let first = "// @ts-check\n// What it is.\nimport {\n  a,\n} from \"./a.js\";\nimport { b } from \"./b.js\";\nexport const c = a + b;\nexport function d() {\n  return c;\n}\n";
+        let expected =
+            "(() => {\n\"use strict\";\n// What it is.\nconst c = a + b;\nfunction d() {\n  return c;\n}\n})();\n";
+        assert_eq!(scope(&[first]), expected);
+    }
+
+    /// Two modules with the same name at their top would be no script at all once they are one.
+    #[test]
+    fn no_name_is_in_two_modules() {
+        let pages: [&[&str]; 2] = [&SCRIPTS, &draw::SCRIPTS];
+        for modules in pages {
+            let script = scope(modules);
+            let begins = |line: &str| {
+                ["const ", "let ", "function ", "async function ", "class "]
+                    .iter()
+                    .find_map(|word| line.strip_prefix(*word).map(str::to_owned))
+            };
+            let mut names: Vec<String> = script
+                .lines()
+                .filter_map(begins)
+                .map(|line| {
+                    line.split(|own: char| !own.is_alphanumeric() && !"_$".contains(own))
+                        .next()
+                        .unwrap_or_default()
+                        .to_owned()
+                })
+                .filter(|name| !name.is_empty())
+                .collect();
+            let count = names.len();
+            names.sort();
+            names.dedup();
+            assert!(count > 50 && names.len() == count, "{} of {count} names", names.len());
         }
     }
 

@@ -1,9 +1,16 @@
+// @ts-check
 // Runs that take longer than a blink are solved beside the page, so that it stays alive.
+import { $, G, START, STEP, STOP, three, TOLERANCE } from "./data.js";
+import { Grip, Solver } from "./solver.js";
+import { state } from "./main.js";
 /** The longest run on the page's own thread [ms]. */
-const PATIENCE = { ms: 50 };
+export const PATIENCE = { ms: 50 };
 
 /** What the other thread runs: the solver, with the times of the experiment. It answers each question with a run. */
-const besides = names => `const START = ${START}, STOP = ${STOP}, STEP = ${STEP}, TOLERANCE = ${TOLERANCE}, NAMES = ${JSON.stringify(names)}, G = { bodies: [{ name: ${JSON.stringify(G.bodies[0]?.name)} }] };
+const besides = (names) =>
+  `const START = ${START}, STOP = ${STOP}, STEP = ${STEP}, TOLERANCE = ${TOLERANCE}, NAMES = ${JSON.stringify(names)}, G = { bodies: [{ name: ${
+    JSON.stringify(G.bodies[0]?.name)
+  } }] };
 ${three}
 ${Solver}
 ${Grip}
@@ -22,7 +29,9 @@ class Beside {
       const worker = new Worker(address);
       worker.postMessage({ code, program });
       return new Beside(worker);
-    } catch { return null; }
+    } catch {
+      return null;
+    }
   }
 
   constructor(worker) {
@@ -38,7 +47,7 @@ class Beside {
   }
 
   solve(...question) {
-    return new Promise(answer => {
+    return new Promise((answer) => {
       this.number++;
       this.asked.set(this.number, answer);
       this.worker.postMessage({ number: this.number, question });
@@ -48,17 +57,25 @@ class Beside {
 
 /** Solves here what is expected to be quick [ms], and beside the page what is not; calls with the run. Of several questions only the last is answered. */
 const questions = { busy: false, next: null, last: 0 };
-function ask(solver, expected, question, answer) {
+export function ask(solver, expected, question, answer) {
   const slow = expected > PATIENCE.ms, number = ++questions.last;
   if (slow && solver.beside === undefined) solver.beside = Beside.start(state.code, solver);
-  if (!slow || !solver.beside) { questions.next = null; answer(solver.solve(...question)); return; }
-  if (questions.busy) { questions.next = [solver, expected, question, answer]; return; }
+  if (!slow || !solver.beside) {
+    questions.next = null;
+    answer(solver.solve(...question));
+    return;
+  }
+  if (questions.busy) {
+    questions.next = [solver, expected, question, answer];
+    return;
+  }
   questions.busy = true;
   $("status").textContent = "solving\u2026";
-  solver.beside.solve(...question).then(run => {
+  solver.beside.solve(...question).then((run) => {
     questions.busy = false;
     const { next } = questions;
     questions.next = null;
-    if (next) ask(...next); else if (number === questions.last) answer(run);
+    if (next) ask(...next);
+    else if (number === questions.last) answer(run);
   });
 }

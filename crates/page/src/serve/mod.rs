@@ -33,6 +33,7 @@ impl Calls {
         let text = || String::from_utf8_lossy(body);
         Some(match name {
             "front_look" => Ok(desk::look(&text())),
+            "front_edit" => desk::edit(&text()),
             "front_page" => desk::page(&text()),
             "front_answers" => Ok(desk::answers(&text())),
             "front_import" => desk::import(body),

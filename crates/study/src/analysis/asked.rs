@@ -17,50 +17,17 @@ use super::{AnalysisFailure, OperatingPoint};
 
 /// Why a part cannot be asked to be something.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum ModeError {
-    /// No part of that name is held on one side only or rubs.
-    #[error("nothing of the name `{name}` is held on one side only or rubs; {known}")]
-    Unknown {
-        /// The name.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-    /// The part has no such mode.
-    #[error("`{name}` cannot be `{word}`; write {permitted}")]
-    Word {
-        /// The part.
-        name: String,
-        /// What it is to be.
-        word: String,
-        /// What it can be.
-        permitted: String,
-    },
-    /// Several things of a joint fit.
-    #[error("`{name}` is more than one thing; {known}")]
-    Ambiguous {
-        /// The joint.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-}
+#[error("{0}")]
+pub struct ModeError(pub String);
 
 /// Why a part cannot be at a point of a motion what it is asked to be.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 enum Unfit {
-    #[error("`{name}` cannot be {word}: it {why}")]
-    Open { name: String, word: &'static str, why: String },
     #[error("`{name}` cannot rub: nothing presses there, `{on}` is open")]
     NothingPresses { name: String, on: String },
-    #[error("`{name}` cannot stick: it slides by {rate}")]
-    Slides { name: String, rate: String },
-    #[error("`{name}` cannot be idle: it slides by {rate}")]
-    NotIdle { name: String, rate: String },
-    #[error("`{name}` stands still: write slides+ or slides- for the way in which it begins to slide")]
-    StandsStill { name: String },
-    #[error("`{name}` slides the other way, by {rate}")]
-    OtherWay { name: String, rate: String },
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
 }
 
 /// Signs of what presses are tried: of no more than this.
@@ -128,7 +95,10 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, Mode
     let named: Vec<usize> = (0..all.len()).filter(|&index| is_named(&all[index])).collect();
     let known = || suggest::known(name, all.iter().map(|own| own.name.as_str()));
     if named.is_empty() {
-        return Err(ModeError::Unknown { name: name.to_owned(), known: known() });
+        return Err(ModeError(format!(
+            "nothing of the name `{name}` is held on one side only or rubs; {known}",
+            known = known()
+        )));
     }
     let meant = |index: &usize| words(&all[*index]).iter().find(|(own, _)| *own == word).map(|(_, wanted)| *wanted);
     let fitting: Vec<(usize, WantedMode)> =
@@ -139,9 +109,9 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, Mode
         (None, []) => {
             let words: Vec<String> =
                 named.iter().flat_map(|&index| words(&all[index])).map(|(own, _)| format!("{name}={own}")).collect();
-            Err(ModeError::Word { name: name.to_owned(), word: word.to_owned(), permitted: words.join(" or ") })
+            Err(ModeError(format!("`{name}` cannot be `{word}`; write {permitted}", permitted = words.join(" or "))))
         }
-        (None, _) => Err(ModeError::Ambiguous { name: name.to_owned(), known: known() }),
+        (None, _) => Err(ModeError(format!("`{name}` is more than one thing; {known}", known = known()))),
     }
 }
 
@@ -158,7 +128,7 @@ pub(super) fn put(
     let point = OperatingPoint::moving(model, state)?;
     let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
     if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
-        return Err(AnalysisFailure::Instants(format!(
+        return Err(AnalysisFailure::Modes(format!(
             "at t = {} s several that stick hold something twice; say by `--mode NAME=idle` which of them carry nothing",
             point.time()
         )));
@@ -169,7 +139,7 @@ pub(super) fn put(
     let here = closures(formulated, &point);
     let mechanism = &*formulated.equations.system.mechanism;
     let target = target(mechanism, &here, asked)
-        .map_err(|why| AnalysisFailure::Instants(format!("at t = {} s {why}; choose another time", point.time())))?;
+        .map_err(|why| AnalysisFailure::Modes(format!("at t = {} s {why}; choose another time", point.time())))?;
     for (own, holding) in here.iter().zip(target) {
         hold(mechanism, state, own, holding);
     }
@@ -191,7 +161,7 @@ fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Resul
         target[place].closed = holds;
         if let Some(why) = why_open(mechanism, own, fastest).filter(|_| holds) {
             let word = if own.kind == OneSidedKind::Freewheel { "caught" } else { "closed" };
-            return Err(Unfit::Open { name: own.name.clone(), word, why });
+            return Err(Unfit::Other(format!("`{name}` cannot be {word}: it {why}", name = own.name)));
         }
     }
     for (place, own) in here.iter().enumerate().filter(|(_, own)| is_friction(own)) {
@@ -235,14 +205,20 @@ fn rubs(
     match wanted {
         None if begins => Ok(if moves { slides(own.rate.signum()) } else { STICKS }),
         None => Ok(natural),
-        Some(WantedMode::Holds | WantedMode::LetsGo) if moves => Err(Unfit::Slides { name, rate: rate() }),
+        Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
+            Err(Unfit::Other(format!("`{name}` cannot stick: it slides by {rate}", rate = rate())))
+        }
         Some(WantedMode::Holds | WantedMode::LetsGo) => Ok(STICKS),
-        Some(WantedMode::Idle) if moves => Err(Unfit::NotIdle { name, rate: rate() }),
+        Some(WantedMode::Idle) if moves => {
+            Err(Unfit::Other(format!("`{name}` cannot be idle: it slides by {rate}", rate = rate())))
+        }
         Some(WantedMode::Idle) => Ok(IDLE),
         Some(WantedMode::Slides(None)) if moves => Ok(slides(own.rate.signum())),
-        Some(WantedMode::Slides(None)) => Err(Unfit::StandsStill { name }),
+        Some(WantedMode::Slides(None)) => Err(Unfit::Other(format!(
+            "`{name}` stands still: write slides+ or slides- for the way in which it begins to slide"
+        ))),
         Some(WantedMode::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
-            Err(Unfit::OtherWay { name, rate: rate() })
+            Err(Unfit::Other(format!("`{name}` slides the other way, by {rate}", rate = rate())))
         }
         Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
     }
@@ -268,7 +244,7 @@ fn with_signs(
     state: &mut State,
 ) -> Result<OperatingPoint, AnalysisFailure> {
     let refused =
-        |time: f64, why: &str| AnalysisFailure::Instants(format!("at t = {time} s the mode that is asked for {why}"));
+        |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the mode that is asked for {why}"));
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
         return Err(refused(state.time(), "holds something twice; let one of what holds it be open, free or idle"));
     }

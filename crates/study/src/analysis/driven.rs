@@ -9,20 +9,13 @@ use thiserror::Error;
 
 /// Why a table gives no inputs over time.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum InputTableError {
-    /// A column of something else than an input.
-    #[error(transparent)]
-    Unknown(#[from] SettingError),
-    /// A column in another kind of unit.
-    #[error("`{input}` is in `{unit}`, but the input in `{si}`")]
-    Unit {
-        /// The input.
-        input: String,
-        /// The unit of its column.
-        unit: String,
-        /// Its SI unit.
-        si: String,
-    },
+#[error("{0}")]
+pub struct InputTableError(pub String);
+
+impl From<SettingError> for InputTableError {
+    fn from(error: SettingError) -> Self {
+        InputTableError(error.to_string())
+    }
 }
 
 /// Inputs over time: linear between the rows of a table, constant before and after it. Without columns all inputs stay as they are.
@@ -39,15 +32,21 @@ impl DrivenInputs {
     pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, InputTableError> {
         let names = || mechanism.open_inputs().iter().map(|own| own.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
-            let unknown = || SettingError::UnknownInput { name: name.clone(), known: suggest::known(name, names()) };
+            let unknown = || {
+                SettingError::Other(format!(
+                    "the scene has no input `{name}`; {known}",
+                    known = suggest::known(name, names())
+                ))
+            };
             let place = names().position(|own| own == name).ok_or_else(unknown)?;
             let own = &mechanism.inputs[place].unit;
             match unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
-                Some(unit) => Err(InputTableError::Unit {
-                    input: name.clone(),
-                    unit: unit.shown().to_owned(),
-                    si: own.si.clone(),
-                }),
+                Some(unit) => Err(InputTableError(format!(
+                    "`{input}` is in `{unit}`, but the input in `{si}`",
+                    input = name,
+                    unit = unit.shown(),
+                    si = own.si
+                ))),
                 None => Ok(place),
             }
         };

@@ -101,9 +101,28 @@ pub enum AnalysisFailure {
         /// The input.
         input: String,
     },
-    /// Ticks or events stand in the way.
+    /// The modes that are asked for, or those that would be tried, cannot be had.
     #[error("{0}")]
-    Instants(String),
+    Modes(String),
+    /// Several elements hold the same together: what each of them carries is not determined.
+    #[error("{0}")]
+    Redundant(String),
+    /// Friction acts where drivers determine the motion.
+    #[error(
+        "{friction} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
+    )]
+    DrivenFriction {
+        /// What it is, with its name.
+        friction: String,
+    },
+    /// What is sampled goes on changing where everything else rests.
+    #[error(
+        "sampler `{sampler}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time"
+    )]
+    Sampled {
+        /// The sampler.
+        sampler: String,
+    },
     /// A motion that cannot be differentiated.
     #[error("at t = {time} s there are no derivatives: {what}")]
     NoDerivative {

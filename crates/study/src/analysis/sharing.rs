@@ -44,7 +44,7 @@ impl Sharing {
     /// Which of them slides first depends on how they share.
     pub fn has_no_verge(&self) -> AnalysisFailure {
         let names: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
-        AnalysisFailure::Instants(format!(
+        AnalysisFailure::Redundant(format!(
             "{} hold the same together: which of them is about to slide is not determined; let the others carry nothing by `--mode NAME=idle`",
             names.join(", ")
         ))

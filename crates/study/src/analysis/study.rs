@@ -50,39 +50,31 @@ pub enum StudyError {
 
 /// Why something cannot be set or varied.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum SetError {
-    /// Nothing that can be set has that name.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// The parameter is calculated.
-    #[error(transparent)]
-    Calculated(#[from] CalculatedError),
-    /// The value cannot be read.
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
-    /// The variable cannot have the value.
-    #[error(transparent)]
-    Value(#[from] ValueError),
-    /// Nothing that can be varied has that name.
-    #[error("the scene has no parameter, input or initial value `{name}`; {known}")]
-    NotVariable {
-        /// The name.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-    /// The program has no such variable.
-    #[error("`{name}` cannot be set")]
-    NotSettable {
-        /// The name.
-        name: String,
-    },
-    /// A level of something else than an output.
-    #[error("`{name}` is no output")]
-    NoOutput {
-        /// The name.
-        name: String,
-    },
+#[error("{0}")]
+pub struct SetError(pub String);
+
+impl From<SettingError> for SetError {
+    fn from(error: SettingError) -> Self {
+        SetError(error.to_string())
+    }
+}
+
+impl From<CalculatedError> for SetError {
+    fn from(error: CalculatedError) -> Self {
+        SetError(error.to_string())
+    }
+}
+
+impl From<QuantityError> for SetError {
+    fn from(error: QuantityError) -> Self {
+        SetError(error.to_string())
+    }
+}
+
+impl From<ValueError> for SetError {
+    fn from(error: ValueError) -> Self {
+        SetError(error.to_string())
+    }
 }
 
 /// Where a mechanism is linearised.
@@ -240,7 +232,7 @@ impl Study {
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
         let known =
             suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
-        SettingError::Unknown { name: name.to_owned(), known }.into()
+        SettingError::Other(format!("the scene has no parameter or input `{name}`; {known}")).into()
     }
 
     /// Where the mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable.
@@ -338,10 +330,7 @@ impl Study {
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         if let Some(slips) = formulated.equations.first_led().and_then(|index| mechanism.what_holds(index)) {
-            return Err(AnalysisFailure::Instants(format!(
-                "{slips} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
-            ))
-            .into());
+            return Err(AnalysisFailure::DrivenFriction { friction: slips }.into());
         }
         self.warnings.append(&mut formulated.warnings);
         Ok(Local::new(formulated))
@@ -364,10 +353,7 @@ impl Study {
 /// What is sampled goes on changing where everything else rests.
 fn can_rest(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
-    Err(AnalysisFailure::Instants(format!(
-        "sampler `{}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time",
-        sampler.name
-    )))
+    Err(AnalysisFailure::Sampled { sampler: sampler.name.clone() })
 }
 
 /// The linear systems at these times of the motion.

@@ -94,7 +94,7 @@ pub(super) fn rest(
     Err(match slid.or(first) {
         Some(cause) if modes.len() > 1 => AnalysisFailure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
         Some(cause) => cause,
-        None => AnalysisFailure::Instants("no mode is asked for in which anything could rest".to_owned()),
+        None => AnalysisFailure::Modes("no mode is asked for in which anything could rest".to_owned()),
     })
 }
 
@@ -255,7 +255,7 @@ fn modes(
     for own in asked {
         start[own.index] = own.wanted == WantedMode::Holds;
         if own.wanted == WantedMode::Slides(None) {
-            return Err(AnalysisFailure::Instants(format!(
+            return Err(AnalysisFailure::Modes(format!(
                 "`{}` slides nowhere at rest: write slides+ or slides- for the place in which it is about to, or ask for it at a time of the motion (`--at`)",
                 mechanism.unilaterals[own.index].name
             )));
@@ -265,7 +265,7 @@ fn modes(
     let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|own| own.index != *index);
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
-        return Err(AnalysisFailure::Instants(format!(
+        return Err(AnalysisFailure::Modes(format!(
             "{} parts are held on one side only, and all their modes would be tried: of no more than {MOST} that is done; say by --mode which of them are open or closed",
             free.len()
         )));
@@ -437,7 +437,7 @@ fn check_determined(
 /// What is said where several hold something twice.
 pub(super) fn not_determined(names: &[String]) -> AnalysisFailure {
     let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    AnalysisFailure::Instants(format!(
+    AnalysisFailure::Redundant(format!(
         "it rests on {}, which together hold something twice: what each of them carries is not determined; leave one out, or let one give by a spring",
         names.join(", ")
     ))

@@ -90,7 +90,7 @@ fn first<T>(tolerances: &[f64], found: impl Fn(f64) -> Result<T, BenchError>) ->
             Err(error) => problem = error,
         }
     }
-    Err(BenchError::NoReference(Box::new(problem)))
+    Err(BenchError::Other(format!("there is no reference to compare with: {problem}")))
 }
 
 /// The two whose results are closest, and their distance.

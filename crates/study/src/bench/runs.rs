@@ -37,12 +37,15 @@ pub enum BenchError {
     /// It costs more than its budget.
     #[error("it takes too long")]
     TooLong,
-    /// The motion cannot be found or continued.
-    #[error(transparent)]
-    Motion(#[from] InstanceError),
-    /// No run is accurate enough to compare the others with.
-    #[error("there is no reference to compare with: {0}")]
-    NoReference(Box<BenchError>),
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<InstanceError> for BenchError {
+    fn from(error: InstanceError) -> Self {
+        BenchError::Other(error.to_string())
+    }
 }
 
 pub struct BenchSubject<'a> {

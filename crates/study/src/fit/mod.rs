@@ -19,7 +19,7 @@ use thiserror::Error;
 use crate::analysis::{
     Along, AlongAt as At, AnalysisFailure, Differentiated, Guess, Study, StudyError, Varying, is_finite,
 };
-use crate::request::{RequestFault, TooFew};
+use crate::request::RequestFault;
 use estimate::Estimates;
 pub(crate) use levenberg::Residuals;
 use levenberg::minimise;
@@ -28,7 +28,7 @@ use report::rows_left_out;
 pub use request::{FitRequest, Vary, VaryError};
 use request::{TablePlaces, Weighed, too_few};
 pub(crate) use request::{bounds, check_times, places};
-pub use written::{RewriteError, with_values};
+pub use written::with_values;
 
 /// Motions are computed at most so often, and so often more for each quantity.
 const MOST_EVALUATIONS: [usize; 2] = [100, 20];
@@ -137,22 +137,6 @@ pub enum FitError {
 /// Why measured values do not determine quantities.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Undetermined {
-    /// Quantities on which no measured value depends.
-    #[error(
-        "the measured values do not determine {names}: no measured value depends on it: leave it out, or measure something that it changes"
-    )]
-    NoEffect {
-        /// The quantities.
-        names: String,
-    },
-    /// Quantities of which only a combination has an effect.
-    #[error(
-        "the measured values do not determine {names}: only a combination of them has an effect: leave one out, or measure something else too"
-    )]
-    Combination {
-        /// The quantities.
-        names: String,
-    },
     /// The search has come to the end of what moves.
     #[error(
         "the search came to where there is no motion any more, which is no minimum: {cause}; keep the quantities away from there by bounds (NAME=LOW..HIGH)"
@@ -161,17 +145,9 @@ pub enum Undetermined {
         /// Why there is no motion.
         cause: String,
     },
-    /// Too many rows have no value in the motions.
-    #[error("{few}; {left_out}")]
-    TooFew {
-        /// How many values are left.
-        few: TooFew,
-        /// Which rows were left out.
-        left_out: String,
-    },
-    /// Standard deviations and quantities do not settle.
-    #[error("the standard deviations of the columns do not settle: give them (--sigma), or fit one column")]
-    Unsettled,
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
 }
 
 /// Fits quantities of a scene to measured outputs. Each experiment has a study, with what was set, the inputs and the times of its own, and a table of the request, whose columns are
@@ -281,7 +257,9 @@ impl FitProblem<'_, '_> {
                 guesses: guesses.unwrap_or_default(),
             }));
         }
-        Ok(Err(FitError::Undetermined(Undetermined::Unsettled)))
+        Ok(Err(FitError::Undetermined(Undetermined::Other(
+            "the standard deviations of the columns do not settle: give them (--sigma), or fit one column".to_owned(),
+        ))))
     }
 
     /// Where the search begins: in all experiments at the same values.
@@ -307,7 +285,7 @@ impl FitProblem<'_, '_> {
         let few = too_few(self.experiments.iter().map(|own| own.kept().len()).sum(), quantities)?;
         let left_out: Vec<f64> = self.experiments.iter().flat_map(FittedMotion::left_out).collect();
         let rows = self.experiments.iter().map(|own| own.table.times().len()).sum();
-        Some(Undetermined::TooFew { few, left_out: rows_left_out(&left_out, rows)? })
+        Some(Undetermined::Other(format!("{few}; {left_out}", left_out = rows_left_out(&left_out, rows)?)))
     }
 
     /// The kind of each value that counts, in the order of the residuals.

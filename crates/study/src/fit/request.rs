@@ -32,13 +32,13 @@ pub struct Vary {
 
 /// Why a text names no quantity with its bounds.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum VaryError {
-    /// The bounds have no dots between them.
-    #[error("write the bounds as low..high")]
-    Form,
-    /// A bound cannot be read.
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
+#[error("{0}")]
+pub struct VaryError(pub String);
+
+impl From<QuantityError> for VaryError {
+    fn from(error: QuantityError) -> Self {
+        VaryError(error.to_string())
+    }
 }
 
 impl Vary {
@@ -50,7 +50,8 @@ impl Vary {
         let Some((name, range)) = text.split_once('=') else {
             return Ok(Vary { name: text.trim().to_owned(), bounds: [None, None] });
         };
-        let (low, high) = range.split_once("..").ok_or(VaryError::Form)?;
+        let (low, high) =
+            range.split_once("..").ok_or_else(|| VaryError("write the bounds as low..high".to_owned()))?;
         let given: Vec<&str> = [low, high].into_iter().filter(|text| !text.trim().is_empty()).collect();
         let mut given = with_units(&given)?.into_iter();
         let mut bound = |text: &str| if text.trim().is_empty() { None } else { given.next() };
@@ -84,7 +85,9 @@ pub(super) struct TablePlaces {
 impl FitRequest {
     /// Everything that is wrong is said.
     pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<RequestFault>> {
-        let Some((first, _)) = experiments.first() else { return Err(vec![RequestFault::NothingMeasured]) };
+        let Some((first, _)) = experiments.first() else {
+            return Err(vec![RequestFault::Other("nothing was measured".to_owned())]);
+        };
         if experiments.len() != self.tables.len() {
             return Err(vec![RequestFault::Tables { experiments: experiments.len(), tables: self.tables.len() }]);
         }
@@ -103,7 +106,7 @@ impl FitRequest {
             let kind = |name: &String| kinds.iter().position(|own| *own == name).unwrap_or_default();
             tables.push(TablePlaces { outputs, kinds: table.names().iter().map(kind).collect(), measured });
             let several = |fault| match experiments.len() > 1 {
-                true => RequestFault::Experiment { number: index + 1, cause: Box::new(fault) },
+                true => RequestFault::Other(format!("experiment {number}: {cause}", number = index + 1, cause = fault)),
                 false => fault,
             };
             faults.extend(own.into_iter().map(several));
@@ -147,11 +150,14 @@ impl FitRequest {
 /// What is varied is the same in all experiments: none may set it otherwise.
 fn differing(parameters: &[Varied], first: &[Varied]) -> Vec<RequestFault> {
     let differs = parameters.iter().zip(first).filter(|(own, first)| own.start != first.start);
-    let fault = |(own, first): (&Varied, &Varied)| RequestFault::Differs {
-        name: own.name.clone(),
-        here: own.start,
-        first: first.start,
-        unit: own.unit.si.clone(),
+    let fault = |(own, first): (&Varied, &Varied)| {
+        RequestFault::Other(format!(
+            "`{name}` is varied, but set to {here:?} {unit} here and to {first:?} {unit} in the first one",
+            name = own.name,
+            here = own.start,
+            unit = own.unit.si,
+            first = first.start
+        ))
     };
     differs.map(fault).collect()
 }
@@ -166,21 +172,21 @@ fn deviation(
     let (name, text) = (name.to_owned(), text.to_owned());
     let Some(kind) = kinds.iter().position(|own| **own == name) else {
         let known = suggest::known(&name, kinds.iter().map(|own| own.as_str()));
-        return Err(RequestFault::UnknownColumn { name, known });
+        return Err(RequestFault::Other(format!("there is no column `{name}`; {known}")));
     };
     let mut outputs = experiments.iter().flat_map(|(varying, _)| varying.outputs());
     let unit = outputs.find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
     match quantity(&text, &unit) {
         Ok(value) if value > 0.0 && value.is_finite() => Ok((kind, value)),
-        Ok(_) => Err(RequestFault::Deviation { name, text }),
-        Err(cause) => Err(RequestFault::Quantity { name, text, cause }),
+        Ok(_) => Err(RequestFault::Other(format!("`{name}={text}`: a standard deviation is above zero"))),
+        Err(cause) => Err(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
     }
 }
 
 /// The bounds of what is varied, SI: those that are asked for, else those of the scene.
 pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<RequestFault>) -> Vec<[f64; 2]> {
     if varied.is_empty() {
-        faults.push(RequestFault::NothingVaried);
+        faults.push(RequestFault::Other("nothing is varied".to_owned()));
     }
     let mut bounds = Vec::with_capacity(parameters.len());
     for (index, (vary, own)) in varied.iter().zip(parameters).enumerate() {
@@ -193,16 +199,18 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<Re
             let (name, text) = (vary.name.clone(), text.clone());
             match quantity(&text, &own.unit).map(|value| (value, own.unit.permit(value, own.bounds))) {
                 Ok((value, Ok(()))) => range[place] = value,
-                Ok((_, Err(cause))) => faults.push(RequestFault::Bound { name, text, cause }),
-                Err(cause) => faults.push(RequestFault::Quantity { name, text, cause }),
+                Ok((_, Err(cause))) => faults.push(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
+                Err(cause) => faults.push(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
             }
         }
         let ([low, high], start) = (range, own.start);
         let (name, unit) = (vary.name.clone(), own.unit.si.clone());
         if low >= high {
-            faults.push(RequestFault::Empty { name, low, high, unit });
+            faults.push(RequestFault::Other(format!("`{name}`: {low:?} {unit} is not below {high:?} {unit}")));
         } else if !(low..=high).contains(&start) {
-            faults.push(RequestFault::Start { name, start, low, high, unit });
+            faults.push(RequestFault::Other(format!(
+                "`{name}` starts at {start:?} {unit}, outside {low:?}..{high:?} {unit}; set it"
+            )));
         }
         bounds.push(range);
     }
@@ -212,18 +220,19 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<Re
 /// The output of each column of a table.
 pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<RequestFault>) -> Vec<usize> {
     if table.names().is_empty() {
-        faults.push(RequestFault::NoColumn);
+        faults.push(RequestFault::Other("the table has no column beside `time`".to_owned()));
     }
     let mut places = Vec::new();
     for (name, unit) in table.names().iter().zip(table.units()) {
         let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
             let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
-            faults.push(RequestFault::NoOutput { column: name.clone(), known });
+            faults.push(RequestFault::Other(format!("the column `{column}` is no output; {known}", column = name)));
             continue;
         };
         if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
             let (column, unit, si) = (name.clone(), unit.shown().to_owned(), own.si.clone());
-            faults.push(RequestFault::ColumnUnit { column, unit, si });
+            faults
+                .push(RequestFault::Other(format!("the column `{column}` is in `{unit}`, but the variable in `{si}`")));
         }
         places.push(place);
     }
@@ -240,7 +249,7 @@ pub(crate) fn check_times(
     let times = table.times();
     if let Some(&first) = times.iter().find(outside) {
         let (count, all) = (times.iter().filter(outside).count(), times.len());
-        faults.push(RequestFault::Times { count, all, first, start, stop });
+        faults.push(RequestFault::Other(format!("{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; leave these rows out, or change the times of the experiment")));
     }
 }
 

@@ -1,100 +1,59 @@
 //! The scene with other values: everything else in its text stays as it is, comments too.
 
-use std::path::Path;
-
-use cotree::diagnostic::suggest;
 use cotree::scene::quantity::Value;
-use cotree::scene::{Faults, Quantity, Scene, spliced};
-
-/// Why a scene cannot be written with other values.
-#[derive(Debug, thiserror::Error)]
-pub enum RewriteError {
-    /// The scene was not read from a text, or a part gives the value.
-    #[error("the scene does not say where `{name}` is written")]
-    Nowhere {
-        /// The name.
-        name: String,
-    },
-    /// An input without a value.
-    #[error("the scene gives no `start` of `{name}` that could be changed")]
-    NoStart {
-        /// The input.
-        name: String,
-    },
-    /// The scene has no such value.
-    #[error("the scene does not give `{name}`; {known}")]
-    Unknown {
-        /// The name.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-    /// Two names are of one place.
-    #[error("two of the names are the same value")]
-    Twice,
-    /// The scene is at fault with the values.
-    #[error("the scene cannot be written with these values:\n{}", .0.render(false, 100))]
-    Scene(Faults),
-    /// Whoever reads the text finds another value.
-    #[error("the value of `{name}` cannot be changed where it is written")]
-    Unchanged {
-        /// The name.
-        name: String,
-    },
-}
+use cotree::scene::{EditError, Quantity, Scene};
 
 /// The text of a scene with these values \[SI\] of parameters, inputs and initial values: name, value, unit.
 ///
 /// # Errors
 /// A value that the text does not have, or does not say in one place.
-pub fn with_values(scene: &Scene, values: &[(String, f64, String)]) -> Result<String, RewriteError> {
-    let text = &scene.source.text;
-    let mut changes = Vec::new();
-    for (name, value, unit) in values {
-        let own = written(scene, name)?;
-        let old = text.get(own.span.start..own.span.end).filter(|old| !old.is_empty());
-        let old = old.ok_or_else(|| RewriteError::Nowhere { name: name.clone() })?;
+pub fn with_values(scene: &Scene, values: &[(String, f64, String)]) -> Result<String, EditError> {
+    let changes = values.iter().map(|(name, value, unit)| {
         let number = format!("{value:?}");
-        let new = if unit.is_empty() || unit == "1" { number.clone() } else { format!("{number} {unit}") };
-        let is_bare = matches!(own.value, Value::Text(_)) && !old.starts_with(['"', '\'']);
-        let new = match is_bare || new == number {
-            true => new,
-            false => format!("\"{new}\""),
-        };
-        changes.push((own.span, new));
+        let is_bare = unit.is_empty() || unit == "1";
+        let table = table(scene, name);
+        if table == "inputs" && written(scene, name).is_none() {
+            return Err(EditError::Text(format!("the scene gives no `start` of `{name}` that could be changed")));
+        }
+        Ok((format!("{table}.{name}"), if is_bare { number } else { format!("\"{number} {unit}\"") }))
+    });
+    let changed = scene.replaced(&changes.collect::<Result<Vec<_>, _>>()?).map_err(|error| match error {
+        EditError::Scene(faults) => {
+            EditError::Text(format!("the scene cannot be written with these values:\n{}", faults.render(false, 100)))
+        }
+        error @ (EditError::Text(_) | EditError::Unknown(_)) => error,
+    })?;
+    check(&changed, values)?;
+    Ok(changed.source.files().next().map(|(_, text)| text.to_owned()).unwrap_or_default())
+}
+
+/// The table that gives the value of a name.
+fn table(scene: &Scene, name: &str) -> &'static str {
+    match name {
+        _ if scene.parameters.iter().any(|own| own.name.text == name) => "parameters",
+        _ if scene.inputs.iter().any(|own| own.name.text == name) => "inputs",
+        _ => "initial",
     }
-    let changed = spliced(text, changes).ok_or(RewriteError::Twice)?;
-    check(scene, &changed, values)?;
-    Ok(changed)
 }
 
 /// The value of a name, as it is written.
-fn written<'s>(scene: &'s Scene, name: &str) -> Result<&'s Quantity, RewriteError> {
-    if let Some(parameter) = scene.parameters.iter().find(|own| own.name.text == name) {
-        return Ok(&parameter.value);
-    }
-    if let Some(input) = scene.inputs.iter().find(|own| own.name.text == name) {
-        return input.start.as_ref().ok_or_else(|| RewriteError::NoStart { name: name.to_owned() });
-    }
-    let line = scene.initial.iter().find(|own| own.variable.text == name);
-    line.map(|line| &line.value).ok_or_else(|| {
-        let names = scene.parameters.iter().map(|own| own.name.text.as_str());
-        RewriteError::Unknown { name: name.to_owned(), known: suggest::known(name, names) }
-    })
+fn written<'s>(scene: &'s Scene, name: &str) -> Option<&'s Quantity> {
+    let parameter = scene.parameters.iter().find(|own| own.name.text == name).map(|own| &own.value);
+    let input = || scene.inputs.iter().find(|own| own.name.text == name).and_then(|own| own.start.as_ref());
+    let line = || scene.initial.iter().find(|own| own.variable.text == name).map(|line| &line.value);
+    parameter.or_else(input).or_else(line)
 }
 
 /// Whoever reads the new text finds the new values.
-fn check(scene: &Scene, changed: &str, values: &[(String, f64, String)]) -> Result<(), RewriteError> {
-    let read = Scene::from_bytes(Path::new(&scene.source.name), changed.as_bytes().to_vec());
-    let read = read.map_err(RewriteError::Scene)?;
+fn check(changed: &Scene, values: &[(String, f64, String)]) -> Result<(), EditError> {
     for (name, value, _) in values {
-        let own = written(&read, name)?;
-        let number = match &own.value {
-            Value::Number(number) => Some(*number),
-            Value::Text(text) => text.split(' ').next().and_then(|number| number.parse().ok()),
+        let number = match written(changed, name).map(|own| &own.value) {
+            Some(Value::Number(number)) => Some(*number),
+            Some(Value::Text(text)) => text.split(' ').next().and_then(|number| number.parse().ok()),
+            None => None,
         };
         if number != Some(*value) {
-            return Err(RewriteError::Unchanged { name: name.clone() });
+            return Err(EditError::Text(format!("the value of `{name}` cannot be changed where it is written")));
         }
     }
     Ok(())

@@ -92,11 +92,14 @@ fn term(sign: f64, text: &str) -> Result<(f64, Measure), GoalError> {
         }
     };
     if measure.is_empty() {
-        return Err(GoalError::NoMeasure);
+        return Err(GoalError::Other("a measure is missing, such as peak(motor.torque)".to_owned()));
     }
     let measure: Measure = measure.parse()?;
     match measure.statistic() {
-        Statistic::WhenMax | Statistic::WhenMin => Err(GoalError::Jumps(measure)),
+        Statistic::WhenMax | Statistic::WhenMin => Err(GoalError::Other(format!(
+            "`{0}` changes in jumps from one extreme to another, which no search can follow",
+            measure
+        ))),
         Statistic::Max
         | Statistic::Min
         | Statistic::Peak
@@ -132,11 +135,13 @@ impl FromStr for Limit {
     fn from_str(text: &str) -> Result<Self, LimitError> {
         let found = RELATIONS.iter().find_map(|(sign, relation)| Some((text.split_once(sign)?, *relation)));
         let Some(((goal, bound), relation)) = found else {
-            return Err(LimitError::NoSign);
+            return Err(LimitError::Other(
+                "write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =".to_owned(),
+            ));
         };
         let bound = bound.trim().to_owned();
         if bound.is_empty() {
-            return Err(LimitError::NoBound);
+            return Err(LimitError::Other("the number behind the sign is missing".to_owned()));
         }
         Ok(Limit { goal: goal.parse()?, relation, bound })
     }

@@ -120,7 +120,8 @@ impl OptimizeRequest {
                 let Some(place) = known.iter().position(|(own, _)| *own == measure.variable) else {
                     let what = if self.turn.is_some() { "figure of the turn" } else { "output" };
                     let known = suggest::known(&measure.variable, known.iter().map(|(own, _)| own.as_str()));
-                    faults.push(RequestFault::NotMeasured { name: measure.variable.clone(), what, known });
+                    faults
+                        .push(RequestFault::Other(format!("`{name}` is no {what}; {known}", name = measure.variable)));
                     return 0;
                 };
                 outputs.iter().position(|own| *own == place).unwrap_or_else(|| {
@@ -143,7 +144,7 @@ impl OptimizeRequest {
                     limits.push(bounded);
                     conditions.push(condition);
                 }
-                Err(cause) => faults.push(RequestFault::Limit { limit: limit.to_string(), cause }),
+                Err(cause) => faults.push(RequestFault::Other(format!("`{limit}`: {cause}"))),
             }
         }
         if !faults.is_empty() {
@@ -162,7 +163,7 @@ impl OptimizeRequest {
         let open = bounds.iter().zip(parameters).filter(|(own, _)| is_open(own)).map(|(_, own)| &own.name);
         let open = suggest::list(open);
         if !open.is_empty() && self.starts > 1 {
-            faults.push(RequestFault::OpenBounds { names: open });
+            faults.push(RequestFault::Other(format!("{names}: starts are spread between two bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
         }
         let range = |(own @ [low, high], parameter): (&[f64; 2], &Varied)| match (is_open(own), parameter.start.abs()) {
             (false, _) => high - low,
@@ -174,10 +175,18 @@ impl OptimizeRequest {
 
     fn check_size(&self, faults: &mut Vec<RequestFault>) {
         if !(1..=MOST_STARTS).contains(&self.starts) {
-            faults.push(RequestFault::Starts { starts: self.starts, most: MOST_STARTS });
+            faults.push(RequestFault::Other(format!(
+                "{starts} starts: there are 1 to {most}",
+                starts = self.starts,
+                most = MOST_STARTS
+            )));
         }
         if self.vary.len() > MOST_QUANTITIES {
-            faults.push(RequestFault::Quantities { count: self.vary.len(), most: MOST_QUANTITIES });
+            faults.push(RequestFault::Other(format!(
+                "{count} quantities are varied; {most} can be",
+                count = self.vary.len(),
+                most = MOST_QUANTITIES
+            )));
         }
     }
 
@@ -224,7 +233,7 @@ fn bounded(limit: &Limit, sum: GoalSum, known: &[(String, Unit)]) -> Result<(Bou
     let unit = common_unit(&limit.goal, known)?;
     let bound = quantity(&limit.bound, &unit)?;
     if !bound.is_finite() {
-        return Err(LimitError::NotFinite);
+        return Err(LimitError::Other("the number must be finite".to_owned()));
     }
     let (sign, is_equation) = match limit.relation {
         Relation::AtMost => (1.0, false),

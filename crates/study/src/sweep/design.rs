@@ -13,76 +13,27 @@ use super::table;
 /// Why runs cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum DesignError {
-    /// A factor of a grid has no levels.
-    #[error("`{name}` has a range but no values: give a count, as in 0.4..0.6:21, or draw runs at random")]
-    NoValues {
-        /// The factor.
-        name: String,
-    },
-    /// Too many runs.
-    #[error("there are more than {most} runs")]
-    TooMany {
-        /// How many there can be.
-        most: usize,
-    },
     /// None are to be drawn.
     #[error("0 runs are none: draw at least one")]
     NoRuns,
-    /// A factor is named more than once.
-    #[error("`{name}` is given twice")]
-    Twice {
-        /// The factor.
-        name: String,
-    },
-    /// A factor beside a table has several values.
-    #[error("beside a table `{name}` can have one value only")]
-    BesideTable {
-        /// The factor.
-        name: String,
-    },
-    /// The table cannot be read, or a heading names no unit.
-    #[error(transparent)]
-    Sheet(#[from] SheetError),
-    /// The table has no headings.
-    #[error("the table has no line of names to begin with")]
-    NoNames,
     /// The table has headings only.
     #[error("the table has names but no runs")]
     NoRows,
-    /// A column is of nothing that can be set.
-    #[error(transparent)]
-    Factor(#[from] FactorError),
-    /// A column is in another kind of unit.
-    #[error("the column `{column}` is in {unit}, not in {si}")]
-    Unit {
-        /// The column.
-        column: String,
-        /// Its unit.
-        unit: String,
-        /// The SI unit of the variable.
-        si: String,
-    },
-    /// A row has too few or too many cells.
-    #[error("line {line}: {}", .cause.message)]
-    Row {
-        /// Its line.
-        line: usize,
-        /// What is wrong with it.
-        cause: SheetError,
-    },
-    /// A cell cannot be read, or the variable cannot have the value.
-    #[error("line {line}, `{name}`: {cause}")]
-    Cell {
-        /// Its line.
-        line: usize,
-        /// The factor.
-        name: String,
-        /// What is wrong with it.
-        cause: FactorError,
-    },
-    /// Faults beyond those that are listed.
-    #[error("and {0} more")]
-    More(usize),
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<SheetError> for DesignError {
+    fn from(error: SheetError) -> Self {
+        DesignError::Other(error.to_string())
+    }
+}
+
+impl From<FactorError> for DesignError {
+    fn from(error: FactorError) -> Self {
+        DesignError::Other(error.to_string())
+    }
 }
 
 /// The runs of a sweep.
@@ -105,7 +56,9 @@ enum Runs {
 /// More runs than this are a mistake.
 const MOST_RUNS: usize = 100_000_000;
 
-const TOO_MANY: DesignError = DesignError::TooMany { most: MOST_RUNS };
+fn too_many() -> DesignError {
+    DesignError::Other(format!("there are more than {MOST_RUNS} runs"))
+}
 
 impl Design {
     /// All combinations.
@@ -117,9 +70,11 @@ impl Design {
         let mut count: usize = 1;
         for DesignFactor { name, values, .. } in &factors {
             let Values::Levels(levels) = values else {
-                return Err(DesignError::NoValues { name: name.clone() });
+                return Err(DesignError::Other(format!(
+                    "`{name}` has a range but no values: give a count, as in 0.4..0.6:21, or draw runs at random"
+                )));
             };
-            count = count.checked_mul(levels.len()).filter(|count| *count <= MOST_RUNS).ok_or(TOO_MANY)?;
+            count = count.checked_mul(levels.len()).filter(|count| *count <= MOST_RUNS).ok_or_else(too_many)?;
         }
         Ok(Design { factors, runs: Runs::Grid(count) })
     }
@@ -131,7 +86,7 @@ impl Design {
     pub fn random(factors: Vec<DesignFactor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, DesignError> {
         different(&factors)?;
         if !(1..=MOST_RUNS).contains(&count) {
-            return Err(if count == 0 { DesignError::NoRuns } else { TOO_MANY });
+            return Err(if count == 0 { DesignError::NoRuns } else { too_many() });
         }
         let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
         let columns = columns.collect();
@@ -148,7 +103,12 @@ impl Design {
         for factor in constant {
             match &factor.values {
                 Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
-                _ => return Err(vec![DesignError::BesideTable { name: factor.name }]),
+                _ => {
+                    return Err(vec![DesignError::Other(format!(
+                        "beside a table `{name}` can have one value only",
+                        name = factor.name
+                    ))]);
+                }
             }
             factors.push(factor);
         }
@@ -215,7 +175,7 @@ fn different(factors: &[DesignFactor]) -> Result<(), DesignError> {
         factors[..index].iter().any(|other| other.variable == factor.variable)
     };
     match factors.iter().enumerate().find(|&place| again(place)) {
-        Some((_, factor)) => Err(DesignError::Twice { name: factor.name.clone() }),
+        Some((_, factor)) => Err(DesignError::Other(format!("`{name}` is given twice", name = factor.name))),
         None => Ok(()),
     }
 }

@@ -9,38 +9,27 @@ use thiserror::Error;
 /// Why a text is no factor with its values.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FactorError {
-    /// It has no `=`.
-    #[error("write name=values")]
-    Form,
-    /// Nothing of that name can be set, or not to such a value.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// A value cannot be read.
-    #[error(transparent)]
-    Quantity(#[from] QuantityError),
-    /// A standard deviation that is zero or less.
-    #[error("the deviation is not above zero")]
-    Deviation,
-    /// No number of values, or too many.
-    #[error("the count after `:` is not between 1 and {most}")]
-    Count {
-        /// How many there can be.
-        most: usize,
-    },
     /// What stands before `%` is no number.
     #[error("`{text}` is no number of percent")]
     Percent {
         /// As it is written.
         text: String,
     },
-    /// The ends of a range are the wrong way round.
-    #[error("{low:?} is above {high:?}")]
-    Order {
-        /// The lower end, SI.
-        low: f64,
-        /// The upper end, SI.
-        high: f64,
-    },
+    /// Anything else, as a message.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl From<SettingError> for FactorError {
+    fn from(error: SettingError) -> Self {
+        FactorError::Other(error.to_string())
+    }
+}
+
+impl From<QuantityError> for FactorError {
+    fn from(error: QuantityError) -> Self {
+        FactorError::Other(error.to_string())
+    }
 }
 
 /// A parameter, constant input or initial value that is varied.
@@ -76,7 +65,7 @@ impl DesignFactor {
     /// # Errors
     /// What is wrong with it.
     pub fn read(description: &Description, text: &str) -> Result<Self, FactorError> {
-        let (name, values) = text.split_once('=').ok_or(FactorError::Form)?;
+        let (name, values) = text.split_once('=').ok_or_else(|| FactorError::Other("write name=values".to_owned()))?;
         let variable = settings::settable(description, name.trim())?;
         let known = &description.variables[variable];
         let values = Values::read(values.trim(), &known.unit)?;
@@ -102,7 +91,11 @@ impl Values {
         if let Some((mean, deviation)) = text.split_once('~') {
             let [mean, deviation] = around(mean, deviation)?;
             let positive = deviation > 0.0 && deviation.is_finite();
-            return if positive { Ok(Values::Normal(mean, deviation)) } else { Err(FactorError::Deviation) };
+            return if positive {
+                Ok(Values::Normal(mean, deviation))
+            } else {
+                Err(FactorError::Other("the deviation is not above zero".to_owned()))
+            };
         }
         let Some((low, rest)) = text.split_once("..") else {
             return Ok(Values::Levels(quantities(&text.split(',').collect::<Vec<_>>(), unit)?));
@@ -114,7 +107,9 @@ impl Values {
             }
             Some((high, count)) => {
                 let count = count.trim().parse::<usize>().ok().filter(|count| (1..=MOST_LEVELS).contains(count));
-                let count = count.ok_or(FactorError::Count { most: MOST_LEVELS })?;
+                let count = count.ok_or_else(|| {
+                    FactorError::Other(format!("the count after `:` is not between 1 and {most}", most = MOST_LEVELS))
+                })?;
                 let [low, high] = both(low, high)?;
                 Ok(Values::Levels(spaced(low, high, count)))
             }
@@ -141,7 +136,7 @@ fn share(text: &str, mean: impl Fn() -> Result<f64, FactorError>) -> Result<Opti
 }
 
 fn ordered(low: f64, high: f64) -> Result<[f64; 2], FactorError> {
-    if low <= high { Ok([low, high]) } else { Err(FactorError::Order { low, high }) }
+    if low <= high { Ok([low, high]) } else { Err(FactorError::Other(format!("{low:?} is above {high:?}"))) }
 }
 
 /// So many values, evenly spaced, the ends exact.

@@ -52,16 +52,13 @@ pub type Outcome = Result<Vec<f64>, OutcomeError>;
 
 /// Why a run has no numbers.
 #[derive(Debug, thiserror::Error)]
-pub enum OutcomeError {
-    /// It has ended early.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// A measure of it is not a number.
-    #[error("`{0}` has no value")]
-    NoValue(Measure),
-    /// As a table says it that was written before.
-    #[error("{0}")]
-    Recorded(String),
+#[error("{0}")]
+pub struct OutcomeError(pub String);
+
+impl From<RunError> for OutcomeError {
+    fn from(error: RunError) -> Self {
+        OutcomeError(error.to_string())
+    }
 }
 
 /// Runs whose rounding errors are larger than their tolerance.
@@ -168,7 +165,7 @@ impl Sweep {
 /// A number of a run; or that it has none.
 fn measured_value(measure: &Measure, kept: &Accumulator) -> Result<f64, OutcomeError> {
     let value = measure.of(kept);
-    if value.is_nan() { Err(OutcomeError::NoValue(measure.clone())) } else { Ok(value) }
+    if value.is_nan() { Err(OutcomeError(format!("`{0}` has no value", measure.clone()))) } else { Ok(value) }
 }
 
 /// Counts further runs that are not as accurate as they should be.

@@ -26,17 +26,8 @@ pub struct SweepRecord {
 
 /// Why a table cannot be continued.
 #[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// It belongs to another sweep.
-    #[error("`{}` is of another sweep: scene, runs, outputs or times differ; remove it, or choose another file", .0.display())]
-    Other(PathBuf),
-    /// It is there, and is not to be continued.
-    #[error("`{}` has the rows of a sweep that was stopped: continue it with --resume, or remove it", .0.display())]
-    Unfinished(PathBuf),
-    /// The file cannot be read or written.
-    #[error("cannot write `{}`: {error}", .path.display())]
-    File { path: PathBuf, error: io::Error },
-}
+#[error("{0}")]
+pub struct RecordError(pub String);
 
 /// Begins a table with the line of names.
 ///
@@ -67,7 +58,7 @@ impl SweepRecord {
         let mut name = place.as_os_str().to_owned();
         name.push(".part");
         let part = PathBuf::from(name);
-        let failed = |error: io::Error| RecordError::File { path: part.clone(), error };
+        let failed = |error: io::Error| RecordError(format!("cannot write `{}`: {error}", (part.clone()).display()));
         let first = format!("# {}\n", fingerprint(sweep));
         // The mark of a part stays: `join` reads it.
         let head = if sweep.part.is_whole() { first.len() as u64 } else { 0 };
@@ -86,11 +77,17 @@ impl SweepRecord {
             });
         }
         if !resume {
-            return Err(RecordError::Unfinished(part));
+            return Err(RecordError(format!(
+                "`{}` has the rows of a sweep that was stopped: continue it with --resume, or remove it",
+                part.display()
+            )));
         }
         let mut file = OpenOptions::new().read(true).write(true).open(&part).map_err(failed)?;
         let Some((done, end)) = kept(&file, &first, sweep).map_err(failed)? else {
-            return Err(RecordError::Other(part));
+            return Err(RecordError(format!(
+                "`{}` is of another sweep: scene, runs, outputs or times differ; remove it, or choose another file",
+                part.display()
+            )));
         };
         // A last line that was cut off is written anew.
         file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
@@ -107,7 +104,8 @@ impl SweepRecord {
     /// # Errors
     /// The file cannot be read.
     pub fn outcomes(&self, sweep: &Sweep) -> Result<Vec<Outcome>, RecordError> {
-        let failed = |error: io::Error| RecordError::File { path: self.part.clone(), error };
+        let failed =
+            |error: io::Error| RecordError(format!("cannot write `{}`: {error}", (self.part.clone()).display()));
         let mut reader = ReaderBuilder::new();
         // The first line says which sweep it is, the next one names the columns.
         let reader = reader.comment(Some(b'#')).flexible(true).from_path(&self.part);
@@ -118,7 +116,9 @@ impl SweepRecord {
         let outcome = |row: csv::Result<StringRecord>| {
             let row = row.map_err(|error| failed(error.into()))?;
             match row.get(given + factors.len()) {
-                Some(failure) if !failure.is_empty() => return Ok(Err(OutcomeError::Recorded(failure.to_owned()))),
+                Some(failure) if !failure.is_empty() => {
+                    return Ok(Err(OutcomeError(failure.to_string())));
+                }
                 _ => {}
             }
             let values = row.iter().skip(given).zip(factors).map(|(field, by)| Ok(field.parse::<f64>()? * by));
@@ -136,7 +136,8 @@ impl SweepRecord {
 
     /// Puts the finished table in its place.
     pub fn finish(self) -> Result<(), RecordError> {
-        let failed = |error: io::Error| RecordError::File { path: self.place.clone(), error };
+        let failed =
+            |error: io::Error| RecordError(format!("cannot write `{}`: {error}", (self.place.clone()).display()));
         let mut draft = Draft::new(&self.place).map_err(failed)?;
         let mut file = self.out.into_inner().map_err(|error| failed(error.into_error()))?;
         file.seek(SeekFrom::Start(self.head)).map_err(failed)?;

@@ -30,7 +30,7 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
     let sheet = Sheet::read(text).map_err(|error| vec![error.into()])?;
     let headings = sheet.headings();
     if headings.is_empty() {
-        return Err(vec![DesignError::NoNames]);
+        return Err(vec![DesignError::Other("the table has no line of names to begin with".to_owned())]);
     }
     let (mut wrong, units) = (Vec::new(), description.units());
     let read =
@@ -44,13 +44,15 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
     for row in 0..sheet.rows() {
         let line = sheet.line(row);
         if let Err(cause) = sheet.has_cells(row, columns.len()) {
-            wrong.push(DesignError::Row { line, cause });
+            wrong.push(DesignError::Other(format!("line {line}: {}", cause.message)));
             continue;
         }
         for (place, column) in columns.iter_mut().enumerate() {
             match value(description, &sheet.cell(row, place), column) {
                 Ok(value) => column.values.push(value),
-                Err(cause) => wrong.push(DesignError::Cell { line, name: column.factor.name.clone(), cause }),
+                Err(cause) => {
+                    wrong.push(DesignError::Other(format!("line {line}, `{name}`: {cause}", name = column.factor.name)))
+                }
             }
         }
     }
@@ -62,7 +64,7 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
     }
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     wrong.truncate(MOST_FAULTS);
-    wrong.extend((more > 0).then_some(DesignError::More(more)));
+    wrong.extend((more > 0).then_some(DesignError::Other(format!("and {more} more"))));
     Err(wrong)
 }
 
@@ -77,7 +79,7 @@ fn column(
     let known = &description.variables[variable];
     if let Some(unit) = unit.as_ref().filter(|unit| !known.unit.si.is_empty() && !unit.is_compatible(&known.unit)) {
         let (column, unit, si) = (heading.to_owned(), unit.shown().to_owned(), known.unit.si.clone());
-        return Err(DesignError::Unit { column, unit, si });
+        return Err(DesignError::Other(format!("the column `{column}` is in {unit}, not in {si}")));
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
     let factor = DesignFactor { variable, name, unit: si, values: Values::Levels(Vec::new()) };

@@ -18,19 +18,25 @@ pub struct Station {
 
 /// Why a scene cannot be moved through poses.
 #[derive(Debug, Error)]
-pub enum DriveError {
-    /// The scene is at fault.
-    #[error(transparent)]
-    Scene(#[from] Faults),
-    /// The program is.
-    #[error(transparent)]
-    Program(#[from] Fault),
-    /// It has no such variable.
-    #[error("there is no {0}")]
-    NoVariable(&'static str),
-    /// The motion cannot be found or continued.
-    #[error(transparent)]
-    Motion(#[from] InstanceError),
+#[error("{0}")]
+pub struct DriveError(pub String);
+
+impl From<Faults> for DriveError {
+    fn from(error: Faults) -> Self {
+        DriveError(error.to_string())
+    }
+}
+
+impl From<Fault> for DriveError {
+    fn from(error: Fault) -> Self {
+        DriveError(error.to_string())
+    }
+}
+
+impl From<InstanceError> for DriveError {
+    fn from(error: InstanceError) -> Self {
+        DriveError(error.to_string())
+    }
 }
 
 /// How far a scene is from the poses at their times, at most: places as shares of the size, angles in radians.
@@ -41,7 +47,7 @@ pub fn largest_miss(text: &str, stations: &[Station], size: f64) -> Result<f64, 
     let program = compile(&Scene::from_toml(text)?)?.program;
     let model = Arc::new(Model::new(program)?);
     let mut instance = Instance::new(model);
-    let name = |name: &'static str| instance.variable(name).ok_or(DriveError::NoVariable(name));
+    let name = |name: &'static str| instance.variable(name).ok_or_else(|| DriveError(format!("there is no {name}")));
     let variables = [name("coupler.origin.x")?, name("coupler.origin.y")?, name("coupler.angle")?];
     Ok(walk(&mut instance, variables, stations, size)?)
 }
@@ -58,7 +64,7 @@ pub fn largest_output_miss<T>(
 ) -> Result<f64, DriveError> {
     let program = compile(&Scene::from_toml(text)?)?.program;
     let mut instance = Instance::new(Arc::new(Model::new(program)?));
-    let name = |name: &'static str| instance.variable(name).ok_or(DriveError::NoVariable(name));
+    let name = |name: &'static str| instance.variable(name).ok_or_else(|| DriveError(format!("there is no {name}")));
     let variables = [name(outputs[0])?, name(outputs[1])?];
     instance.setup(0.0, None, Some(1e-12))?;
     instance.initialise()?;

@@ -422,5 +422,8 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     let names =
         program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
     let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
-    Err(SetError::NotVariable { name: name.to_owned(), known: suggest::known(name, names) })
+    Err(SetError(format!(
+        "the scene has no parameter, input or initial value `{name}`; {known}",
+        known = suggest::known(name, names)
+    )))
 }

@@ -14,19 +14,13 @@ const CONTRADICTION: f64 = 1e-8;
 
 /// Why there are no derivatives at the start.
 #[derive(Debug, Error)]
-pub enum StartError {
-    /// Rates that are not given and are not zero.
-    #[error("`[initial]` leaves rates open in a mechanism that moves at its start: give them")]
-    RatesOpen,
-    /// What is known contradicts the loops for other values.
-    #[error("what is known at the start and the loops fit for these very values only")]
-    TheseValuesOnly,
-    /// No decomposition.
-    #[error(transparent)]
-    Decomposition(#[from] AnalysisFailure),
-    /// No solution.
-    #[error("{0}")]
-    Solution(&'static str),
+#[error("{0}")]
+pub struct StartError(pub String);
+
+impl From<AnalysisFailure> for StartError {
+    fn from(error: AnalysisFailure) -> Self {
+        StartError(error.to_string())
+    }
 }
 
 /// q_p and v_p at the start; `speeds` are the rates of the mechanism's coordinates there: states begin with values of their own.
@@ -44,7 +38,9 @@ pub fn start(
     let (changes, full) = least(&known, &-stacked(&turning(RowBlock::Rates), &turning(RowBlock::StartRates)))?;
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
     if !full && speeds.norm() > 0.0 {
-        return Err(StartError::RatesOpen);
+        return Err(StartError(
+            "`[initial]` leaves rates open in a mechanism that moves at its start: give them".to_owned(),
+        ));
     }
     Ok((positions, changes))
 }
@@ -84,11 +80,11 @@ fn least(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<(DMatrix<f64>, bool), Sta
     let rank = parts.singular_values.iter().filter(|value| **value > limit).count();
     let mut solution = DMatrix::zeros(n, b.ncols());
     for (mut place, column) in solution.column_iter_mut().zip(b.column_iter()) {
-        place.copy_from(&parts.solve(&column, limit).map_err(StartError::Solution)?);
+        place.copy_from(&parts.solve(&column, limit).map_err(|error| StartError(error.to_string()))?);
     }
     let left = product(a, &solution) - b;
     if left.amax() > CONTRADICTION * (1.0 + b.amax()) {
-        return Err(StartError::TheseValuesOnly);
+        return Err(StartError("what is known at the start and the loops fit for these very values only".to_owned()));
     }
     Ok((solution, rank == n))
 }

@@ -114,7 +114,8 @@ impl<'f> DifferentiatedMotion<'f> {
         motion.record_instants();
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
-            let unknown = || AnalysisFailure::Unknown(vec![SetError::NotSettable { name: (*name).to_owned() }]);
+            let unknown =
+                || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` cannot be set", name = (*name)))]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
         if let Some(pose) = from {

@@ -1,6 +1,15 @@
-//! The same scene with other values, and with keys that it does not write yet: all else in its text stays as it is, comments too.
+//! Edits of a scene's text: other values, keys that it does not write yet, and elements that are added or removed. All else in the text stays as it is, comments too.
 
-use super::decode::{is_json, tree};
+mod elements;
+mod layout;
+#[cfg(test)]
+mod tests;
+mod text;
+
+pub use elements::{Edit, edited};
+pub use text::Gap;
+
+use super::decode::{is_json, is_json_text, tree};
 use super::document::{Content, DocumentNode};
 use super::tables::SCENE;
 use super::{Faults, Scene};
@@ -18,42 +27,25 @@ const MOVING: [&str; 2] = ["bodies", "joints"];
 /// Why a scene cannot be changed.
 #[derive(Debug, thiserror::Error)]
 pub enum EditError {
-    /// The scene was not read from a text.
-    #[error("the scene has no text")]
-    NoText,
-    /// The text is neither TOML nor JSON.
-    #[error("the text of the scene cannot be read")]
-    Unreadable,
-    /// What is named has keys, but no value of its own.
-    #[error("`{name}` is {kind}; name one of its keys, such as `{name}.{key}`")]
-    NoValue {
-        /// The name.
-        name: String,
-        /// What it is, such as "a table".
-        kind: &'static str,
-        /// Its first key.
-        key: String,
-    },
+    /// The names do not fit the text.
+    #[error("{0}")]
+    Text(String),
     /// The scene does not write what is named.
-    #[error("the scene does not write `{name}`; {known}")]
-    Unknown {
-        /// The name.
-        name: String,
-        /// What may have been meant.
-        known: String,
-    },
-    /// The scene writes what is named in several places.
-    #[error("the scene writes `{name}` in several places: begin with the table that is meant")]
-    Ambiguous {
-        /// The name.
-        name: String,
-    },
-    /// Two names are of one place.
-    #[error("two of the names are the same value, or one is within another")]
-    Twice,
+    #[error("{0}")]
+    Unknown(String),
     /// What is wrong with the scene once it is changed.
     #[error(transparent)]
     Scene(#[from] Faults),
+}
+
+impl EditError {
+    fn unreadable() -> EditError {
+        EditError::Text("the text of the scene cannot be read".to_owned())
+    }
+
+    fn no_table(path: &[String], form: &str) -> EditError {
+        EditError::Text(format!("`{}` is not written as {form}", path.join(".")))
+    }
 }
 
 impl Scene {
@@ -68,19 +60,19 @@ impl Scene {
         let mut files: Vec<(String, String)> =
             self.source.files().map(|(name, text)| (name.to_owned(), text.to_owned())).collect();
         let Some((name, text)) = files.first_mut() else {
-            return Err(EditError::NoText);
+            return Err(EditError::Text("the scene has no text".to_owned()));
         };
-        let json = is_json(Path::new(name)) || text.trim_start().starts_with('{');
-        let tree = tree(text, json).ok_or(EditError::Unreadable)?;
+        let json = is_json(Path::new(name)) || is_json_text(text);
+        let tree = tree(text, json).ok_or_else(EditError::unreadable)?;
         let (mut places, mut new) = (Vec::new(), Vec::new());
         for (name, value) in changes {
             match written(&tree, name) {
                 Ok(span) => places.push((span.whole(text), value.clone())),
-                Err(unknown @ EditError::Unknown { .. }) => new.push((name, value, unknown)),
+                Err(unknown @ EditError::Unknown(_)) => new.push((name, value, unknown)),
                 Err(error) => return Err(error),
             }
         }
-        *text = spliced(text, places).ok_or(EditError::Twice)?;
+        *text = spliced(text, places)?;
         for (name, value, unknown) in new {
             *text = self.with_key(text, json, (name, value)).ok_or(unknown)?;
         }
@@ -92,7 +84,7 @@ impl Scene {
         let tree = tree(text, json)?;
         let (table, keys) = self.home(&tree, name)?;
         let (at, entry) = if json { in_json(table, &keys, value)? } else { in_toml(text, table, &keys, value)? };
-        spliced(text, vec![(Span::new(at, at), entry)])
+        spliced(text, vec![(Span::new(at, at), entry)]).ok()
     }
 
     /// The table that a key belongs to, and what it is called there.
@@ -107,7 +99,7 @@ impl Scene {
             let (path, key) = (&name[..dot], &name[dot + 1..]);
             let tables = TABLES.iter().filter_map(|table| named(table));
             let mut found: Vec<_> = tables.filter_map(|table| at(table, path)).chain(at(tree, path)).collect();
-            found.dedup_by_key(|node| node.span);
+            found.dedup_by_key(|node| node.span.start);
             if let [table] = found.as_slice() {
                 return entries(table).map(|_| (*table, key.split('.').collect()));
             }
@@ -147,36 +139,40 @@ fn in_toml(text: &str, table: &DocumentNode, keys: &[&str], value: &str) -> Opti
     Some((table.span.start + header.len(), format!("\n{entry}")))
 }
 
-/// A text with other texts at these places; none if two of them overlap.
-pub fn spliced(text: &str, mut places: Vec<(Span, String)>) -> Option<String> {
+/// A text with other texts at these places.
+fn spliced(text: &str, mut places: Vec<(Span, String)>) -> Result<String, EditError> {
     places.sort_by_key(|(span, _)| span.start);
     if places.windows(2).any(|pair| pair[1].0.start < pair[0].0.end) {
-        return None;
+        let twice = "two of the names are the same value, or one is within another";
+        return Err(EditError::Text(twice.to_owned()));
     }
     let mut changed = text.to_owned();
     for (span, new) in places.into_iter().rev() {
         changed.replace_range(span.start..span.end, &new);
     }
-    Some(changed)
+    Ok(changed)
 }
 
 /// Where the value of a name is written.
 fn written(tree: &DocumentNode, name: &str) -> Result<Span, EditError> {
     let tables = TABLES.iter().filter_map(|table| entries(tree)?.iter().find(|(key, _)| key.text == *table));
     let mut found: Vec<&DocumentNode> = tables.filter_map(|(_, table)| at(table, name)).chain(at(tree, name)).collect();
-    found.dedup_by_key(|node| node.span);
-    let name = name.to_owned();
-    match found.as_slice() {
+    // Spans are equal wherever they are.
+    found.dedup_by_key(|node| node.span.start);
+    Err(EditError::Text(match found.as_slice() {
         [node] => match own_value(node) {
-            Some(value) => Ok(value.span),
-            None => Err(EditError::NoValue { name, kind: node.kind.name(), key: first_key(node).to_owned() }),
+            Some(value) => return Ok(value.span),
+            None => {
+                let (kind, key) = (node.kind.name(), first_key(node));
+                format!("`{name}` is {kind}; name one of its keys, such as `{name}.{key}`")
+            }
         },
         [] => {
-            let known = suggest::known(&name, names(tree).iter().map(String::as_str));
-            Err(EditError::Unknown { name, known })
+            let known = suggest::known(name, names(tree).iter().map(String::as_str));
+            return Err(EditError::Unknown(format!("the scene does not write `{name}`; {known}")));
         }
-        _ => Err(EditError::Ambiguous { name }),
-    }
+        _ => format!("the scene writes `{name}` in several places: begin with the table that is meant"),
+    }))
 }
 
 /// What a path leads to; keys may have dots of their own.
@@ -232,88 +228,4 @@ fn names(tree: &DocumentNode) -> Vec<String> {
         }
     }
     all
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SCENE: &str = "name = \"bar\"\ngravity = [0, -9.81] # down\n[parameters]\nlength = { value = \"1 m\", min = \"1 mm\" }\n[bodies.bob]\nmass = 2.0 # heavy\ninertia = 0.1\npoints = { top = [0.0, \"length\"] }\n[joints.hinge]\ntype = \"revolute\"\nbetween = [\"ground\", \"bob.top\"]\n[initial]\n\"bob.angle\" = { guess = 0.1 }\n[experiment]\nstop = '2 s'\n";
-
-    fn replaced(name: &str, value: &str) -> Result<String, EditError> {
-        let scene = Scene::from_toml(SCENE).unwrap();
-        let replaced = scene.replaced(&[(name.to_owned(), value.to_owned())]);
-        replaced.map(|scene| scene.source.files().next().unwrap().1.to_owned())
-    }
-
-    #[test]
-    fn one_value_changes_and_nothing_else() {
-        for (name, value, old, new) in [
-            ("length", "\"2 m\"", "\"1 m\"", "\"2 m\""),
-            ("length.min", "0.5", "\"1 mm\"", "0.5"),
-            ("bob.mass", "3.5", "2.0", "3.5"),
-            ("bodies.bob.mass", "\"4 kg\"", "2.0", "\"4 kg\""),
-            ("bob.points.top", "[0, 1]", "[0.0, \"length\"]", "[0, 1]"),
-            ("bob.angle", "0.2", "0.1 }", "0.2 }"),
-            ("experiment.stop", "3", "'2 s'", "3"),
-            ("gravity", "[0, -1.62]", "[0, -9.81]", "[0, -1.62]"),
-        ] {
-            assert_eq!(replaced(name, value).unwrap(), SCENE.replacen(old, new, 1), "{name}");
-        }
-    }
-
-    #[test]
-    fn keys_that_are_not_written_are_added_to_their_tables() {
-        for (name, value, old, new) in [
-            ("hinge.damping", "0.5", "type = \"revolute\"", "damping = 0.5\ntype = \"revolute\""),
-            ("experiment.step", "'1 ms'", "stop = ", "step = '1 ms'\nstop = "),
-            ("hinge.friction.coulomb", "1", "type = \"revolute\"", "friction.coulomb = 1\ntype = \"revolute\""),
-            ("length.max", "\"3 m\"", "{ value", "{ max = \"3 m\", value"),
-            ("bob.points.low", "[0, 0]", "{ top", "{ low = [0, 0], top"),
-            ("parameters.mass", "2", "length = {", "mass = 2\nlength = {"),
-            ("bob.omega", "0.2", "\"bob.angle\" = ", "\"bob.omega\" = 0.2\n\"bob.angle\" = "),
-            ("solver.safety", "0.5", "name = ", "solver.safety = 0.5\nname = "),
-            ("description", "\"swings\"", "name = ", "description = \"swings\"\nname = "),
-        ] {
-            let tree = tree(SCENE, false).unwrap();
-            let scene = Scene::from_toml(SCENE).unwrap();
-            assert!(written(&tree, name).is_err(), "{name}");
-            assert_eq!(scene.with_key(SCENE, false, (name, value)).unwrap(), SCENE.replacen(old, new, 1), "{name}");
-        }
-        let scene = Scene::from_toml(SCENE).unwrap();
-        let several = [("solver.method", "'taylor'"), ("solver.bench", "1")];
-        let text = several.iter().fold(SCENE.to_owned(), |text, own| scene.with_key(&text, false, *own).unwrap());
-        assert!(text.starts_with("solver.bench = 1\nsolver.method = 'taylor'\nname"), "{text}");
-        let empty = format!("{SCENE}[solver]\n");
-        let added = scene.with_key(&empty, false, several[0]).unwrap();
-        assert!(added.ends_with("[solver]\nmethod = 'taylor'\n"), "{added}");
-        let json = r#"{"name": "bar", "parameters": {"length": 1}}"#;
-        let added = scene.with_key(json, true, ("solver.method", "\"taylor\"")).unwrap();
-        assert_eq!(added, r#"{"solver": {"method": "taylor"}, "name": "bar", "parameters": {"length": 1}}"#);
-        let added = scene.with_key(json, true, ("parameters.mass", "2")).unwrap();
-        assert_eq!(added, r#"{"name": "bar", "parameters": {"mass": 2, "length": 1}}"#);
-    }
-
-    #[test]
-    fn what_cannot_be_changed_is_refused() {
-        for (name, value, told) in [
-            ("bob.mas", "3", "did you mean `mass`"),
-            ("lenght", "3", "did you mean `length`"),
-            ("rod.mass", "3", "does not write `rod.mass`"),
-            ("bob", "3", "`bob` is a table; name one of its keys, such as `bob.mass`"),
-            ("bob.mass", "3 kg", "cannot be read"),
-        ] {
-            let changed = Scene::from_toml(SCENE).unwrap().replaced(&[(name.to_owned(), value.to_owned())]);
-            let error = match changed {
-                Err(EditError::Scene(faults)) => faults.render(false, 200),
-                Err(error) => error.to_string(),
-                Ok(scene) => scene.resolve().unwrap_err().render(false, 200),
-            };
-            assert!(error.contains(told), "{name}: {error}");
-        }
-        let scene = Scene::from_toml(SCENE).unwrap();
-        let twice =
-            scene.replaced(&[("bob.mass", "1"), ("bodies.bob.mass", "2")].map(|(a, b)| (a.to_owned(), b.to_owned())));
-        assert!(twice.unwrap_err().to_string().contains("the same value"));
-    }
 }
