@@ -458,16 +458,7 @@ fn check(cases: impl Iterator<Item = (String, Case)>, moved: usize) {
 
 #[test]
 fn one_degree_of_freedom_moves_as_its_equation_says() {
-    check(of_all_kinds((0..40).filter(|seed| *seed != SLIDES_EARLY)), 20);
-}
-
-/// A box on four feet with different limits at rest and in motion, which slides before all of them have reached the first: not solved yet.
-const SLIDES_EARLY: u64 = 34;
-
-#[test]
-#[ignore = "known to fail: it slides too early"]
-fn a_box_between_its_limits_stays_at_rest() {
-    check(of_all_kinds(SLIDES_EARLY..SLIDES_EARLY + 1), 0);
+    check(of_all_kinds(0..40), 20);
 }
 
 #[test]

@@ -502,8 +502,8 @@ impl ContactValues {
         if found.best.is_none() && found.redundant {
             self.try_modes(context, true, &mut found);
         }
-        if let Some((_, mode)) = found.best {
-            return self.accept(context, mode, found.locked);
+        if let Some(mode) = found.best {
+            return self.accept(context, (mode.trial, mode.begins), found.locked);
         }
         context.state.parameters_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, if found.locked { LOCKS } else { NO_MODE }))
@@ -534,11 +534,11 @@ impl ContactValues {
             if !self.is_idle_held(context) {
                 continue;
             }
-            let lasts = self.lasts(context);
-            if found.best.is_none_or(|(longest, _)| lasts > longest) {
-                found.best = Some((lasts, (trial, begins)));
+            let mode = Mode { trial, begins, lasts: self.lasts(context), moving: self.count_moving(context) };
+            if found.best.is_none_or(|best| mode.is_better(&best)) {
+                found.best = Some(mode);
             }
-            if lasts == LOOKS {
+            if mode.lasts == LOOKS && mode.moving == 0 {
                 return;
             }
         }
@@ -639,6 +639,19 @@ impl ContactValues {
     /// True for what has stuck or been closed, and has not been found to change.
     fn stays(&self, own: &Contact, turns: bool) -> bool {
         self.kept[own.closed as usize] != 0.0 && !turns
+    }
+
+    /// How many frictions at rest begin to slide. Between its two limits friction at rest may stay there or slide: it stays as long as any way of sharing the load permits. Without a larger limit at rest, or alone,
+    /// there is nothing to choose from, and none are counted.
+    fn count_moving(&self, context: &Place) -> usize {
+        let frictions = || self.choices.concerned().filter(|&index| context.slip(index).is_some());
+        let shares = frictions().nth(1).is_some() && frictions().any(|index| self.restitutions[index] != 1.0);
+        let size = self.accelerations.iter().fold(0.0, |most, own| maximum(most, own.abs()));
+        let begins = |index: &usize| {
+            let slides = context.rubs(*index) && !context.is_closed(*index) && self.rests(context, *index);
+            slides && self.accelerations[*index].abs() > CANCELLED * maximum(size, context.scale(*index))
+        };
+        if shares { frictions().filter(begins).count() } else { 0 }
     }
 
     /// True if the mode fits, where accelerations that are against it are rounding errors: those of what other parts hold.
@@ -755,11 +768,28 @@ impl ContactValues {
     }
 }
 
+/// A mode that fits.
+#[derive(Clone, Copy)]
+struct Mode {
+    trial: usize,
+    /// True if it fits at the accelerations that there are.
+    begins: bool,
+    /// How many looks ahead it passes.
+    lasts: u32,
+    /// How many frictions begin to slide in it.
+    moving: usize,
+}
+
+impl Mode {
+    fn is_better(&self, other: &Self) -> bool {
+        self.lasts > other.lasts || self.lasts == other.lasts && self.moving < other.moving
+    }
+}
+
 /// What has come of trying modes.
 #[derive(Default)]
 struct Found {
-    /// The mode that lasts longest of those that fit: how long, its trial, and whether it fits at the accelerations that there are.
-    best: Option<(u32, (usize, bool))>,
+    best: Option<Mode>,
     /// True if a mode fits but for friction that locks, or with redundant constraints.
     locked: bool,
     redundant: bool,
