@@ -358,7 +358,7 @@ fn fault(text: &str) -> String {
 fn what_is_wrong_with_instants_is_said() {
     let servo = |from: &str, to: &str| fault(&SERVO.replace(from, to));
     let circle = servo("sum + 0.02*new(error)", "sum + new(push)");
-    assert!(circle.contains("circle: `sum` -> `push` -> `sum`"), "{circle}");
+    assert!(circle.contains("in a cycle: `sum` -> `push` -> `sum`"), "{circle}");
     assert_eq!(circle.matches("×").count(), 1, "what follows from the circle is no fault of its own: {circle}");
     let far = servo("0.02*new(error)", "0.02*new(eror)");
     assert!(far.contains("`new(eror)`") && far.contains("`error`"), "{far}");

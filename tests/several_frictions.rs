@@ -516,7 +516,7 @@ fn box_on_three(mu: f64, push: f64) -> String {
     let points: Vec<&str> = feet.iter().map(|own| own[0].trim_start_matches("[bodies.box.points]\n")).collect();
     let joints: Vec<&str> = feet.iter().map(|own| own[1].as_str()).collect();
     format!(
-        "name = \"three\"\ngravity = [0, -9.81]\n[bodies.box]\nmass = 2.0\ninertia = 0.3\n[bodies.box.points]\n{}{}[loads.push]\ntype = \"force\"\non = \"box\"\nvector = [\"{push:?}*t\", 0]\n[initial]\n\"box.x\" = 0.0\n\"box.y\" = 0.05\n\"box.angle\" = 0.0\n\"box.vx\" = 0.0\n\"box.vy\" = 0.0\n\"box.omega\" = 0.0\n[experiment]\nstop = \"3 s\"\n",
+        "name = \"three\"\ngravity = [0, -9.81]\n[bodies.box]\nmass = 2.0\ninertia = 0.3\n[bodies.box.points]\n{}{}[loads.push]\ntype = \"force\"\non = \"box\"\nvector = [\"{push:?}*t\", 0]\n[initial]\n\"box.x\" = 0.0\n\"box.y\" = 0.05\n\"box.angle\" = 0.0\n\"box.vx\" = 0.0\n\"box.vy\" = 0.0\n\"box.omega\" = 0.0\n[outputs]\nvariables = [\"box.vx\", \"c0.fn\", \"c1.fn\", \"c2.fn\"]\n[experiment]\nstop = \"3 s\"\n",
         points.concat(),
         joints.concat()
     )

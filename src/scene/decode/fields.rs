@@ -250,7 +250,7 @@ impl Sink {
         let pair: Option<[Text; 2]> = names.try_into().ok();
         if pair.is_none() && matches!(&node.kind, Content::Array(items) if items.len() == count) {
             self.push(
-                Fault::new("scene::wrong_value", format!("{what} has {count} entries, but must have two"), node.span)
+                Fault::new("scene::wrong_value", format!("{what} must have two entries, but has {count}"), node.span)
                     .label("two are needed")
                     .help(help),
             );
