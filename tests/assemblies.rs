@@ -42,7 +42,10 @@ fn guesses_that_lead_nowhere_hide_no_assembly() {
     let output = cotree(folder.path(), &["assemblies", "a.toml"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
-    assert!(text.starts_with("four_bar: the loops close in 2 assembly modes") && text.contains("lead to none of them"), "{text}");
+    assert!(
+        text.starts_with("four_bar: the loops close in 2 assembly modes") && text.contains("lead to none of them"),
+        "{text}"
+    );
     assert!(!text.contains("that of the scene"), "{text}");
 }
 
@@ -126,7 +129,11 @@ fn folded_poses_that_turn_freely_hide_no_single_ones() {
     let output = cotree(folder.path(), &["assemblies", "a.toml"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
-    assert!(text.contains("the loops close in 2 assembly modes") && text.contains("can move although all degrees of freedom are fixed"), "{text}");
+    assert!(
+        text.contains("the loops close in 2 assembly modes")
+            && text.contains("can move although all degrees of freedom are fixed"),
+        "{text}"
+    );
     for angle in ["30.000000", "-30.000000"] {
         assert!(text.contains(&format!("\"c.angle\" = {{ guess = \"{angle} deg\" }}")), "{text}");
     }

@@ -51,7 +51,9 @@ fn what_is_no_file_or_never_ends_is_refused() {
             assert!(message.contains(file) && message.contains(reason), "{message}");
         }
     }
-    for (file, reason) in [("folder", "a folder"), ("pipe", "a pipe"), ("/dev/zero", "a device"), ("large", "not an FMU")] {
+    for (file, reason) in
+        [("folder", "a folder"), ("pipe", "a pipe"), ("/dev/zero", "a device"), ("large", "not an FMU")]
+    {
         let message = refused(folder.path(), &["info", file]);
         assert!(message.contains(file) && message.contains(reason), "{message}");
     }

@@ -157,10 +157,7 @@ stop = 4.0
         "{checked}"
     );
     let said = String::from_utf8(cotree(folder.path(), &["simulate", "still.toml"]).stderr).unwrap();
-    assert!(
-        said.contains("`turn.torque` has no value") && said.contains("dry friction of a driven motion"),
-        "{said}"
-    );
+    assert!(said.contains("`turn.torque` has no value") && said.contains("dry friction of a driven motion"), "{said}");
 }
 
 fn jack(lead: f64, rate: f64) -> String {
@@ -428,9 +425,6 @@ fn analysis_of_driven_friction_is_refused() {
     for command in ["equilibrium", "linearize", "modes"] {
         let output = cotree(folder.path(), &[command, "press.toml"]);
         let said = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            !output.status.success() && said.contains("acts on a driven motion"),
-            "{command}: {said}"
-        );
+        assert!(!output.status.success() && said.contains("acts on a driven motion"), "{command}: {said}");
     }
 }

@@ -181,7 +181,9 @@ fn every_command_of_the_models_works() {
 #[test]
 fn the_tutorial_gives_what_it_promises() {
     let (folder, said, _) = follow("docs/tutorial.md");
-    for claim in ["no errors", "close in 2 assembly modes", "crank-rocker", "transmission angle at `arm_pin`", "drive torque"] {
+    for claim in
+        ["no errors", "close in 2 assembly modes", "crank-rocker", "transmission angle at `arm_pin`", "drive torque"]
+    {
         assert!(said.contains(claim), "{claim}\n{said}");
     }
     for file in ["wiper.html", "wiper.png", "motion.png", "motion.csv", "path.svg", "wiper.fmu"] {

@@ -55,7 +55,10 @@ fn a_driver_that_jumps() {
 #[test]
 fn a_search_for_trees_that_is_gone() {
     let cheapest = said("[coordinates]\npreset = \"cheapest\"\n");
-    assert!(cheapest.len() == 1 && cheapest[0].contains("`cheapest` is obsolete and means the recommended trees"), "{cheapest:?}");
+    assert!(
+        cheapest.len() == 1 && cheapest[0].contains("`cheapest` is obsolete and means the recommended trees"),
+        "{cheapest:?}"
+    );
     assert_eq!(said("[coordinates]\npreset = \"joint\"\n"), [""; 0]);
 }
 

@@ -208,6 +208,10 @@ impl Equations {
     fn are_few(&self) -> Result<(), NoSeries> {
         let bodies = self.system.mechanism.bodies.len();
         let couplings: usize = (0..bodies).map(|body| self.depth(BodyId(body)).pow(2)).sum();
-        if couplings > MOST { Err(NoSeries("it has many equations that are weakly coupled".to_owned())) } else { Ok(()) }
+        if couplings > MOST {
+            Err(NoSeries("it has many equations that are weakly coupled".to_owned()))
+        } else {
+            Ok(())
+        }
     }
 }

@@ -247,11 +247,14 @@ impl Resolver<'_> {
         let word = self.faults.required_text(&fields, "as", &help)?;
         let Some(order) = InputAs::WORDS.iter().position(|known| *known == word.text) else {
             let otherwise = format!("an input can be {}", suggest::list(InputAs::WORDS));
-            let message = format!("`as` of {what} is `{}`, but must be `position`, `velocity` or `acceleration`", word.text);
+            let message =
+                format!("`as` of {what} is `{}`, but must be `position`, `velocity` or `acceleration`", word.text);
             self.faults.push(
-                Fault::new("scene::wrong_value", message, word.span)
-                    .label("not a type of motion")
-                    .help(suggest::hint(&word.text, InputAs::WORDS, otherwise)),
+                Fault::new("scene::wrong_value", message, word.span).label("not a type of motion").help(suggest::hint(
+                    &word.text,
+                    InputAs::WORDS,
+                    otherwise,
+                )),
             );
             return None;
         };

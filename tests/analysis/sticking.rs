@@ -707,10 +707,7 @@ fn brakes_share_a_weight_in_one_way_of_many() {
         assert_eq!(told(&statics, "idle").len(), levels.len() - holds.len());
     }
     let message = refused(&braked(&[5.0, 3.6]), &[]);
-    assert!(
-        message.contains("`brake0.friction`, `brake1.friction` would exceed their friction limits"),
-        "{message}"
-    );
+    assert!(message.contains("`brake0.friction`, `brake1.friction` would exceed their friction limits"), "{message}");
     let statics = study(&braked(&[9.0, 12.0]), &[("brake0", "idle")]).equilibrium().unwrap();
     assert_eq!((statics.standing.len(), statics.shared.len()), (1, 0));
     close("holds", told(&statics, "sticks")[0].1, torque, 1e-12, 1.0);
@@ -825,7 +822,10 @@ fn each_freedom_is_shared_by_its_own() {
     assert_eq!(statics.shared.len(), 4);
     let weak = second(&braked(&[5.0, 4.0]))
         .replace("between = [\"ground\", \"arm\"]\nlevel = 4.0", "between = [\"ground\", \"arm\"]\nlevel = 3.0");
-    assert!(refused(&weak, &[]).contains("`stop0.friction`, `stop1.friction` would exceed their friction limits"), "{weak}");
+    assert!(
+        refused(&weak, &[]).contains("`stop0.friction`, `stop1.friction` would exceed their friction limits"),
+        "{weak}"
+    );
 }
 
 /// Blocks in a row, each on the one before: each friction carries what acts on all that hang on it.
@@ -1155,7 +1155,11 @@ fn contacts_and_freewheels_are_asked_for_too() {
         let message = linear(text, 0.0, modes).unwrap_err().to_string();
         assert!(message.contains(why), "{message}");
     };
-    because(&disc, &[("lane", "open"), ("lane.friction", "slides+")], "has no friction force: its contact `lane` is open");
+    because(
+        &disc,
+        &[("lane", "open"), ("lane.friction", "slides+")],
+        "has no friction force: its contact `lane` is open",
+    );
     because(&TRAIN.replace("RING", "9.0"), &[("ratchet", "caught")], "`ratchet` cannot be caught: it turns by 9 rad/s");
     let train = TRAIN.replace("RING", "0.0");
     let [caught, free] = ["caught", "free"].map(|word| linear(&train, 0.0, &[("ratchet", word)]).unwrap());

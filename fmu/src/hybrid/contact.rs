@@ -818,8 +818,10 @@ pub(super) struct Place<'a> {
     pub state: &'a mut State,
 }
 
-const TOO_MANY: &str = "more than 32768 combinations of contacts (open or closed) and friction (stick or slip) are possible at once";
-const NO_IMPACT: &str = "no impulses solve their impact: with the loops their constraints are redundant, or friction would add energy";
+const TOO_MANY: &str =
+    "more than 32768 combinations of contacts (open or closed) and friction (stick or slip) are possible at once";
+const NO_IMPACT: &str =
+    "no impulses solve their impact: with the loops their constraints are redundant, or friction would add energy";
 const NO_MODE: &str = "no active set (open or closed, stick or slip) is consistent with the motion: with the loops their constraints are redundant, or friction locks the moving mechanism";
 const TWO_MOTIONS: &str = "the motion is not unique (Painleve paradox): for rigid bodies with Coulomb friction both sliding and jamming are possible; reduce the friction";
 pub(super) const INDETERMINATE: &str = "they are more supports than hold it (statically indeterminate), and their friction differs: rigid bodies do not determine how they share the load, on which the motion depends; one coefficient for all of them, fewer supports, or springs do";

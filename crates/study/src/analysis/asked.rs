@@ -243,8 +243,7 @@ fn with_signs(
     model: &Model,
     state: &mut State,
 ) -> Result<OperatingPoint, AnalysisFailure> {
-    let refused =
-        |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the requested mode {why}"));
+    let refused = |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the requested mode {why}"));
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
         return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }

@@ -39,7 +39,8 @@ pub fn start(
     // The rates that were left open are the smallest ones; where they are not zero, their derivative needs the curvature of the loops.
     if !full && speeds.norm() > 0.0 {
         return Err(StartError(
-            "`[initial]` does not determine the velocities of a mechanism that moves at the start: give them".to_owned(),
+            "`[initial]` does not determine the velocities of a mechanism that moves at the start: give them"
+                .to_owned(),
         ));
     }
     Ok((positions, changes))
