@@ -16,8 +16,7 @@ impl ContactValues {
         self.redundant.fill(false);
         let others = self.choices.concerned().filter(|&index| context.is_closed(index)).count();
         for index in 0..self.redundant.len() {
-            let touches =
-                self.choices.includes(index) && context.slip(index).is_none() && !context.data.all[index].of_rate;
+            let touches = self.choices.includes(index) && context.slip(index).is_none();
             let stays = self.accelerations[index].abs() <= self.slack(context, index);
             if others == 0 || !touches || context.is_closed(index) || !stays {
                 continue;
