@@ -179,7 +179,8 @@ fn who_sets_one_is_told_what_to_set() {
     let error = Study::new(&scene(SCENE)).expect("a scene").set("inertia", |_| Ok(1.0)).expect_err("it is calculated");
     let error = error.to_string();
     assert!(
-        error.contains("`inertia` is calculated") && error.contains(": set `density`, `length`, `thickness`, or"),
+        error.contains("`inertia` cannot be set: it is calculated")
+            && error.contains("; set `density`, `length`, `thickness`, or"),
         "{error}"
     );
 }

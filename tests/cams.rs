@@ -602,7 +602,8 @@ fn laws_that_jump_are_refused_and_corners_are_warned_of() {
     let law = |rise: &str| LIFTED.replace("harmonic(angle/2)", rise);
     let jump = Scene::from_toml(&law("if(angle < 1, 0, 1)")).and_then(|scene| scene.resolve()).unwrap_err();
     assert!(
-        jump.list.len() == 1 && jump.list[0].message.contains("jumps at 57.29578 deg from 0 mm to 12 mm"),
+        jump.list.len() == 1
+            && jump.list[0].message.contains("discontinuous at 57.29578 deg: it jumps from 0 mm to 12 mm"),
         "{jump}"
     );
     let warnings = |rise: &str| {

@@ -157,7 +157,7 @@ fn long_experiments_are_looked_at_for_a_while() {
     let found = |stop: &str| of_experiment(&Scene::from_toml(&long(stop)).unwrap());
     assert_eq!(found("2").unseen, None);
     let cut = found("1e5");
-    let until = number(&cut.unseen.unwrap(), "after t = ");
+    let until = number(&cut.unseen.unwrap(), "stay closed from t = ");
     assert!(until > 2.0 && until < 1e3, "{until}");
     assert_eq!(cut.needed.len(), 1);
 }

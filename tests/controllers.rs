@@ -485,7 +485,7 @@ fn what_is_wrong_with_keys_of_signals_is_said() {
         (filter("input = 1\ntime = 1\ndamping = 1\n"), "has `damping`, but is a first-order filter"),
         (filter("input = 1\ntime = -1\n"), "`time` of filter `slow` must be positive"),
         (filter("time = 1\n"), "filter `slow` has no `input`"),
-        (filter("input = 1\ncutoff = \"3 Hz\"\n"), "`Hz` leaves open"),
+        (filter("input = 1\ncutoff = \"3 Hz\"\n"), "`Hz` does not say whether"),
         (filter("input = \"energy.kinetic\"\ntime = 1\n"), "`energy.kinetic`, a sum over the whole system"),
         (filter("input = \"3[N]*t/1[s]\"\nstart = \"2 m\"\ntime = 1\n"), "`start` of filter `slow`"),
         (filter("input = 1\ntime = \"1 m\"\n"), "must be a time"),
@@ -499,12 +499,12 @@ fn what_is_wrong_with_keys_of_signals_is_said() {
         ),
         (pid("proportional = \"kp\"\nmin = 3\nmax = 2\n"), "`max - min` of pid `push`"),
         (pid("proportional = \"kp\"\noffset = 2\n"), "has `offset`, but is not sampled"),
-        (pid("proportional = \"kp\"\nintegral = \"kp\"\n"), "`integral` of pid `push` makes a value"),
+        (pid("proportional = \"kp\"\nintegral = \"kp\"\n"), "`integral` of pid `push` gives an output"),
         (pid("proportional = \"kp\"\nbefore = \"2 N\"\nintegral = \"ki\"\n"), "`before` of pid `push`"),
         (fault(&servo("proportional = \"kp\"\n").replace("\"pid\"", "\"pdi\"")), "did you mean `pid`"),
         (
             fault(&beside_a_wheel("[signals.late]\ntype = \"delay\"\ninput = 1\ntime = 1\norder = 2.5\n", "\"late\"")),
-            "no whole number from 1 to 10",
+            "not an integer from 1 to 10",
         ),
         (
             fault(

@@ -298,5 +298,5 @@ stop = 3.0
 "#;
     let mut instance = started(&model(text), None, 3.0, 1e-6);
     let error = instance.step_to(3.0).expect_err("the coupler is too short").to_string();
-    assert!(error.contains("end of their reach"), "{error}");
+    assert!(error.contains("limit position"), "{error}");
 }

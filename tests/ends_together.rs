@@ -191,7 +191,7 @@ fn in_the_plane_a_spring_of_no_length_is_smooth_and_a_damper_is_refused() {
         }
         let refused = modes(&scene(2.0, [0.0; 2]));
         let why = refused.map_or_else(|error| error.to_string(), |found| format!("{:?}", found.modes));
-        assert!(why.contains("together"), "{seed}: {why}");
+        assert!(why.contains("coincide"), "{seed}: {why}");
         let linear =
             sound(Study::new(&sound(Scene::from_toml(&scene(2.0, [0.0; 2]))))).linearize(&LinearisedAt::Equilibrium);
         assert!(linear.is_err(), "{seed}");

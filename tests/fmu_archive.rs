@@ -515,7 +515,7 @@ fn the_page_says_what_a_user_wants_to_know() {
         "documentation/licenses/",
         "give it 1e-8 or",
         "fmpy (0.3.32) holds them from one output interval",
-        "stands still: `a &lt; b` is calculated: only parameters, inputs and initial values can be set.",
+        "The picture is not animated: `a &lt; b` is calculated: only parameters, inputs and initial values can be set.",
         "freedoms 1",
     ]) {
         assert!(page.contains(text), "{text}\n{page}");

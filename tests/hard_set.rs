@@ -23,7 +23,7 @@ const LONG: [&str; 4] = ["1000 s", "10 000 rpm for 60 s", "four-bars side by sid
 const REFUSALS: [&str; 2] = ["reaches a singular configuration", "has left its branch in a singular configuration"];
 
 /// What a method says at a singular pose that a user has named: only series pass one.
-const NAMED: &str = "leave the choice of the method to the program";
+const NAMED: &str = "remove `method` from `[solver]`";
 const ENGINES: [Engine; 2] = [Engine::Taylor, Engine::Dop853];
 
 #[test]

@@ -94,7 +94,7 @@ fn the_command_counts_and_writes_what_has_happened() {
     assert_eq!(data["happened"].as_array().unwrap().len(), log.lines().count() - 1);
     let checked = cotree(folder.path(), &["check", "stop.toml"]);
     let checked = String::from_utf8(checked.stdout).unwrap();
-    assert!(checked.contains("`guide.max` is open by 0.3433 m at the start"), "{checked}");
+    assert!(checked.contains("`guide.max`: open at the start, 0.3433 m from the stop"), "{checked}");
 }
 
 #[test]

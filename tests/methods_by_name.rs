@@ -144,7 +144,7 @@ fn a_law_that_pushes_to_and_fro_is_refused_by_each_method() {
     for method in ["auto", "explicit", "implicit"] {
         for force in ["0", "1.9*sin(5*t)", "1.5 - 80*guide.s"] {
             let why = block(force, method).expect_err(force);
-            let reason = why.contains("switches back and forth without end, and `guide.s` with it");
+            let reason = why.contains("chatters, and `guide.s` with it");
             assert!(reason, "{method}, {force}: {why}");
         }
         let [place, rate] = block("20*sin(5*t)", method).unwrap_or_else(|why| panic!("{method}: {why}"));

@@ -868,14 +868,14 @@ fn without_masses_the_loads_still_act() {
     std::fs::write(folder.path().join("a.toml"), &scene).unwrap();
     let run = |more: &[&str]| cotree(folder.path(), &[&["motion", "a.toml", "--input", "O2"], more].concat());
     let text = stdout(&run(&[]));
-    assert!(text.lines().next().unwrap().ends_with(", at 57.2958 deg/s(assumed; give --speed)"), "{text}");
+    assert!(text.lines().next().unwrap().ends_with(", at 57.2958 deg/s (assumed; give --speed)"), "{text}");
     assert!(text.contains("no mass or no inertia is given for `crank`, `rod`, `slider`: forces are without"), "{text}");
     let still = stdout(&run(&["--speed", "0"]));
     assert!(still.lines().next().unwrap().ends_with(", static forces in each configuration"), "{still}");
     for (more, message) in [
         (&["--speed", "0", "--output", "slider.vx"][..], "`slider.vx` is 0 where nothing moves"),
-        (&["--speed", "0", "--fluctuation", "0.1"][..], "does not fluctuate"),
-        (&["--speed", "-1 rad/s"][..], "goes backwards"),
+        (&["--speed", "0", "--fluctuation", "0.1"][..], "cannot fluctuate"),
+        (&["--speed", "-1 rad/s"][..], "backward motion"),
         (&["--range", "5 deg..5 deg"][..], "is none"),
     ] {
         let output = run(more);

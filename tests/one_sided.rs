@@ -686,7 +686,7 @@ fn what_is_wrong_with_limits_is_said() {
     };
     for (text, expected) in [
         ("{ restitution = 0.5 }", "neither `min` nor `max`"),
-        ("{ min = 0.5, max = 0.4 }", "`min` is not below `max`"),
+        ("{ min = 0.5, max = 0.4 }", "`min` must be below `max`"),
         ("{ min = -0.5, restitution = 1.5 }", "must be from 0 to 1"),
         ("{ min = \"1 m\" }", "angle"),
         ("{ min = 0.3 }", "the start is beyond `elbow.min`"),

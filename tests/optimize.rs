@@ -459,7 +459,7 @@ fn the_command_writes_a_scene_that_keeps_its_promise() {
         "mm",
     ];
     let text = run(&arguments);
-    for part in ["best of 4 searches", "range(slide.s) = 100 mm", "optimum", "no small change makes it better"] {
+    for part in ["best of 4 searches", "range(slide.s) = 100 mm", "a local optimum"] {
         assert!(text.contains(part), "{text}");
     }
     let json: serde_json::Value = serde_json::from_str(&run(&[&arguments[..], &["--json"]].concat())).unwrap();

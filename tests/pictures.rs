@@ -206,7 +206,7 @@ fn a_film_in_pictures_has_one_for_each_moment() {
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("longer film"), "{}", stderr(&output));
     for (arguments, words) in [
-        (&["--frames", "other", "--fps", "0"][..], "not above zero"),
+        (&["--frames", "other", "--fps", "0"][..], "must be positive"),
         (&["--frames", "other", "--fps", "1e9"], "too long"),
         (&["--fps", "3"], "--frames"),
         (&["--svg", "--frames", "other"], "cannot be used"),

@@ -237,7 +237,7 @@ fn every_model_and_everything_that_can_be_set() {
             ("play_train", "happens at a discontinuity of its comparison"),
             ("stick_slip", "would start to slide"),
             ("worm_hoist", "would start to slide"),
-            ("valve_train", "for these very values only"),
+            ("valve_train", "compatible for these values only"),
         ];
         if let Some((_, why)) = refused.iter().find(|(own, _)| *own == name) {
             let message = Study::new(&scene).unwrap().sensitivities(&names, &[stop]).unwrap_err().to_string();

@@ -182,7 +182,7 @@ fn what_is_written_can_be_read_as_an_input() {
     let wrong = cotree(folder.path(), &["simulate", "a.toml", "--input", "wrong.csv"]);
     assert!(code(&wrong) == 2 && stderr(&wrong).contains("is in `mm`, but the input in `N`"), "{}", stderr(&wrong));
     for (text, said) in [
-        ("time,pressure (furlong)\n0,0\n", "`furlong` is not a unit"),
+        ("time,pressure (furlong)\n0,0\n", "unknown unit `furlong`"),
         ("time,pressure\n0,0\n1,\n", "line 3, column 2: the cell is empty"),
         ("0,0\n1,4000\n", "no line of names"),
     ] {

@@ -38,7 +38,7 @@ fn an_input_that_nothing_uses() {
 #[test]
 fn a_step_longer_than_the_run() {
     let long = said("[experiment]\nstop = \"2 s\"\nstep = \"3 s\"\n");
-    assert!(long.len() == 1 && long[0].contains("`step` of `[experiment]`, 3 s, is longer"), "{long:?}");
+    assert!(long.len() == 1 && long[0].contains("`step` of `[experiment]` is 3 s, longer"), "{long:?}");
     assert_eq!(said("[experiment]\nstop = \"2 s\"\nstep = \"2 s\"\n"), [""; 0]);
 }
 

@@ -258,7 +258,7 @@ fn a_law_that_jumps_forth_and_back_is_named() {
     let [x, v] = motion(&instance)[..] else { panic!("one coordinate") };
     assert!((x + 0.1).abs() < 1e-7 && v.abs() < 1e-4, "{x} {v}");
     let failure = instance.step_to(5.0).expect_err("it cannot go on").to_string();
-    assert!(failure.contains("`way.s`") && failure.contains("back and forth"), "{failure}");
+    assert!(failure.contains("`way.s`") && failure.contains("chatters"), "{failure}");
     assert!(instance.statistics().evaluations < 1000, "{:?}", instance.statistics());
 }
 

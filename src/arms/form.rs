@@ -154,7 +154,7 @@ fn lower(
             let key = if property == Property::Mass { "mass" } else { "inertia" };
             Err(NoSeries(format!("body `{body}` has no `{key}`", body = equations.system.mechanism.bodies[body].name)))
         }
-        Some(_) => Err(NoSeries("a mass or a length is no function of the parameters alone".to_owned())),
+        Some(_) => Err(NoSeries("a mass or a length does not depend on the parameters alone".to_owned())),
     }
 }
 
@@ -229,7 +229,7 @@ impl Lowering<'_> {
             places[own] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&own] < 0.0 });
         }
         for (index, place) in places.into_iter().enumerate() {
-            let place = place.ok_or_else(|| NoSeries("a coordinate turns nothing".to_owned()))?;
+            let place = place.ok_or_else(|| NoSeries("a coordinate does not turn any body".to_owned()))?;
             self.define_coordinate(index, place);
             self.form.coordinates.push(place);
         }

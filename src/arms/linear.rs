@@ -75,6 +75,6 @@ pub(super) fn linear(
             terms.push((ArmFactor::Signal(expr), coefficient));
             Ok(())
         }
-        _ => Err(NoSeries("a displacement is no linear function of the coordinates".to_owned())),
+        _ => Err(NoSeries("a displacement is not a linear function of the coordinates".to_owned())),
     }
 }

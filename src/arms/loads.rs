@@ -19,7 +19,7 @@ impl Equations {
             }
             arms.spanned += self.kinematics.angles_between(row.ends);
             if arms.spanned > MOST {
-                return Err(NoSeries("its equations are many and weakly coupled".to_owned()));
+                return Err(NoSeries("it has many equations that are weakly coupled".to_owned()));
             }
         }
         let straight = self.kinematics.across(&mut self.system.arena, row.ends).position;

@@ -16,7 +16,9 @@ impl Equations {
         let (auxiliary, rods) = (arms.auxiliary.len(), arms.rods.len());
         self.row_of(index, element, arms)?;
         if arms.rods.len() > rods || !is_coupled && arms.auxiliary.len() > auxiliary {
-            return Err(NoSeries("what does not always hold is no constant combination of arms".to_owned()));
+            return Err(NoSeries(
+                "a constraint that is not always active is not a constant combination of arms".to_owned(),
+            ));
         }
         // Auxiliary displacements before it are there whether it holds or not.
         if let Some(row) = arms.rows.last_mut() {
@@ -66,7 +68,7 @@ impl Equations {
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
                 Port::Heading(_) => {
                     return Err(NoSeries(
-                        "the friction of a circle is about the direction to another point".to_owned(),
+                        "the friction of a circle depends on the direction to another point".to_owned(),
                     ));
                 }
             }
@@ -174,7 +176,7 @@ impl Equations {
         arms: &mut ArmEquations,
     ) -> Result<(), NoSeries> {
         let [term] = &coupling.terms[..] else {
-            return Err(NoSeries("a distance is coupled with something else".to_owned()));
+            return Err(NoSeries("a distance is coupled to another quantity".to_owned()));
         };
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let mut gap = self.decompose(&gap)?;

@@ -125,7 +125,9 @@ impl SeriesBuilder {
         }
         let slot = match self.series(arena, c, expr)? {
             ArmSeries::Sum(Expr::ZERO, terms, _) if matches!(terms[..], [(Source::Slot(_), Expr::ONE)]) => {
-                let Source::Slot(slot) = terms[0].0 else { return Err(NoSeries("a series has no source".to_owned())) };
+                let Source::Slot(slot) = terms[0].0 else {
+                    return Err(NoSeries("a Taylor series has no source".to_owned()));
+                };
                 slot
             }
             ArmSeries::Constant(value) => self.linear(c, value, &[], SeriesLevel::Signals),
@@ -243,7 +245,7 @@ impl SeriesBuilder {
             | Symbol::Parameter(_)
             | Symbol::Missing(..)
             | Symbol::Argument => {
-                return Err(NoSeries("a law depends on something that is no series".to_owned()));
+                return Err(NoSeries("a law depends on a quantity that has no Taylor series".to_owned()));
             }
         };
         let slot = self.allocate(SeriesLevel::Signals);
@@ -286,9 +288,9 @@ impl SeriesBuilder {
             Unary::Exp => Operation::Exponential,
             Unary::Log => Operation::Logarithm,
             _ => {
-                let composed = arena
-                    .series_of_unary(function, a)
-                    .ok_or_else(|| NoSeries(format!("`{name}` has no series", name = function.definition().name)))?;
+                let composed = arena.series_of_unary(function, a).ok_or_else(|| {
+                    NoSeries(format!("`{name}` has no Taylor series", name = function.definition().name))
+                })?;
                 return self.series(arena, c, composed);
             }
         };
@@ -395,8 +397,9 @@ impl SeriesBuilder {
             Binary::Atan2 => self.arc_tangent(arena, c, a, b),
             _ => {
                 let composed = arena.series_of_binary(function, a, b);
-                let composed = composed
-                    .ok_or_else(|| NoSeries(format!("`{name}` has no series", name = function.definition().name)))?;
+                let composed = composed.ok_or_else(|| {
+                    NoSeries(format!("`{name}` has no Taylor series", name = function.definition().name))
+                })?;
                 self.series(arena, c, composed)
             }
         }

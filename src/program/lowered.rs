@@ -209,7 +209,7 @@ pub fn program(
     let mut program = assemble(equations, (length, &roles), &kernels, &moving, &table);
     if is_too_large(&program) {
         program.engine = Engine::Dop853;
-        no_series = Some(NoSeries("its equations are many and weakly coupled".to_owned()));
+        no_series = Some(NoSeries("it has many equations that are weakly coupled".to_owned()));
     }
     let solved = if driven { Vec::new() } else { moving.solved };
     Ok(Lowered { program, table, solved, blocks, solve_tree: moving.solve_tree, no_series, shared })
@@ -221,11 +221,13 @@ fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmFo
     let values = typical(pose);
     if !equations.is_driven() && equations.rubs_dry() {
         return Err(NoSeries(
-            "dry friction that sticks follows from reactions, of which series know nothing yet".to_owned(),
+            "dry friction that sticks depends on reactions, which Taylor series do not support yet".to_owned(),
         ));
     }
     if equations.reads_the_motion() {
-        return Err(NoSeries("a law reads accelerations or reactions, of which series know nothing yet".to_owned()));
+        return Err(NoSeries(
+            "a law reads accelerations or reactions, which Taylor series do not support yet".to_owned(),
+        ));
     }
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),

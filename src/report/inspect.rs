@@ -103,7 +103,7 @@ impl From<std::io::Error> for InspectError {
 
 impl From<ZipError> for InspectError {
     fn from(error: ZipError) -> Self {
-        InspectError::Other(format!("it is damaged or was not copied to its end: {error}"))
+        InspectError::Other(format!("it is damaged or incomplete: {error}"))
     }
 }
 
@@ -200,7 +200,7 @@ fn entry(archive: &mut Archive, name: &str) -> Result<Option<Vec<u8>>, InspectEr
         Err(error) => return Err(error.into()),
     };
     if file.take(LARGEST + 1).read_to_end(&mut content)? as u64 > LARGEST {
-        return Err(InspectError::Other(format!("its `{name}` is larger than cotree would make it")));
+        return Err(InspectError::Other(format!("its `{name}` is larger than any that cotree writes")));
     }
     Ok(Some(content))
 }

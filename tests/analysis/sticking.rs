@@ -677,7 +677,7 @@ fn a_brake_holds_a_weight() {
     close("at most", sticks[1].1, 9.0, 1e-12, 1.0);
     assert!(refused(&braked(&[8.0]), &[]).contains("`brake0.friction` would need"));
     let message = refused(&braked(&[9.0]), &[("brake0", "slides")]);
-    assert!(message.contains("write slides+ or slides- for the configuration in which it is about to"), "{message}");
+    assert!(message.contains("request this mode at a time of the motion"), "{message}");
     let message = linear(&braked(&[9.0, 12.0]), 0.0, &[("brake0", "sticks"), ("brake1", "sticks")]).unwrap_err();
     assert!(message.to_string().contains("is overconstrained"), "{message}");
     // A run from there stays there.

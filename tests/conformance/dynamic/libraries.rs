@@ -109,7 +109,7 @@ pub(super) fn another_version(fmu: &Fmu) {
         assert_eq!(reader.deserialize(&writer.bytes(state)), Err(fmi2Error));
         writer.free(state);
         let said = reader.log().pop().expect("a message").3;
-        assert!(said.contains("the saved state cannot be read: format"), "{said}");
+        assert!(said.contains("the saved state cannot be read: its format"), "{said}");
     }
     assert_eq!(slave.run(20..30), stranger.run(20..30));
 }

@@ -79,7 +79,7 @@ pub fn touching(seed: u64) -> Case {
     }
     let bars = begun(factor);
     let case = case("driven up to a change point", seed, bars, Drive::Touch(flat_pose(&bars), at, factor));
-    Case { may_refuse: &["turn back in a singular pose", "has left its branch"], ..case }
+    Case { may_refuse: &["reverse in a singular configuration", "has left its branch"], ..case }
 }
 
 /// A driver with a corner, of a mechanism that is regular there. Where a pose comes at once after it that is not passed.
@@ -88,7 +88,7 @@ pub fn corner(seed: u64) -> Case {
     let bars = with_defect(neutral(seed), defect(&mut random));
     let [rate, at] = [random.between(0.5, 2.0) * bars.omega.signum(), random.between(0.5, 3.5)];
     let case = case("driver with a corner", seed, bars, Drive::Corner(rate, at));
-    Case { may_refuse: &["no step that passes it"], ..case }
+    Case { may_refuse: &["no step that crosses it"], ..case }
 }
 
 /// The crank's angle where all bars lie on a line.
@@ -141,7 +141,7 @@ fn case(family: &'static str, seed: u64, bars: FourBar, drive: Drive) -> Case {
     let scene = scene.guess("rocker.angle", rocker);
     let case = Case::new(family, scene, STOP, vec![]).driven();
     match locks {
-        true => case.refused("locks up"),
+        true => case.refused("the mechanism locks"),
         false => case.against(Reference { names, times, values }).within(0.0, 1e-8),
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn motion_of_one(
             let names = names.map(String::from).into();
             case.against(Reference { names, times, values }).within(1000.0, 1e-7)
         }
-        None => case.refused("switches back and forth").at(&COMPARED_TOLERANCES),
+        None => case.refused("chatters").at(&COMPARED_TOLERANCES),
     }
 }
 

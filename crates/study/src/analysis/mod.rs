@@ -106,7 +106,7 @@ pub enum AnalysisFailure {
     Redundant(String),
     /// Friction acts where drivers determine the motion.
     #[error(
-        "{friction} acts where drivers determine the motion: at rest it is not determined, and no linear system has it; use `simulate`, or `motion`"
+        "{friction} acts on a driven motion: at rest its force is not determined, so there is no linear system; use `simulate` or `motion`"
     )]
     DrivenFriction {
         /// What it is, with its name.
@@ -114,7 +114,7 @@ pub enum AnalysisFailure {
     },
     /// What is sampled goes on changing where everything else rests.
     #[error(
-        "sampler `{sampler}` goes on changing its values, so that nothing is said to rest: use `simulate`, or `--at` a time"
+        "the values of sampler `{sampler}` never become constant, so there is no equilibrium: use `simulate`, or `--at` a time"
     )]
     Sampled {
         /// The sampler.

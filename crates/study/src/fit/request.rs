@@ -178,7 +178,7 @@ fn deviation(
     let unit = outputs.find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
     match quantity(&text, &unit) {
         Ok(value) if value > 0.0 && value.is_finite() => Ok((kind, value)),
-        Ok(_) => Err(RequestFault::Other(format!("`{name}={text}`: a standard deviation is above zero"))),
+        Ok(_) => Err(RequestFault::Other(format!("`{name}={text}`: a standard deviation must be positive"))),
         Err(cause) => Err(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
     }
 }
@@ -220,13 +220,13 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<Re
 /// The output of each column of a table.
 pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<RequestFault>) -> Vec<usize> {
     if table.names().is_empty() {
-        faults.push(RequestFault::Other("the table has no column beside `time`".to_owned()));
+        faults.push(RequestFault::Other("the table has no column but `time`".to_owned()));
     }
     let mut places = Vec::new();
     for (name, unit) in table.names().iter().zip(table.units()) {
         let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
             let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
-            faults.push(RequestFault::Other(format!("the column `{column}` is no output; {known}", column = name)));
+            faults.push(RequestFault::Other(format!("the column `{column}` is not an output; {known}", column = name)));
             continue;
         };
         if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
@@ -249,7 +249,7 @@ pub(crate) fn check_times(
     let times = table.times();
     if let Some(&first) = times.iter().find(outside) {
         let (count, all) = (times.iter().filter(outside).count(), times.len());
-        faults.push(RequestFault::Other(format!("{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; leave these rows out, or change the times of the experiment")));
+        faults.push(RequestFault::Other(format!("{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; remove these rows, or change the times of the experiment")));
     }
 }
 

@@ -97,7 +97,7 @@ fn term(sign: f64, text: &str) -> Result<(f64, Measure), GoalError> {
     let measure: Measure = measure.parse()?;
     match measure.statistic() {
         Statistic::WhenMax | Statistic::WhenMin => Err(GoalError::Other(format!(
-            "`{0}` changes in jumps from one extreme to another, which no search can follow",
+            "`{0}` is discontinuous where another extreme becomes the largest, and cannot be optimized",
             measure
         ))),
         Statistic::Max
@@ -141,7 +141,7 @@ impl FromStr for Limit {
         };
         let bound = bound.trim().to_owned();
         if bound.is_empty() {
-            return Err(LimitError::Other("the number behind the sign is missing".to_owned()));
+            return Err(LimitError::Other("the number after the sign is missing".to_owned()));
         }
         Ok(Limit { goal: goal.parse()?, relation, bound })
     }

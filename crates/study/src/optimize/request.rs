@@ -118,10 +118,12 @@ impl OptimizeRequest {
         let mut sum = |goal: &Goal, faults: &mut Vec<RequestFault>| {
             let term = |(_, measure): &(f64, cotree::run::Measure)| {
                 let Some(place) = known.iter().position(|(own, _)| *own == measure.variable) else {
-                    let what = if self.turn.is_some() { "figure of the turn" } else { "output" };
+                    let what = if self.turn.is_some() { "figures of the turn" } else { "outputs" };
                     let known = suggest::known(&measure.variable, known.iter().map(|(own, _)| own.as_str()));
-                    faults
-                        .push(RequestFault::Other(format!("`{name}` is no {what}; {known}", name = measure.variable)));
+                    faults.push(RequestFault::Other(format!(
+                        "`{name}` is not among the {what}; {known}",
+                        name = measure.variable
+                    )));
                     return 0;
                 };
                 outputs.iter().position(|own| *own == place).unwrap_or_else(|| {
@@ -163,7 +165,7 @@ impl OptimizeRequest {
         let open = bounds.iter().zip(parameters).filter(|(own, _)| is_open(own)).map(|(_, own)| &own.name);
         let open = suggest::list(open);
         if !open.is_empty() && self.starts > 1 {
-            faults.push(RequestFault::Other(format!("{names}: starts are spread between two bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
+            faults.push(RequestFault::Other(format!("{names}: several starts need bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
         }
         let range = |(own @ [low, high], parameter): (&[f64; 2], &Varied)| match (is_open(own), parameter.start.abs()) {
             (false, _) => high - low,
@@ -176,14 +178,14 @@ impl OptimizeRequest {
     fn check_size(&self, faults: &mut Vec<RequestFault>) {
         if !(1..=MOST_STARTS).contains(&self.starts) {
             faults.push(RequestFault::Other(format!(
-                "{starts} starts: there are 1 to {most}",
+                "{starts} starts, but must be 1 to {most}",
                 starts = self.starts,
                 most = MOST_STARTS
             )));
         }
         if self.vary.len() > MOST_QUANTITIES {
             faults.push(RequestFault::Other(format!(
-                "{count} quantities are varied; {most} can be",
+                "{count} quantities are varied, but at most {most} can be",
                 count = self.vary.len(),
                 most = MOST_QUANTITIES
             )));

@@ -30,7 +30,7 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
     let sheet = Sheet::read(text).map_err(|error| vec![error.into()])?;
     let headings = sheet.headings();
     if headings.is_empty() {
-        return Err(vec![DesignError::Other("the table has no line of names to begin with".to_owned())]);
+        return Err(vec![DesignError::Other("the first line of the table must have the names".to_owned())]);
     }
     let (mut wrong, units) = (Vec::new(), description.units());
     let read =

@@ -122,7 +122,7 @@ impl Study {
             }
             for (name, level) in levels {
                 let output = outputs.iter().position(|(own, _)| own == name);
-                let known = || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` is no output"))]);
+                let known = || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` is not an output"))]);
                 features.extend(course.crossings(output.ok_or_else(known)?, *level, &outputs)?);
             }
             let parameters = varying.parameters().iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect();
