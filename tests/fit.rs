@@ -295,7 +295,7 @@ fn what_is_wrong_is_said() {
         ("measured.csv", "stiffness=400..900 N/m", "", 2, &["starts at 300.0 N/m, outside 400.0..900.0 N/m"]),
         ("measured.csv", "damping", "--column=block.x", 2, &["name=column"]),
         ("measured.csv", "damping", "--sigma=block.y=1", 2, &["no column `block.y`"]),
-        ("measured.csv", "damping", "--sigma=block.x=0", 2, &["above zero"]),
+        ("measured.csv", "damping", "--sigma=block.x=0", 2, &["must be positive"]),
         ("measured.csv", "damping,stiffness,idle", "", 3, &["do not determine `idle`"]),
         ("double.csv", "block.x,damping", "--set=stiffness=250", 0, &["double"]),
         ("seen.csv", "offset,double_offset,damping", "", 3, &["`offset`, `double_offset`"]),
