@@ -386,7 +386,7 @@ fn what_is_wrong_with_instants_is_said() {
     let none = latch("when = \"rail.v > 0.3\"", "when = \"rail.v\"");
     assert!(none.contains("expected `<`, `<=`, `>` or `>=`") || none.contains("`<`, `<=`, `>`"), "{none}");
     let bare = latch("rail.v > 0.3", "rail.v > 0.3 m/s");
-    assert!(bare.contains("write the unit of a number in an expression in brackets"), "{bare}");
+    assert!(bare.contains("the unit of a number in an expression must be in brackets"), "{bare}");
     assert!(bare.contains("write `0.3[m]`"), "{bare}");
     for second in ["and rail.s < 2", "or rail.s < 2", "< 3"] {
         let two = latch("rail.v > 0.3", &format!("rail.v > 0.3 {second}"));

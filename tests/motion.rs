@@ -873,10 +873,10 @@ fn without_masses_the_loads_still_act() {
     let still = stdout(&run(&["--speed", "0"]));
     assert!(still.lines().next().unwrap().ends_with(", static forces in each configuration"), "{still}");
     for (more, message) in [
-        (&["--speed", "0", "--output", "slider.vx"][..], "`slider.vx` is 0 where nothing moves"),
+        (&["--speed", "0", "--output", "slider.vx"][..], "`slider.vx` is 0 at rest"),
         (&["--speed", "0", "--fluctuation", "0.1"][..], "cannot fluctuate"),
         (&["--speed", "-1 rad/s"][..], "backward motion"),
-        (&["--range", "5 deg..5 deg"][..], "is none"),
+        (&["--range", "5 deg..5 deg"][..], "is empty"),
     ] {
         let output = run(more);
         assert!(code(&output) == 2 && stderr(&output).contains(message), "{more:?}: {}", stderr(&output));

@@ -506,6 +506,6 @@ fn the_command_writes_a_scene_that_keeps_its_promise() {
     let output = wrong(&["--minimize", "peak(motr.torque)"]);
     assert!(code(&output) == 2 && stderr(&output).contains("motr.torque"), "{}", stderr(&output));
     let output = wrong(&["--minimize", "when_max(slide.s)"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("jumps"), "{}", stderr(&output));
+    assert!(code(&output) == 2 && stderr(&output).contains("discontinuous"), "{}", stderr(&output));
     assert_eq!(code(&wrong(&[])), 2);
 }
