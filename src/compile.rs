@@ -373,7 +373,7 @@ mod tests {
     fn masses_beyond_all_bounds_are_faults_of_the_scene() {
         let text = include_str!("../models/slider_crank/scene.toml").replace("mass = 3.0", "mass = 1e308");
         let faults = compile(&Scene::from_toml(&text).unwrap()).unwrap_err().to_json().to_string();
-        assert!(faults.contains("scene::out_of_range") && faults.contains("power of ten"), "{faults}");
+        assert!(faults.contains("scene::out_of_range") && faults.contains("powers of ten"), "{faults}");
     }
 
     #[test]

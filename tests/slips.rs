@@ -72,7 +72,7 @@ fn assumed(scene: &str) -> Vec<String> {
 fn an_output_whose_unit_nobody_can_tell() {
     let open = |value: &str| {
         let text = format!("{CRANK}[parameters]\nstiff = 3\n[outputs]\nmoment = {value}\n");
-        assumed(&text).iter().any(|sentence| sentence.starts_with("output `moment` is a number without a unit"))
+        assumed(&text).iter().any(|sentence| sentence.starts_with("output `moment` has no unit"))
     };
     for value in ["\"3*rod.omega\"", "\"stiff*rod.angle\"", "\"200*rod.angle + 2*rod.omega\""] {
         assert!(open(value), "{value}");

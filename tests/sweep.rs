@@ -153,7 +153,7 @@ fn what_is_wrong_is_said() {
         (&["--set", "rod_length=1..2"], 2, "give a count"),
         (&["--set", "rod_length=1..2:3", "--set", "rod_length=1"], 2, "twice"),
         (&["--set", "rod_length=1..2 kg:3"], 2, "kg"),
-        (&["--output", "largest(cylinder.s)"], 2, "none of max"),
+        (&["--output", "largest(cylinder.s)"], 2, "not one of max"),
         (&["--output", "max(cylinder.z)"], 1, "cylinder"),
         (&["--output", "max(cylinder.z)"], 1, "the request"),
         (&["--set", "rod_length=0.1,1.5"], 2, "0.1 must be at least 0.6 m"),

@@ -324,7 +324,7 @@ fn bars_out_of_all_proportion_are_left_out_and_said() {
     let swing =
         "name = \"even\"\n[stroke]\ntime_ratio = 1\nswing = \"40 deg\"\n[limits]\nlength = [\"50 mm\", \"2 m\"]\n";
     for (task, ground) in [(law, "0.5 m"), (swing, "1 m"), (&law.replace("ground = \"0.5 m\"\n", ""), "1 m")] {
-        assert!(text(task).contains(&format!("a ground of {ground}:")), "{}", text(task));
+        assert!(text(task).contains(&format!("a ground of {ground} (")), "{}", text(task));
     }
     // What is written is driven once more by the command, over the whole way.
     let folder = tempfile::tempdir().unwrap();

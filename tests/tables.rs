@@ -166,5 +166,5 @@ fn faults_of_a_table_have_their_line() {
     let faults = unit.scene("table(\"FILE\", rail.s)").and_then(|scene| scene.resolve()).unwrap_err().to_string();
     assert!(faults.contains("scene::wrong_unit"), "{faults}");
     let faults = unit.scene("table(rail.s)").and_then(|scene| scene.resolve()).unwrap_err().to_string();
-    assert!(faults.contains("is a file"), "{faults}");
+    assert!(faults.contains("must be a file"), "{faults}");
 }

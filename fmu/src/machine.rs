@@ -1,6 +1,5 @@
 //! The register file on which a model's tapes run.
 
-use crate::events::times;
 use crate::linalg::lane::Lane;
 use crate::model::{Model, State, motion};
 use crate::tape::{FEW_REGISTERS, Tape};
@@ -21,8 +20,6 @@ pub struct Machine {
     staged: bool,
     /// Signals are those within this span, whichever time is wanted: that of a step between two jumps of laws.
     span: [f64; 2],
-    /// Comparisons of laws that change over at a time known beforehand: their indices among the results of the laws.
-    time_switches: Vec<usize>,
 }
 
 impl Machine {
@@ -32,8 +29,7 @@ impl Machine {
         let mut registers = vec![0.0; FEW_REGISTERS.max(program.registers as usize)];
         let first = model.layout().constants();
         registers[first..first + program.constants.len()].copy_from_slice(&program.constants);
-        let time_switches = times::of_laws(program, model.layout());
-        Self { registers, staged: false, span: EVER, time_switches }
+        Self { registers, staged: false, span: EVER }
     }
 
     /// Brings a state into the registers, and the parameter stage up to date.
@@ -64,14 +60,6 @@ impl Machine {
     /// From now on signals are those within a span of time.
     pub fn confine(&mut self, span: [f64; 2]) {
         self.span = span;
-    }
-
-    /// Visits the comparisons of laws that change over at a time known beforehand, given by their indices among the results of the laws.
-    pub(crate) fn with_time_switches<T>(&mut self, visit: impl FnOnce(&mut Self, &[usize]) -> T) -> T {
-        let switches = std::mem::take(&mut self.time_switches);
-        let found = visit(self, &switches);
-        self.time_switches = switches;
-        found
     }
 
     /// Brings q and v into the registers.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math;
 use crate::program::check::Fault;
-use crate::program::{Constraint, FollowerOrder, Layout, Program, Role};
+use crate::program::{Constraint, FollowerOrder, Layout, Program, Role, time_switches};
 
 /// In runs that last longer, slow rates count as well [s].
 const LASTING: f64 = 10.0;
@@ -24,6 +24,7 @@ pub struct Model {
     imposed: Vec<bool>,
     /// Inputs that drivers follow and whose rates are needed, in order.
     followed: Vec<usize>,
+    time_switches: Vec<usize>,
 }
 
 impl Model {
@@ -61,7 +62,8 @@ impl Model {
             }
         }
         let followed = program.inputs_with_rates();
-        Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed }
+        let time_switches = time_switches::of_laws(&program, &layout);
+        Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed, time_switches }
     }
 
     /// The program.
@@ -72,6 +74,11 @@ impl Model {
     /// Where things lie in the register file.
     pub fn layout(&self) -> &Layout {
         &self.layout
+    }
+
+    /// Comparisons of laws that change over at a time known beforehand: their indices among the results of the laws.
+    pub(crate) fn time_switches(&self) -> &[usize] {
+        &self.time_switches
     }
 
     /// Rows of the active constraints.

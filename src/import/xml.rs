@@ -334,7 +334,7 @@ mod tests {
         let deep = "<a>".repeat(2000);
         for (text, place, why) in [
             ("<a>\n<b></a>", "a.xml:2:", "well-formed"),
-            ("<a>\n<b>", "a.xml:2:4", "breaks off"),
+            ("<a>\n<b>", "a.xml:2:4", "truncated"),
             ("", "a.xml:1:1", "no element"),
             ("<a>&no;</a>", "a.xml:1:4", "`&no;`"),
             ("<!DOCTYPE a [<!ENTITY b 'c'>]><a/>", "a.xml:1:1", "entities"),

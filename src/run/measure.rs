@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn what_is_not_a_measure_is_refused() {
         let message = |text: &str| text.parse::<Measure>().unwrap_err().to_string();
-        assert!(message("maximum(x)").contains("none of max, min"), "{}", message("maximum(x)"));
+        assert!(message("maximum(x)").contains("not one of max, min"), "{}", message("maximum(x)"));
         for text in ["max(x", "max()", "max(min(x))", "("] {
             assert!(text.parse::<Measure>().is_err(), "{text}");
         }

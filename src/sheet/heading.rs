@@ -344,6 +344,6 @@ mod tests {
         assert_eq!(read("t,Lift\ns,-\n0,1\n").unwrap().1, None);
         let error = read("t,Lift\ns,furlong\n0,1\n").unwrap_err();
         assert_eq!((error.line, error.column), (2, 2), "{error}");
-        assert!(read("t,Lift [cm]\ns,mm\n0,1\n").unwrap_err().message.contains("another unit"));
+        assert!(read("t,Lift [cm]\ns,mm\n0,1\n").unwrap_err().message.contains("not the same unit"));
     }
 }

@@ -200,7 +200,7 @@ mod tests {
         for (text, line, column, message) in [
             ("a,b\n0,\"1\n", 2, 1, "not closed"),
             ("a,b\n0,1\"2\"\n", 2, 2, "middle"),
-            ("a,b\n0,\"1\"2\n", 2, 2, "behind"),
+            ("a,b\n0,\"1\"2\n", 2, 2, "after"),
             ("a,b\n\n0,1\n1,\n", 4, 2, "empty"),
             ("a,b\n0,1\n\n1,x\n", 4, 2, "`x` is not a number"),
             ("x,1\n2,3\n", 1, 1, "`x` is not a number"),

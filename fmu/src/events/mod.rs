@@ -1,8 +1,6 @@
 //! Laws in pieces and steep laws along a step.
 //!
 //! * `switch`: switching functions of laws in pieces, and their roots.
-//! * `times`: comparisons that change over at a time known beforehand.
-//! * `together`: comparisons that rounding errors decide.
 //! * `course`: where the argument of a steep law may hide it from the ends of a step.
 //! * `sliding`: switches that a motion does not leave.
 //! * `layers`, `monitor`: the same along the polynomial of a series, and along the dense output of a Runge-Kutta step.
@@ -16,8 +14,6 @@ mod layers;
 mod monitor;
 pub(crate) mod sliding;
 pub(crate) mod switch;
-pub(crate) mod times;
-pub(crate) mod together;
 
 pub(crate) use course::SECTIONS;
 pub(crate) use layers::Layers;

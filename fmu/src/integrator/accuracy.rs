@@ -6,8 +6,8 @@
 
 use std::fmt;
 
+use super::together::Comparisons;
 use crate::context::Context;
-use crate::events::together::Comparisons;
 use crate::failure::number;
 use crate::model::Model;
 use crate::motion::Passage;

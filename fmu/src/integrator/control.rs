@@ -1,9 +1,10 @@
 //! The loop of a step, whatever the method: proposed, tried, accepted or taken again with another length; and what Runge-Kutta methods have in common.
 
+use super::times;
 use crate::constraints::domains::outside_soon;
 use crate::constraints::projection::largest_gap;
 use crate::context::{Context, Settings};
-use crate::events::{Objection, Overlooked, times};
+use crate::events::{Objection, Overlooked};
 use crate::failure::Failure;
 use crate::integrator::range::Range;
 use crate::machine::EVER;

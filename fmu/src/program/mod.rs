@@ -9,6 +9,7 @@ pub mod check;
 pub mod domain;
 pub(crate) mod seal;
 pub mod storage;
+pub(crate) mod time_switches;
 
 use std::collections::BTreeSet;
 

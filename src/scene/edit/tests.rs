@@ -217,7 +217,7 @@ fn what_cannot_be_changed_is_refused() {
     for (name, value, told) in [
         ("bob.mas", "3", "did you mean `mass`"),
         ("lenght", "3", "did you mean `length`"),
-        ("rod.mass", "3", "does not write `rod.mass`"),
+        ("rod.mass", "3", "has no `rod.mass`"),
         ("bob", "3", "`bob` is a table; name one of its keys, such as `bob.mass`"),
         ("bob.mass", "3 kg", "cannot be read"),
     ] {
