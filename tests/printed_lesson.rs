@@ -89,7 +89,7 @@ const SLIDER_CRANK: &str = r#"
 fn the_slider_crank_of_the_paper_line_by_line() {
     let text = lesson(&written(SLIDER_CRANK));
     let expected = [
-        "3 moving bodies have 3*3 = 9 freedoms; 1 prismatic joint takes 2, 3 revolute joints take 2 each: 8; 1 degree of freedom remains.",
+        "3 moving bodies have 3*3 = 9 degrees of freedom; 1 prismatic joint takes 2, 3 revolute joints take 2 each: 8; 1 degree of freedom remains.",
         "h10 . 1 1 1 1",
         "m1 F[m1] = -m_1*a[m1]; T[m1] = -I_1*alpha[m1] - k . (r[r5] x F[r5] + r[r6] x F[r6]) r[m1], theta[m1]",
         "(r[s12] + r[R4] + r[r5] - r[r6] + r[r7] - r[r8] - r[h9] - r[h10] - r[h11]) . n[s12] = 0",

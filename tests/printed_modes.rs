@@ -154,7 +154,7 @@ fn a_limit_is_open_or_closed_and_strikes_with_its_restitution() {
         &[
             "lambda[2] `guide.max` N, force along its coupled direction",
             "guide.max.closed mode 1 while it is closed, else 0",
-            "`guide.max` open guide.max.closed = 0, lambda[2] = 0 0 <= guide.max.gap it strikes: guide.max.rate_after = -restitution*guide.max.rate_before",
+            "`guide.max` open guide.max.closed = 0, lambda[2] = 0 0 <= guide.max.gap impact: guide.max.rate_after = -restitution*guide.max.rate_before",
             "closed guide.max.closed = 1, guide.max.gap = 0 lambda[2] <= 0 it opens",
             "[M]*({v_after} - {v_before}) + [Phi_q]^T*{P} = 0",
             "guide.max.gap = travel - (l4 + l5)*c1 - (l6 + l7)*c2",
@@ -197,7 +197,7 @@ fn levels_are_written_with_their_laws() {
         &named(&scene(BALL)),
         &[
             "`ratchet` free ratchet.closed = 0, lambda[1] = 0 0 <= ratchet.rate it engages at the current angle; with an impact: ratchet.rate_after = 0",
-            "caught ratchet.closed = 1, ratchet.rate = 0 lambda[1] <= 0 it is let go",
+            "caught ratchet.closed = 1, ratchet.rate = 0 lambda[1] <= 0 it disengages",
             "apart floor_pad.friction.sticks = 0, floor_pad.friction.direction = 0, lambda[4] = 0 `floor_pad` is open its friction acts",
             "floor_pad.friction.level = mu_floor_pad*abs(lambda[3])",
             "floor_pad.friction.rate = ball.vx + r_floor_pad*ball.omega",

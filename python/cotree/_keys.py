@@ -16,7 +16,7 @@ Vector = Sequence[Quantity] | np.ndarray
 class Shape(TypedDict, total=False):
     """Keys of the shapes of bodies."""
 
-    #: the area of its cross-section, with a density in kg/m3 [m2]; must be given with a density in kg/m3 if absent
+    #: the area of its cross-section, with a density in kg/m3 [m2]; required with a density in kg/m3 if absent
     area: Quantity
     #: its density: kg/m3, or per length or area in kg/m or kg/m2 [kg/m3]; mass of the body if absent
     density: Quantity
@@ -30,7 +30,7 @@ class Shape(TypedDict, total=False):
     radius: Quantity
     #: its two ends [m]
     rod: Sequence[str | Vector]
-    #: its thickness, with a density in kg/m3 [m]; must be given with a density in kg/m3 if absent
+    #: its thickness, with a density in kg/m3 [m]; required with a density in kg/m3 if absent
     thickness: Quantity
 
 
@@ -39,7 +39,7 @@ class SampledValue(TypedDict, total=False):
 
     #: one line about it
     description: str
-    #: its value from a tick on: an expression of everything just before the tick; new(x) is what the value x of the same sampler gets at this tick; unchanged; events may set it if absent
+    #: its new value at a sample time: an expression of all variables just before it; new(x) is the new value of x of the same sampler; unchanged; events may set it if absent
     next: Quantity
     #: its value before the first sample: an expression of parameters, inputs, and positions, velocities and states at the start; 0 if absent
     start: Quantity
@@ -80,7 +80,7 @@ class StateKeys(TypedDict, total=False):
 
     #: one line about it
     description: str
-    #: its nominal value: tolerances are relative to it; the size of its start, or 1 if absent
+    #: its usual size: tolerances are relative to it; the size of its start, or 1 if absent
     nominal: Quantity
     #: its unit, that of numbers without one; that of its start if absent
     unit: str
@@ -101,7 +101,7 @@ class SignalKeys(TypedDict, total=False):
     description: str
     #: the control error: setpoint minus actual value
     error: Quantity
-    #: time constant of the filter of the derivative part [s]; must be given with derivative, unless it is sampled if absent
+    #: time constant of the filter of the derivative part [s]; required with derivative, unless the controller is sampled if absent
     filter: Quantity
     #: its input: a law
     input: Quantity
@@ -123,7 +123,7 @@ class SignalKeys(TypedDict, total=False):
     proportional: Quantity
     #: the integral part at the start; 0 if absent; its output at the start; 0 if absent; its input before the start; 0 if absent
     start: Quantity
-    #: the time constant of a first-order filter [s]; how long ago [s]
+    #: the time constant of a first-order filter [s]; the delay [s]
     time: Quantity
     #: anti-windup: the tracking time constant of the integral part at a limit; if sampled, at least the period [s]; proportional/integral if absent
     tracking: Quantity
@@ -148,7 +148,7 @@ class EventKeys(TypedDict, total=False):
     once: bool
     #: names of joints, drivers and loads that are removed
     remove: Sequence[str]
-    #: new values of sampled values, expressions of everything just before the event
+    #: new values of sampled values, expressions of all variables just before the event
     set: Mapping[str, Quantity]
     #: whether it ends the run; false if absent
     stop: bool
@@ -260,7 +260,7 @@ class JointKeys(TypedDict, total=False):
     face: Vector
     #: the radius of the first pulley [m]
     first_radius: Quantity
-    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the Coulomb friction of the contact: with it the disc may slip; if absent, it does not slip [N, m/s]; Coulomb friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel by that of the mesh; from 1 on it locks itself [N.m, rad/s]; the torque on the second pulley at which the belt slips; if absent, the belt does not slip [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
+    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the Coulomb friction of the contact: with it the disc may slip; if absent, it does not slip [N, m/s]; Coulomb friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel per torque of the mesh; from 1 on it is self-locking [N.m, rad/s]; the torque on the second pulley at which the belt slips; if absent, the belt does not slip [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
     friction: Any
     #: the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute
     guide: str
@@ -292,7 +292,7 @@ class JointKeys(TypedDict, total=False):
     side: Literal['left', 'right'] | Literal['left', 'right', 'outside', 'inside']
     #: ratio of the static to the kinetic friction torque limit; 1 if absent
     static: Quantity
-    #: lets the follower lift off where it would have to be pulled; it rebounds with the share restitution of its speed
+    #: allows lift-off: a unilateral contact with the coefficient of restitution restitution
     unilateral: Mapping[str, Any]
 
 
