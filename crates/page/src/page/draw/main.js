@@ -139,9 +139,7 @@ async function renewMotion() {
   const { failed, bytes } = await front.ask("front_page", text);
   if (turn !== motion.turn) return;
   $("motion").classList.toggle("old", failed);
-  $("motion-told").textContent = failed
-    ? motion.frame ? "The motion of the last text without errors." : "The motion appears when the text has no errors."
-    : "";
+  $("motion-told").textContent = failed ? motion.frame ? "The motion of the last text without errors." : "The motion appears when the text has no errors." : "";
   if (failed) return;
   const frame = Object.assign(document.createElement("iframe"), { title: "The mechanism in motion", srcdoc: textOf(bytes), className: "next" });
   $("motion").append(frame);
