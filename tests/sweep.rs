@@ -158,7 +158,7 @@ fn what_is_wrong_is_said() {
         (&["--output", "max(cylinder.z)"], 1, "the request"),
         (&["--set", "rod_length=0.1,1.5"], 2, "0.1 must be at least 0.6 m"),
         (&["--random", "10", "--latin", "3"], 2, "cannot be used with"),
-        (&["--random", "0", "--set", "rod_length=1.4..1.5"], 2, "0 runs"),
+        (&["--random", "0", "--set", "rod_length=1.4..1.5"], 2, "number of runs is 0"),
         (&["--resume"], 2, "--csv"),
         (&["--stop", "-1"], 2, "before the start"),
     ] {
