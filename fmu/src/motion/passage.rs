@@ -82,17 +82,20 @@ mod tests {
         let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
         let mut passage =
             Passage { time: 3.25, joints: names(&["pin"]), bodies: names(&["crank", "rod"]), freedoms: 1, defect: 0.0 };
-        assert_eq!(passage.to_string(), "t = 3.250000 s: `crank` and `rod` are in line; passing with 1 freedom gained");
+        assert_eq!(
+            passage.to_string(),
+            "t = 3.250000 s: `crank` and `rod` are collinear; crossing it with 1 degree of freedom gained"
+        );
         assert!(!passage.is_inexact() && !passage.is_avoided());
         passage.defect = 3e-11;
         assert!(passage.to_string().ends_with("miss each other by 3e-11 of the lengths"));
         assert!(passage.is_inexact() && !passage.is_avoided());
         passage.defect = 0.0;
         passage.bodies = names(&["a", "b", "c", "d", "e"]);
-        assert!(passage.to_string().contains("`a`, `b`, `c` and 2 others are in line"), "{passage}");
+        assert!(passage.to_string().contains("`a`, `b`, `c` and 2 others are collinear"), "{passage}");
         (passage.joints, passage.freedoms) = (names(&["left", "right"]), 2);
         assert!(
-            passage.to_string().ends_with("loops at `left` and `right`; passing with 2 freedoms gained"),
+            passage.to_string().ends_with("loops at `left` and `right`; crossing it with 2 degrees of freedom gained"),
             "{passage}"
         );
     }

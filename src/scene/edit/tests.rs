@@ -236,5 +236,5 @@ fn what_cannot_be_changed_is_refused() {
     // A name in two tables is not the first of them.
     let tree = tree("[parameters]\nlength = 1\n[signals]\nlength = 2\n", false).unwrap();
     let both = written(&tree, "length").unwrap_err().to_string();
-    assert!(both.contains("in several places"), "{both}");
+    assert!(both.contains("in several tables"), "{both}");
 }

@@ -181,12 +181,12 @@ mod tests {
     #[test]
     fn what_cannot_be_read_says_why() {
         for (text, message) in
-            [("", "missing"), ("max(x) +", "missing"), ("q*max(x)", "no weight"), ("0*x", "no weight")]
+            [("", "missing"), ("max(x) +", "missing"), ("q*max(x)", "not a weight"), ("0*x", "not a weight")]
         {
             let error = text.parse::<Goal>().unwrap_err().to_string();
             assert!(error.contains(message), "{text}: {error}");
         }
-        assert!("when_max(x)".parse::<Goal>().unwrap_err().to_string().contains("jumps"));
+        assert!("when_max(x)".parse::<Goal>().unwrap_err().to_string().contains("discontinuous"));
         assert!("max(x) 3".parse::<Limit>().unwrap_err().to_string().contains("<="));
         assert!("max(x) <=".parse::<Limit>().unwrap_err().to_string().contains("missing"));
     }

@@ -195,9 +195,9 @@ mod tests {
             ("1..2:0", "count"),
             ("1..2:x", "count"),
             ("2..1", "above"),
-            ("1~0", "above zero"),
+            ("1~0", "must be positive"),
             ("1+-x%", "percent"),
-            ("1~-2%", "above zero"),
+            ("1~-2%", "must be positive"),
             ("1 kg", "not in m"),
             ("", "not a number"),
         ] {
