@@ -365,7 +365,7 @@ fn a_pulled_body_stops_at_a_dead_point_and_says_so() {
     // Crank and coupler folded: 0.5 m - 0.2 m from pivot to pin, and the base of 0.5 m with the rocker of 0.4 m.
     let limit = std::f64::consts::PI - 0.8_f64.acos();
     assert!((verdict["there"][2].as_f64().unwrap() - limit).abs() < 1e-3, "{limit}: {verdict}");
-    assert!(verdict["told"].as_str().unwrap().starts_with("Dead point: rocker goes no farther"), "{verdict}");
+    assert!(verdict["told"].as_str().unwrap().starts_with("Dead point: rocker cannot move farther"), "{verdict}");
 }
 
 /// Equal bars in one line: the parallelogram could go on as one, or fold the other way. From 60 degrees down it stops there, and either way back it is the one that it was.
