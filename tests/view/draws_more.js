@@ -33,7 +33,7 @@ seen.line = fault?.textContent.includes(`line ${before.slice(0, before.indexOf("
 fault?.click();
 seen.selected = $("text").value.slice($("text").selectionStart, $("text").selectionEnd);
 seen.stale = drawing.stale && drawing.sketch.geometry.bodies.length === 1;
-use("bar"); await press([0, 0]); seen.waits = $("said").textContent.includes("mend");
+use("bar"); await press([0, 0]); seen.waits = $("said").textContent.includes("correct");
 // What is typed is drawn.
 $("text").value = before.replace("[initial]", "# by hand\n[initial]"); $("text").dispatchEvent(new page.Event("input", { bubbles: true })); $("text").dispatchEvent(new page.Event("change", { bubbles: true })); await settled();
 seen.typed = drawing.good && drawing.text.includes("# by hand");
