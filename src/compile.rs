@@ -289,17 +289,7 @@ impl Scene {
 #[error("{0}")]
 pub struct ExportFailure(pub String);
 
-impl From<Faults> for ExportFailure {
-    fn from(error: Faults) -> Self {
-        ExportFailure(error.to_string())
-    }
-}
-
-impl From<ExportError> for ExportFailure {
-    fn from(error: ExportError) -> Self {
-        ExportFailure(error.to_string())
-    }
-}
+crate::diagnostic::from_messages!(ExportFailure as ExportFailure: Faults, ExportError);
 
 impl Compiled {
     /// Adds warnings.

@@ -4,6 +4,7 @@ pub mod degrees;
 mod every;
 pub mod fault;
 mod layout;
+mod messages;
 pub(crate) mod render;
 pub mod span;
 pub mod suggest;
@@ -11,4 +12,5 @@ pub mod visible;
 
 pub use every::{every, lines};
 pub use fault::{Fault, FaultKind, Faults, Severity};
+pub use messages::from_messages;
 pub use span::{Source, Span, Text};

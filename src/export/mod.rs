@@ -44,11 +44,7 @@ pub enum ExportError {
     Other(String),
 }
 
-impl From<runtime::RuntimeError> for ExportError {
-    fn from(error: runtime::RuntimeError) -> Self {
-        ExportError::Other(error.to_string())
-    }
-}
+crate::diagnostic::from_messages!(ExportError as ExportError::Other: runtime::RuntimeError);
 
 impl From<cotree_fmu::program::storage::LoadError> for ExportError {
     fn from(error: cotree_fmu::program::storage::LoadError) -> Self {

@@ -95,11 +95,7 @@ pub enum InspectError {
     Other(String),
 }
 
-impl From<std::io::Error> for InspectError {
-    fn from(error: std::io::Error) -> Self {
-        InspectError::Other(error.to_string())
-    }
-}
+crate::diagnostic::from_messages!(InspectError as InspectError::Other: std::io::Error);
 
 impl From<ZipError> for InspectError {
     fn from(error: ZipError) -> Self {
@@ -107,11 +103,7 @@ impl From<ZipError> for InspectError {
     }
 }
 
-impl From<cotree_fmu::program::storage::LoadError> for InspectError {
-    fn from(error: cotree_fmu::program::storage::LoadError) -> Self {
-        InspectError::Other(error.to_string())
-    }
-}
+crate::diagnostic::from_messages!(InspectError as InspectError::Other: cotree_fmu::program::storage::LoadError);
 
 type Archive = ZipArchive<BufReader<File>>;
 

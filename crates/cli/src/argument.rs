@@ -11,29 +11,7 @@ use thiserror::Error;
 #[error("{0}")]
 pub struct AssignmentError(pub String);
 
-impl From<SettingError> for AssignmentError {
-    fn from(error: SettingError) -> Self {
-        AssignmentError(error.to_string())
-    }
-}
-
-impl From<QuantityError> for AssignmentError {
-    fn from(error: QuantityError) -> Self {
-        AssignmentError(error.to_string())
-    }
-}
-
-impl From<ValueError> for AssignmentError {
-    fn from(error: ValueError) -> Self {
-        AssignmentError(error.to_string())
-    }
-}
-
-impl From<SetError> for AssignmentError {
-    fn from(error: SetError) -> Self {
-        AssignmentError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(AssignmentError as AssignmentError: SettingError, QuantityError, ValueError, SetError);
 
 /// A mode that is not written as a name and a word.
 #[derive(Debug, Error)]

@@ -105,11 +105,7 @@ impl From<Faults> for Failure {
     }
 }
 
-impl From<ExportError> for Failure {
-    fn from(error: ExportError) -> Self {
-        Failure::Usage(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(Failure as Failure::Usage: ExportError);
 
 /// Faults of standard output.
 impl From<io::Error> for Failure {

@@ -236,8 +236,4 @@ fn said(failed: usize) -> String {
     if failed == 0 { String::new() } else { format!(", {failed} of them failed: see the column `failure`") }
 }
 
-impl From<RecordError> for Failure {
-    fn from(error: RecordError) -> Self {
-        Failure::Usage(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(Failure as Failure::Usage: RecordError);

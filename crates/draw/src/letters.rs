@@ -28,23 +28,7 @@ pub enum PictureError {
     Other(String),
 }
 
-impl From<roxmltree::Error> for PictureError {
-    fn from(error: roxmltree::Error) -> Self {
-        PictureError::Other(error.to_string())
-    }
-}
-
-impl From<resvg::usvg::Error> for PictureError {
-    fn from(error: resvg::usvg::Error) -> Self {
-        PictureError::Other(error.to_string())
-    }
-}
-
-impl From<FaceParsingError> for PictureError {
-    fn from(error: FaceParsingError) -> Self {
-        PictureError::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(PictureError as PictureError::Other: roxmltree::Error, resvg::usvg::Error, FaceParsingError);
 
 /// A text of a picture.
 #[derive(Clone, Debug, PartialEq)]

@@ -12,32 +12,4 @@ use thiserror::Error;
 #[error("{0}")]
 pub struct MotionlessError(pub String);
 
-impl From<Faults> for MotionlessError {
-    fn from(error: Faults) -> Self {
-        MotionlessError(error.to_string())
-    }
-}
-
-impl From<Fault> for MotionlessError {
-    fn from(error: Fault) -> Self {
-        MotionlessError(error.to_string())
-    }
-}
-
-impl From<LoadError> for MotionlessError {
-    fn from(error: LoadError) -> Self {
-        MotionlessError(error.to_string())
-    }
-}
-
-impl From<InstanceError> for MotionlessError {
-    fn from(error: InstanceError) -> Self {
-        MotionlessError(error.to_string())
-    }
-}
-
-impl From<BenchError> for MotionlessError {
-    fn from(error: BenchError) -> Self {
-        MotionlessError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(MotionlessError as MotionlessError: Faults, Fault, LoadError, InstanceError, BenchError);

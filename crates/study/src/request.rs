@@ -28,11 +28,7 @@ pub enum GoalError {
     Other(String),
 }
 
-impl From<MeasureError> for GoalError {
-    fn from(error: MeasureError) -> Self {
-        GoalError::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(GoalError as GoalError::Other: MeasureError);
 
 /// Why a limit makes no sense.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -50,17 +46,7 @@ pub enum LimitError {
     Other(String),
 }
 
-impl From<GoalError> for LimitError {
-    fn from(error: GoalError) -> Self {
-        LimitError::Other(error.to_string())
-    }
-}
-
-impl From<QuantityError> for LimitError {
-    fn from(error: QuantityError) -> Self {
-        LimitError::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(LimitError as LimitError::Other: GoalError, QuantityError);
 
 /// One thing that is wrong with a request.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -98,8 +84,4 @@ pub enum RequestFault {
     Other(String),
 }
 
-impl From<TooFew> for RequestFault {
-    fn from(error: TooFew) -> Self {
-        RequestFault::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(RequestFault as RequestFault::Other: TooFew);

@@ -297,15 +297,8 @@ impl ContactValues {
             let share = if rebounds { self.restitutions[index] } else { 0.0 };
             self.asked[contact.constraint as usize] = (1.0 + share) * rate;
         }
-        let Place { model, data, machine, state } = context;
-        machine.load(model, state);
-        machine.load_reactions(model, &self.asked);
-        machine.evaluate(&data.impact, &mut self.change);
-        for (rate, change) in state.rates_mut().iter_mut().zip(&self.change) {
-            *rate += change;
-        }
-        machine.load(model, state);
-        machine.evaluate(&data.rates, &mut self.rates);
+        self.apply_impulses(context);
+        let Place { model, data, machine, .. } = context;
         let n = model.coordinates();
         for (values, factor) in [(&mut self.at_rest, 0.0), (&mut self.sums, 1.0)] {
             self.solved.iter_mut().zip(&self.change).for_each(|(solved, change)| *solved = factor * change);
@@ -474,6 +467,17 @@ impl ContactValues {
             let closed = context.is_closed(index);
             self.asked[contact.constraint as usize] = if closed { self.rates[index] } else { 0.0 };
         }
+        self.apply_impulses(context);
+        // Where a slider turns while its crank goes on, the change of what moves with it is no error.
+        let is_error = |(change, coordinate): (&f64, &Coordinate)| change.abs() <= errors * coordinate.scale;
+        if !self.change.iter().zip(&context.model.program().coordinates).all(is_error) {
+            context.state.rates_mut().copy_from_slice(&self.rest);
+            self.find_rates(context);
+        }
+    }
+
+    /// Changes the rates by the impulses that take those of `asked` away from the constraints.
+    fn apply_impulses(&mut self, context: &mut Place) {
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
         machine.load_reactions(model, &self.asked);
@@ -481,13 +485,13 @@ impl ContactValues {
         for (rate, change) in state.rates_mut().iter_mut().zip(&self.change) {
             *rate += change;
         }
-        // Where a slider turns while its crank goes on, what moves with it has a rate that is no error.
-        let is_error = |(change, coordinate): (&f64, &Coordinate)| change.abs() <= errors * coordinate.scale;
-        if !self.change.iter().zip(&model.program().coordinates).all(is_error) {
-            state.rates_mut().copy_from_slice(&self.rest);
-        }
-        machine.load(model, state);
-        machine.evaluate(&data.rates, &mut self.rates);
+        self.find_rates(context);
+    }
+
+    /// The rates of gaps and frictions in the present state.
+    fn find_rates(&mut self, context: &mut Place) {
+        context.machine.load(context.model, context.state);
+        context.machine.evaluate(&context.data.rates, &mut self.rates);
     }
 
     /// The modes in which what is open does not go in, what is closed presses, what sticks does so by no more than its level, and what begins to slip goes on. Of several that fit where margins
@@ -824,7 +828,7 @@ const NO_IMPACT: &str =
     "no impulses solve their impact: with the loops their constraints are redundant, or friction would add energy";
 const NO_MODE: &str = "no active set (open or closed, stick or slip) is consistent with the motion: with the loops their constraints are redundant, or friction locks the moving mechanism";
 const TWO_MOTIONS: &str = "the motion is not unique (Painleve paradox): for rigid bodies with Coulomb friction both sliding and jamming are possible; reduce the friction";
-pub(super) const INDETERMINATE: &str = "they are more supports than hold it (statically indeterminate), and their friction differs: rigid bodies do not determine how they share the load, on which the motion depends; one coefficient for all of them, fewer supports, or springs do";
+pub(super) const INDETERMINATE: &str = "they are redundant supports (statically indeterminate) with different friction: the load on each, and with it the motion, is not determined for rigid bodies; use one coefficient, fewer supports, or springs";
 const LOCKS: &str = "friction jams the mechanism while it moves (self-locking): the normal force and its friction increase each other without bound; reduce the friction, or change the direction of the normal force";
 
 impl Place<'_> {

@@ -14,11 +14,13 @@ impl ContactValues {
     /// Notes which open contacts the chosen mode makes redundant: they touch, do not move apart, and closed they would hold something twice.
     pub(super) fn find_redundant(&mut self, context: &mut Place) {
         self.redundant.fill(false);
-        let others = self.choices.concerned().filter(|&index| context.is_closed(index)).count();
+        if !self.choices.concerned().any(|index| context.is_closed(index)) {
+            return;
+        }
         for index in 0..self.redundant.len() {
             let touches = self.choices.includes(index) && context.slip(index).is_none();
             let stays = self.accelerations[index].abs() <= self.slack(context, index);
-            if others == 0 || !touches || context.is_closed(index) || !stays {
+            if !touches || context.is_closed(index) || !stays {
                 continue;
             }
             self.redundant[index] = self.is_held(context, index);

@@ -57,6 +57,7 @@ fn dependence(instruction: &Instruction, known: &[Dependence]) -> Dependence {
         | Operation::MultiplySubtract
         | Operation::SubtractProduct => true,
         Operation::Divide => of(instruction.b) == Dependence::Held,
+        // Whatever else there is, is left to the steps: they find its jumps by their errors.
         _ => false,
     };
     match [moving.next(), moving.next()] {

@@ -12,11 +12,7 @@ use thiserror::Error;
 #[error("{0}")]
 pub struct InputTableError(pub String);
 
-impl From<SettingError> for InputTableError {
-    fn from(error: SettingError) -> Self {
-        InputTableError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(InputTableError as InputTableError: SettingError);
 
 /// Inputs over time: linear between the rows of a table, constant before and after it. Without columns all inputs stay as they are.
 #[derive(Clone, Debug, Default)]

@@ -53,29 +53,7 @@ pub enum StudyError {
 #[error("{0}")]
 pub struct SetError(pub String);
 
-impl From<SettingError> for SetError {
-    fn from(error: SettingError) -> Self {
-        SetError(error.to_string())
-    }
-}
-
-impl From<CalculatedError> for SetError {
-    fn from(error: CalculatedError) -> Self {
-        SetError(error.to_string())
-    }
-}
-
-impl From<QuantityError> for SetError {
-    fn from(error: QuantityError) -> Self {
-        SetError(error.to_string())
-    }
-}
-
-impl From<ValueError> for SetError {
-    fn from(error: ValueError) -> Self {
-        SetError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(SetError as SetError: SettingError, CalculatedError, QuantityError, ValueError);
 
 /// Where a mechanism is linearised.
 #[derive(Clone, Debug, PartialEq)]

@@ -42,11 +42,7 @@ pub enum BenchError {
     Other(String),
 }
 
-impl From<InstanceError> for BenchError {
-    fn from(error: InstanceError) -> Self {
-        BenchError::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(BenchError as BenchError::Other: InstanceError);
 
 pub struct BenchSubject<'a> {
     pub model: &'a Arc<Model>,

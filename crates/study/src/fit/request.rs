@@ -35,11 +35,7 @@ pub struct Vary {
 #[error("{0}")]
 pub struct VaryError(pub String);
 
-impl From<QuantityError> for VaryError {
-    fn from(error: QuantityError) -> Self {
-        VaryError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(VaryError as VaryError: QuantityError);
 
 impl Vary {
     /// Reads `name`, `name=low..high`, `name=low..` or `name=..high`; the unit of `high` is that of `low`, too, if that has none.

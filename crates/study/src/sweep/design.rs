@@ -24,17 +24,7 @@ pub enum DesignError {
     Other(String),
 }
 
-impl From<SheetError> for DesignError {
-    fn from(error: SheetError) -> Self {
-        DesignError::Other(error.to_string())
-    }
-}
-
-impl From<FactorError> for DesignError {
-    fn from(error: FactorError) -> Self {
-        DesignError::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(DesignError as DesignError::Other: SheetError, FactorError);
 
 /// The runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]

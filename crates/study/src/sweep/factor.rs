@@ -20,17 +20,7 @@ pub enum FactorError {
     Other(String),
 }
 
-impl From<SettingError> for FactorError {
-    fn from(error: SettingError) -> Self {
-        FactorError::Other(error.to_string())
-    }
-}
-
-impl From<QuantityError> for FactorError {
-    fn from(error: QuantityError) -> Self {
-        FactorError::Other(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(FactorError as FactorError::Other: SettingError, QuantityError);
 
 /// A parameter, constant input or initial value that is varied.
 #[derive(Clone, Debug, PartialEq)]

@@ -55,11 +55,7 @@ pub type Outcome = Result<Vec<f64>, OutcomeError>;
 #[error("{0}")]
 pub struct OutcomeError(pub String);
 
-impl From<RunError> for OutcomeError {
-    fn from(error: RunError) -> Self {
-        OutcomeError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(OutcomeError as OutcomeError: RunError);
 
 /// Runs whose rounding errors are larger than their tolerance.
 #[derive(Clone, Debug)]

@@ -21,23 +21,7 @@ pub struct Station {
 #[error("{0}")]
 pub struct DriveError(pub String);
 
-impl From<Faults> for DriveError {
-    fn from(error: Faults) -> Self {
-        DriveError(error.to_string())
-    }
-}
-
-impl From<Fault> for DriveError {
-    fn from(error: Fault) -> Self {
-        DriveError(error.to_string())
-    }
-}
-
-impl From<InstanceError> for DriveError {
-    fn from(error: InstanceError) -> Self {
-        DriveError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(DriveError as DriveError: Faults, Fault, InstanceError);
 
 /// How far a scene is from the poses at their times, at most: places as shares of the size, angles in radians.
 ///

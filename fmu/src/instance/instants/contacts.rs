@@ -487,9 +487,9 @@ impl Instance {
 }
 
 const PASSED: &str = "the time of its event could not be located";
-const PULLED: &str = "it pulls: its reaction has changed its sign where no change of mode could be found";
-const EXCEEDED: &str = "its friction exceeds its limit where no change of mode could be found";
-const SLIDES: &str = "it slides although others hold it: no change of mode could be found";
+const PULLED: &str = "its contact force is tensile, and no change of mode was found";
+const EXCEEDED: &str = "its friction exceeds its limit, and no change of mode was found";
+const SLIDES: &str = "it slides although other parts hold it, and no change of mode was found";
 
 /// The loop equation of a contact.
 fn row_of<'p>(program: &'p Program, contact: &Contact) -> &'p Constraint {

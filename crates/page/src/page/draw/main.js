@@ -689,7 +689,7 @@ async function open() {
   await put(draft ?? drawing.saved);
   commit();
   choose("move");
-  if (draft !== null && draft !== begin) say("this is your last drawing: an empty sheet is under “Begin with”");
+  if (draft !== null && draft !== begin) say("this is your last drawing: an empty one is under “Begin with”");
   document.documentElement.dataset.ready = "yes";
 }
 open().catch((fault) => {

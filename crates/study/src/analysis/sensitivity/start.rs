@@ -17,11 +17,7 @@ const CONTRADICTION: f64 = 1e-8;
 #[error("{0}")]
 pub struct StartError(pub String);
 
-impl From<AnalysisFailure> for StartError {
-    fn from(error: AnalysisFailure) -> Self {
-        StartError(error.to_string())
-    }
-}
+cotree::diagnostic::from_messages!(StartError as StartError: AnalysisFailure);
 
 /// q_p and v_p at the start; `speeds` are the rates of the mechanism's coordinates there: states begin with values of their own.
 pub fn start(
