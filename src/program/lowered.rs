@@ -231,8 +231,8 @@ fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmFo
     }
     match equations.system.mechanism.solver.method {
         Method::Auto => arm_form(equations, length, &values),
-        Method::Explicit => Err(NoSeries(format!("the scene asks for `method = \"{method}\"`", method = "explicit"))),
-        Method::Implicit => Err(NoSeries(format!("the scene asks for `method = \"{method}\"`", method = "implicit"))),
+        Method::Explicit => Err(NoSeries("the scene asks for `method = \"explicit\"`".to_owned())),
+        Method::Implicit => Err(NoSeries("the scene asks for `method = \"implicit\"`".to_owned())),
     }
 }
 

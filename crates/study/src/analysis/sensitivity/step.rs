@@ -114,8 +114,7 @@ impl<'f> DifferentiatedMotion<'f> {
         motion.record_instants();
         for (name, value) in changed {
             let variable = model.program().variables.iter().position(|own| own.name == *name);
-            let unknown =
-                || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` cannot be set", name = (*name)))]);
+            let unknown = || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` cannot be set"))]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
         if let Some(pose) = from {
