@@ -13,7 +13,7 @@ const verdict = {
   last: inner.state.run.last, traced: inner.traced(), column: [...columns.get("bar2.tracer.x")].slice(0, 40),
 };
 let back = 0;
-while (drawing.now > 0) { draw.goBack(-1); back++; }
+while (!$("undo").disabled) { draw.goBack(-1); back++; }
 await settled();
 verdict.empty = drawing.text === empty;
 for (; back > 0; back--) draw.goBack(1);
