@@ -39,7 +39,7 @@ def test_motion_is_that_of_the_command(root, four_bar):
 def test_assemblies_are_those_of_the_command(root, four_bar):
     found = four_bar.assemblies(starts=60)
     said = command("assemblies", root / FOUR_BAR, "--starts", 60)
-    assert f"close in {len(found)} way" in said and found[0].own and not found[1].own
+    assert f"close in {len(found)} assembly mode" in said and found[0].own and not found[1].own
     assert sum(own.found for own in found) <= 61 and len({tuple(own.values.values()) for own in found}) == len(found)
 
 

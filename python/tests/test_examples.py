@@ -75,13 +75,13 @@ def test_an_array_of_jobs_goes_on_where_it_was_stopped(tmp_path, alone):
         printed("array_task.py", 400, 3, tmp_path / "out", SLURM_ARRAY_TASK_ID=str(number))
     early = run("array_task.py", 400, 3, tmp_path / "out", "--join")
     assert early.returncode == 1 and "--array=1" in early.stderr
-    written = (tmp_path / "out/0.npy").stat().st_mtime_ns
+    written = (tmp_path / "out/0.npz").stat().st_mtime_ns
     for number in range(3):
         printed("array_task.py", 400, 3, tmp_path / "out", SLURM_ARRAY_TASK_ID=str(number))
-    assert (tmp_path / "out/0.npy").stat().st_mtime_ns == written
+    assert (tmp_path / "out/0.npz").stat().st_mtime_ns == written
     lines = printed("array_task.py", 400, 3, tmp_path / "out", "--join")
     assert lines[:2] == alone and lines[2] == "400 runs"
-    assert np.load(tmp_path / "out/1.npy").shape == (133, 2)
+    assert np.load(tmp_path / "out/1.npz")["rows"].shape == (133, 2)
 
 
 def designed(name, picture):

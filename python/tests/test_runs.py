@@ -130,7 +130,7 @@ def test_inputs_over_time_move_a_mass(cart):
     for wrong, message in [
         ({"force": [1]}, "time"),
         ({"time": [0], "froce": [1]}, "force"),
-        ({"time": [1, 0], "force": [1, 1]}, "ascending"),
+        ({"time": [1, 0], "force": [1, 1]}, "increasing"),
         ({"time": [0, 1], "force": [1]}, "values"),
     ]:
         with pytest.raises(ValueError, match=message):
@@ -304,7 +304,7 @@ def test_times_have_the_bits_of_communication_points(slider_crank, pendulum):
 def test_times_that_are_none_are_said(pendulum):
     with pytest.raises(ValueError, match="leave `stop` and `step` out"):
         pendulum.simulate(times=[0, 1], stop=1)
-    for times, told in (([], "at least one"), ([1, 0.5], "ascending"), ([-1, 1], "from the start"), ([0, np.nan], "ascending")):
+    for times, told in (([], "at least one"), ([1, 0.5], "increasing"), ([-1, 1], "from the start"), ([0, np.nan], "increasing")):
         with pytest.raises(ValueError, match=told):
             pendulum.simulate(times=times)
     with pytest.raises(TypeError, match="not a time"):
