@@ -92,7 +92,7 @@ pub fn compile_resolved(mut resolved: Resolved, source: &Source) -> Result<(Comp
 /// Everything that is wrong with the scene.
 pub fn everything(scene: &Scene) -> Result<(Vec<String>, Vec<Fault>), Faults> {
     let Resolved { mechanism, outputs, .. } = scene.resolve_asking(&Asked::Everything)?;
-    let is_own = |name: &str| scene.outputs.variables.iter().any(|own| own.text == name);
+    let is_own = |name: &str| scene.outputs.variables.iter().any(|variable| variable.text == name);
     let lacking = lacking(&mechanism, &outputs).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
     for (output, body, property) in lacking {
@@ -227,7 +227,7 @@ pub fn with_units(texts: &[&str]) -> Result<Vec<String>, QuantityError> {
     }
     let is_last = units.last().is_some_and(Option::is_some);
     let is_clear = is_last && known.iter().all(|(_, other)| other.display == unit.display);
-    let own = |(text, own): (&&str, &Option<Unit>)| match own {
+    let named = |(text, with_unit): (&&str, &Option<Unit>)| match with_unit {
         None if text.parse::<f64>().is_err() => Ok((*text).to_owned()), // no number
         None if is_clear => Ok(format!("{text} {}", unit.shown())),
         None => Err(QuantityError::Other(format!(
@@ -237,7 +237,7 @@ pub fn with_units(texts: &[&str]) -> Result<Vec<String>, QuantityError> {
         ))),
         Some(_) => Ok((*text).to_owned()),
     };
-    texts.iter().zip(&units).map(own).collect()
+    texts.iter().zip(&units).map(named).collect()
 }
 
 /// The unit that a number is written with.

@@ -44,8 +44,8 @@ impl Equations {
     fn sliding_armature(&mut self, row: &TranslationalRow, element: usize, arms: &mut ArmEquations) -> bool {
         let Some(&(direction, _)) = row.motion.first() else { return false };
         let (frame, _) = self.kinematics.direction(&mut self.system, direction);
-        let own = self.coordinates.iter().position(|coordinate| coordinate.element == ElementId(element));
-        let Some(index) = own.filter(|&index| frame == FrameId::WORLD && !self.coordinates[index].angular) else {
+        let place = self.coordinates.iter().position(|coordinate| coordinate.element == ElementId(element));
+        let Some(index) = place.filter(|&index| frame == FrameId::WORLD && !self.coordinates[index].angular) else {
             return false;
         };
         let arm = Arm { frame: FrameId::WORLD, factor: ArmFactor::Displacement(index) };

@@ -66,12 +66,13 @@ fn may_choose(equations: &Equations, arms: &ArmEquations, values: &impl Values) 
 /// Masses and moments of inertia that resist the unknowns, where bodies are no links of a tree.
 fn masses(equations: &Equations, arms: &ArmEquations, values: &impl Values) -> Vec<f64> {
     // From the last one, so that the first arm of each displacement is what stays.
-    let own = arms.coupling.iter().rev().filter(|((k, l), _)| k == l);
-    let own: HashMap<usize, Expr> = own.filter_map(|((k, _), mass)| Some((k.displacement()?, mass[0]))).collect();
+    let diagonal = arms.coupling.iter().rev().filter(|((k, l), _)| k == l);
+    let diagonal: HashMap<usize, Expr> =
+        diagonal.filter_map(|((k, _), mass)| Some((k.displacement()?, mass[0]))).collect();
     let turning = arms.frames.iter().filter(|turning| !turning.coordinates.is_empty()).map(|turning| turning.inertia);
     let straight = equations.coordinates.iter().enumerate().filter(|(_, coordinate)| !coordinate.angular);
     let masses: Vec<Expr> =
-        turning.chain(straight.map(|(index, _)| own.get(&index).copied().unwrap_or(Expr::ZERO))).collect();
+        turning.chain(straight.map(|(index, _)| diagonal.get(&index).copied().unwrap_or(Expr::ZERO))).collect();
     equations.system.arena.evaluate(&masses, values)
 }
 
@@ -217,8 +218,8 @@ impl Lowering<'_> {
         for frame in by_size {
             let coordinates = &self.arms.frames[frame].coordinates;
             let all: Vec<usize> = coordinates.keys().copied().collect();
-            let Some(&own) = all.iter().find(|&&index| places[index].is_none()) else { continue };
-            let rest: Vec<usize> = all.iter().copied().filter(|&index| index != own).collect();
+            let Some(&first) = all.iter().find(|&&index| places[index].is_none()) else { continue };
+            let rest: Vec<usize> = all.iter().copied().filter(|&index| index != first).collect();
             let parent = match rest.is_empty() {
                 true => None,
                 false => {
@@ -226,7 +227,7 @@ impl Lowering<'_> {
                 }
             };
             known.insert(all, frame as u32);
-            places[own] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&own] < 0.0 });
+            places[first] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&first] < 0.0 });
         }
         for (index, place) in places.into_iter().enumerate() {
             let place = place.ok_or_else(|| NoSeries("a coordinate does not turn any body".to_owned()))?;

@@ -149,10 +149,10 @@ impl Equations {
         if arms.frames.len() + displacements <= FEW {
             return Ok(());
         }
-        let own: HashSet<Vec<usize>> =
+        let tree_frames: HashSet<Vec<usize>> =
             arms.frames.iter().map(|turning| turning.coordinates.keys().copied().collect()).collect();
         let driven = arms.frames.iter().filter(|turning| turning.coordinates.is_empty()).count();
-        if own.len() + driven.saturating_sub(1) != arms.frames.len() {
+        if tree_frames.len() + driven.saturating_sub(1) != arms.frames.len() {
             return Ok(());
         }
         let mut tree = ArmTree::default();

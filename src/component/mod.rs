@@ -146,7 +146,7 @@ pub struct Rubs {
 impl Rubs {
     /// Of a joint with the key `friction`.
     const fn joint(pressed: Pressed, along: fn(&Part, &mut System) -> Option<Coupling>) -> Option<Rubs> {
-        Some(Rubs { along, pressed, law: |part| part.friction().filter(|own| own.sticks()).cloned() })
+        Some(Rubs { along, pressed, law: |part| part.friction().filter(|friction| friction.sticks()).cloned() })
     }
 }
 
@@ -306,23 +306,23 @@ impl Mechanism {
     pub(crate) fn add_own_states(&mut self) {
         let parameters = self.parameter_values();
         let of = |part: &Part| {
-            let state = |own: OwnState| {
-                let size = constant::evaluate(&own.start, &parameters).abs();
+            let state = |state: OwnState| {
+                let size = constant::evaluate(&state.start, &parameters).abs();
                 State {
-                    name: own.quantity.of(&part.name),
-                    description: format!("{} `{}`", own.quantity.words(), part.name),
-                    unit: Unit::of(&own.quantity.measure(), None),
-                    start: own.start,
-                    rate: own.rate,
-                    nominal: if size > 0.0 { size } else { own.nominal },
-                    variable: Some(Variable { owner: part.owner, quantity: own.quantity }),
+                    name: state.quantity.of(&part.name),
+                    description: format!("{} `{}`", state.quantity.words(), part.name),
+                    unit: Unit::of(&state.quantity.measure(), None),
+                    start: state.start,
+                    rate: state.rate,
+                    nominal: if size > 0.0 { size } else { state.nominal },
+                    variable: Some(Variable { owner: part.owner, quantity: state.quantity }),
                     span: part.span,
                 }
             };
             (part.component().states)(part).into_iter().map(state).collect::<Vec<State>>()
         };
-        let own: Vec<State> = self.parts().flat_map(of).collect();
-        self.states.extend(own);
+        let states: Vec<State> = self.parts().flat_map(of).collect();
+        self.states.extend(states);
     }
 
     /// What is wrong with parts that only the whole mechanism shows.

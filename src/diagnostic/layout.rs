@@ -80,20 +80,20 @@ impl Terminal {
             let _ = writeln!(out, " {number} │ {}", expanded(line.text));
             let next = lines.get(index + 1).map_or(usize::MAX, |next| next.start);
             let here = |&&label: &&usize| (line.start..next).contains(&shown.labels[label].span.start);
-            let own: Vec<usize> = labels.iter().filter(here).copied().collect();
-            self.show_labels(out, shown, line, (&own, width));
+            let in_line: Vec<usize> = labels.iter().filter(here).copied().collect();
+            self.show_labels(out, shown, line, (&in_line, width));
         }
         let _ = writeln!(out, "{margin}╰────");
     }
 
     /// Underlines the labels of a line, and writes their texts below, the last one first.
-    fn show_labels(self, out: &mut String, shown: &Shown, line: &Line, (own, width): (&[usize], usize)) {
-        if own.is_empty() {
+    fn show_labels(self, out: &mut String, shown: &Shown, line: &Line, (labels, width): (&[usize], usize)) {
+        if labels.is_empty() {
             return;
         }
         let margin = format!(" {:width$} · ", "");
         let (mut underlines, mut highest, mut stems) = (String::new(), 0, Vec::new());
-        for &index in own {
+        for &index in labels {
             let Label { span, text } = &shown.labels[index];
             let start = line.column(span.start).max(highest);
             let end = line.column(span.end).max(start + 1);
@@ -148,26 +148,26 @@ fn contexts<'t>(text: &'t str, labels: &[Label]) -> Vec<(Vec<Line<'t>>, Vec<usiz
         let (first, last) = (line.saturating_sub(1), (line + 2).min(count));
         match parts.last_mut() {
             // A single line between two of them is shown, too.
-            Some((lines, own)) if first <= lines.end + 1 => {
+            Some((lines, in_block)) if first <= lines.end + 1 => {
                 lines.end = lines.end.max(last);
-                own.push(index);
+                in_block.push(index);
             }
             _ => parts.push((first..last, vec![index])),
         }
     }
-    let line = |number: usize, own: &[usize]| {
+    let line = |number: usize, members: &[usize]| {
         let (start, end) = (starts[number], starts.get(number + 1).copied().unwrap_or(text.len()));
-        let (start, end) = near((start, end), own.iter().map(|&index| labels[index].span), text);
+        let (start, end) = near((start, end), members.iter().map(|&index| labels[index].span), text);
         Line { number: number + 1, start, text: text[start..end].trim_end_matches(['\n', '\r']) }
     };
-    parts.into_iter().map(|(lines, own)| (lines.map(|number| line(number, &own)).collect(), own)).collect()
+    parts.into_iter().map(|(lines, members)| (lines.map(|number| line(number, &members)).collect(), members)).collect()
 }
 
 /// Of a very long line what is near the spans in it, or its beginning.
 fn near((start, end): (usize, usize), spans: impl Iterator<Item = Span>, text: &str) -> (usize, usize) {
-    let own: Vec<Span> = spans.filter(|span| (start..end).contains(&span.start)).collect();
-    let first = own.iter().map(|span| span.start).min().unwrap_or(start);
-    let last = own.iter().map(|span| span.end).max().unwrap_or(start).min(end);
+    let nearby: Vec<Span> = spans.filter(|span| (start..end).contains(&span.start)).collect();
+    let first = nearby.iter().map(|span| span.start).min().unwrap_or(start);
+    let last = nearby.iter().map(|span| span.end).max().unwrap_or(start).min(end);
     let from = text.floor_char_boundary(first.saturating_sub(LONGEST_LINE)).max(start);
     (from, text.ceil_char_boundary(last.max(first) + LONGEST_LINE).min(end))
 }

@@ -83,8 +83,8 @@ fn shown<'a>(fault: &'a Fault, source: &'a Source, [message, help]: [&'a str; 2]
     let label = |text: &str, span: Span| Label { span, text: on_one_line(text) };
     let also = fault.also.iter().map(|&span| label("here too", span));
     let is_somewhere = !source.text.is_empty() && !fault.span.is_nowhere();
-    let own = is_somewhere.then(|| label(&fault.label, fault.span));
-    let labels = own.into_iter().chain(also.filter(|_| is_somewhere));
+    let primary = is_somewhere.then(|| label(&fault.label, fault.span));
+    let labels = primary.into_iter().chain(also.filter(|_| is_somewhere));
     // A place beyond the end shows nothing.
     let labels = labels.filter(|label| label.span.end <= source.text.len()).collect();
     Shown { is_error: fault.severity == Severity::Error, code: fault.code, message, help, source, labels }

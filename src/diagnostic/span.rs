@@ -34,10 +34,10 @@ impl Span {
 
     /// The span of a text with its quotes.
     pub fn whole(self, text: &str) -> Span {
-        let quote = |place: usize| text.as_bytes().get(place).copied().filter(|own| matches!(own, b'"' | b'\''));
+        let quote = |place: usize| text.as_bytes().get(place).copied().filter(|mark| matches!(mark, b'"' | b'\''));
         let before = self.start.checked_sub(1).and_then(quote);
         match before {
-            Some(own) if quote(self.end) == Some(own) => Span::new(self.start - 1, self.end + 1),
+            Some(mark) if quote(self.end) == Some(mark) => Span::new(self.start - 1, self.end + 1),
             _ => self,
         }
     }

@@ -83,7 +83,7 @@ fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<Slope>)> {
     let (_, first) = *slopes.first()?;
     let constant = |arena: &Arena, pair: [Expr; 2]| arena.symbols(pair).iter().all(|symbol| symbol.is_parameter());
     let along = slopes.iter().map(|(_, slope)| *slope).chain([rest]);
-    let is_guide = along.into_iter().all(|own| constant(arena, own) && is_parallel(arena, first, own));
+    let is_guide = along.into_iter().all(|along| constant(arena, along) && is_parallel(arena, first, along));
     is_guide.then_some((frame, slopes))
 }
 

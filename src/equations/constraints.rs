@@ -217,9 +217,9 @@ pub fn constraints(
             continue;
         }
         let mut gap = kinematics.known(system, &row.known);
-        let own = kinematics.across(&mut system.arena, row.ends);
+        let displacement = kinematics.across(&mut system.arena, row.ends);
         let minus = system.arena.constant(-1.0);
-        gap.accumulate(&mut system.arena, minus, &own);
+        gap.accumulate(&mut system.arena, minus, &displacement);
         for direction in row.reaction {
             let along = kinematics.direction(system, direction);
             let arena = &mut system.arena;
@@ -236,9 +236,9 @@ pub fn constraints(
         }
         let arena = &mut system.arena;
         let mut gap = known_angle(arena, &row.angle);
-        let own = kinematics.angle_across(arena, row.ends);
+        let angle = kinematics.angle_across(arena, row.ends);
         let minus = arena.constant(-1.0);
-        gap.accumulate(arena, minus, &own);
+        gap.accumulate(arena, minus, &angle);
         let value = gap.position.total(arena);
         let [velocity, acceleration] = [&gap.velocity, &gap.acceleration]
             .map(|form| form.map(arena, |_, &coefficient| Scalar::plain(coefficient)));

@@ -92,7 +92,7 @@ impl Constraint {
             }
             CoupledChord::Torque(ends, factor) => CoupledChord::Torque(ends, arena.multiply(closed, factor)),
         };
-        let coupled = self.coupled.clone().into_iter().map(|own| chord(arena, own)).collect();
+        let coupled = self.coupled.clone().into_iter().map(|coupled| chord(arena, coupled)).collect();
         let mut times = |entries: &[(usize, Expr)]| -> Vec<(usize, Expr)> {
             entries.iter().map(|&(column, entry)| (column, arena.multiply(closed, entry))).collect()
         };

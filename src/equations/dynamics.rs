@@ -275,8 +275,8 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Linea
 fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
     let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
     let counts = |constraint: &Constraint| constraint.is_loop() && constraint.standing != Standing::Trivial;
-    let own = |constraint: &Constraint| counts(constraint) && constraint.coupled.is_empty();
-    for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| own(constraint)) {
+    let is_plain = |constraint: &Constraint| counts(constraint) && constraint.coupled.is_empty();
+    for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| is_plain(constraint)) {
         held.entry(constraint.element).or_default().push(index);
     }
     held

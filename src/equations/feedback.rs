@@ -62,8 +62,8 @@ impl Equations {
             let element = self.system.element(element);
             let force = element.translation.as_ref().map(|row| row.through.clone());
             let torque = element.rotation.as_ref().map(|row| row.through.clone());
-            let own = laws(force.as_ref(), torque.as_ref()).into_iter().find(|(along, _)| *along == held);
-            let value = own.map_or(Expr::ZERO, |(_, law)| self.formula(law));
+            let matching = laws(force.as_ref(), torque.as_ref()).into_iter().find(|(along, _)| *along == held);
+            let value = matching.map_or(Expr::ZERO, |(_, law)| self.formula(law));
             Feedback { row, value }
         };
         rows.into_iter().map(value).collect()
@@ -74,8 +74,8 @@ impl Equations {
         if !law.reads_the_motion() {
             return self.formula(law);
         }
-        let own = |row: &Constraint| row.is_feedback() && row.element == id && row.held == held;
-        let row = self.constraints.iter().position(own);
+        let is_law = |row: &Constraint| row.is_feedback() && row.element == id && row.held == held;
+        let row = self.constraints.iter().position(is_law);
         row.map_or(Expr::ZERO, |row| self.system.arena.symbol(Symbol::Reaction(row)))
     }
 }

@@ -46,9 +46,9 @@ impl Pressing {
             Pressing::Sum(_) => sums.iter().map(|sum| sum.abs()).sum(),
             Pressing::Sizes(vectors) => {
                 let mut rest = sums.iter();
-                let mut own =
+                let mut size_of =
                     |vector: &Vec<Expr>| rest.by_ref().take(vector.len()).fold(0.0, |size: f64, sum| size.hypot(*sum));
-                vectors.iter().map(&mut own).sum()
+                vectors.iter().map(&mut size_of).sum()
             }
         }
     }
@@ -69,18 +69,18 @@ impl Equations {
     /// The friction limits that the scene gives as laws, by themselves.
     pub fn level_laws(&mut self) -> Vec<Expr> {
         let mechanism = self.system.mechanism.clone();
-        let limits = mechanism.unilaterals.iter().filter_map(|own| own.slip.as_ref());
+        let limits = mechanism.unilaterals.iter().filter_map(|unilateral| unilateral.slip.as_ref());
         limits.map(|slip| self.formula(&slip.law.coulomb)).collect()
     }
 
     fn level(&mut self, index: usize) -> Option<Level> {
         let mechanism = self.system.mechanism.clone();
-        let own = &mechanism.unilaterals[index];
-        let slip = own.slip.as_ref()?;
+        let unilateral = &mechanism.unilaterals[index];
+        let slip = unilateral.slip.as_ref()?;
         let row = self.row_of_unilateral(index)? + 1;
         let coulomb = self.formula(&slip.law.coulomb);
         let mut free = self.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
-        if let Some(there) = mechanism.there(own.owner) {
+        if let Some(there) = mechanism.there(unilateral.owner) {
             // What an event has removed does not rub; what pressed there is zero, too.
             let arena = &mut self.system.arena;
             let there = arena.symbol(Symbol::Parameter(there.0));
@@ -93,19 +93,19 @@ impl Equations {
                 let radius = slip.law.radius.as_ref().map_or(Expr::ZERO, |radius| self.system.value(radius));
                 share = self.system.arena.multiply(share, radius);
                 Pressing::Sizes(vec![
-                    [Quantity::Fx, Quantity::Fy].map(|force| self.reaction(own.owner, force)).to_vec(),
+                    [Quantity::Fx, Quantity::Fy].map(|force| self.reaction(unilateral.owner, force)).to_vec(),
                 ])
             }
             Pressed::Guide { .. } => {
-                let normal = self.reaction(own.owner, Quantity::Fn);
+                let normal = self.reaction(unilateral.owner, Quantity::Fn);
                 let sums = match &slip.law.length {
-                    Some(length) => self.at_both_ends(own.owner, normal, length),
+                    Some(length) => self.at_both_ends(unilateral.owner, normal, length),
                     None => vec![normal],
                 };
                 self.signed(index, slip, sums)
             }
             Pressed::Reaction(quantity) => {
-                let reaction = self.reaction(own.owner, quantity);
+                let reaction = self.reaction(unilateral.owner, quantity);
                 self.signed(index, slip, vec![reaction])
             }
             Pressed::Contact => {
@@ -131,8 +131,8 @@ impl Equations {
     pub(crate) fn known_directions(&mut self, accelerations: &[Expr], length: f64) -> HashMap<Symbol, Expr> {
         let mechanism = self.system.mechanism.clone();
         let sliding = mechanism.unilaterals.iter().enumerate();
-        let known = |(index, own): (usize, &Unilateral)| {
-            let direction = own.slip.as_ref().filter(|_| self.is_led(index))?.direction;
+        let known = |(index, unilateral): (usize, &Unilateral)| {
+            let direction = unilateral.slip.as_ref().filter(|_| self.is_led(index))?.direction;
             let row = &self.constraints[self.row_of_unilateral(index)?];
             let (gap, least) = (row.one_sided.as_ref()?, STILL * row.scale(length));
             let arena = &mut self.system.arena;

@@ -86,7 +86,7 @@ impl Equations {
         let kinematics = Kinematics::new(&mut system, &translation, &rotation, &t_first, &r_first);
         let constraints = constraints::constraints(&mut system, &kinematics, &trees.translation, &trees.rotation);
         let first = coordinates.iter().enumerate().rev();
-        let first = first.map(|(index, own)| ((own.element, own.angular), index)).collect();
+        let first = first.map(|(index, coordinate)| ((coordinate.element, coordinate.angular), index)).collect();
         let mut equations = Equations {
             first,
             system,

@@ -61,12 +61,12 @@ impl<D> GraphRecord<D> {
             let (label, carrier) = (label.to_owned(), carrier(system.element(element), term));
             Edge { label, element, term, ends, carrier }
         };
-        let own = graph.edges().map(|(id, ends)| edge(&system.element(id).label, id, None, ends));
-        let mut edges: Vec<Edge<D>> = own.collect();
+        let of_elements = graph.edges().map(|(id, ends)| edge(&system.element(id).label, id, None, ends));
+        let mut edges: Vec<Edge<D>> = of_elements.collect();
         let places: HashMap<ElementId, usize> = edges.iter().map(|edge| edge.element).zip(0..).collect();
         let mut chords: Vec<usize> = tree.chords.iter().map(|chord| places[chord]).collect();
         chords.extend(edges.len()..edges.len() + terms.len());
-        edges.extend(terms.iter().map(|own| edge(&own.label, own.element, Some(own.term), own.ends)));
+        edges.extend(terms.iter().map(|term| edge(&term.label, term.element, Some(term.term), term.ends)));
         let circuit = |&chord: &usize| {
             let branches = topology.circuit_between(edges[chord].ends).into_iter();
             std::iter::once((chord, 1)).chain(branches.map(|(branch, sign)| (places[&branch], sign))).collect()
@@ -77,26 +77,26 @@ impl<D> GraphRecord<D> {
     }
 
     /// The branch or chord of a row.
-    pub fn own(&self, row: &EdgeRow) -> &Edge<D> {
+    pub fn edge_of(&self, row: &EdgeRow) -> &Edge<D> {
         &self.edges[row[0].0]
     }
 
     /// The cutset of a branch.
     pub fn cutset(&self, branch: ElementId) -> Option<&EdgeRow> {
-        self.cutsets.iter().find(|row| self.own(row).element == branch)
+        self.cutsets.iter().find(|row| self.edge_of(row).element == branch)
     }
 
     /// The circuit of the chord that an element is itself.
     pub fn circuit(&self, chord: ElementId) -> Option<&EdgeRow> {
         let is_own = |edge: &Edge<D>| edge.element == chord && edge.term.is_none();
-        self.circuits.iter().find(|row| is_own(self.own(row)))
+        self.circuits.iter().find(|row| is_own(self.edge_of(row)))
     }
 
     /// The nodes that a branch holds to the datum.
     pub fn beyond(&self, branch: ElementId) -> BTreeSet<usize> {
         let mut nodes = BTreeSet::new();
-        for (node, parent, own, _) in self.topology.outward() {
-            if own == branch || nodes.contains(&parent.index()) {
+        for (node, parent, edge, _) in self.topology.outward() {
+            if edge == branch || nodes.contains(&parent.index()) {
                 nodes.insert(node.index());
             }
         }

@@ -12,7 +12,7 @@ use crate::network::{Direction, Known, TNode};
 impl Equations {
     /// The position or rate that a coordinate of other trees of the same mechanism has.
     pub fn value_of(&mut self, coordinate: &Coordinate, order: Order) -> Expr {
-        if let Some(index) = self.own(coordinate) {
+        if let Some(index) = self.coordinate_of(coordinate) {
             return self.system.arena.symbol(Symbol::Coordinate(index, order));
         }
         if let Some(angle) = self.angle_of(coordinate) {
@@ -41,7 +41,7 @@ impl Equations {
     /// A displacement from the datum, along an axis of the world, to the end of a deep path.
     fn total_across(&mut self, coordinate: &Coordinate, order: Order) -> Option<Expr> {
         let row = self.system.element(coordinate.element).translation.as_ref()?;
-        let &(direction, _) = row.motion.iter().find(|(_, own)| *own == coordinate.variables)?;
+        let &(direction, _) = row.motion.iter().find(|(_, variables)| *variables == coordinate.variables)?;
         let axis = match direction {
             Direction::X => 0,
             Direction::Y => 1,
@@ -55,7 +55,7 @@ impl Equations {
     /// The acceleration that a coordinate of other trees has: coefficients by these coordinates' accelerations, and the rest. The
     /// coefficients are those of small displacements too.
     pub fn acceleration_of(&mut self, coordinate: &Coordinate) -> (Vec<(usize, Expr)>, Expr) {
-        if let Some(index) = self.own(coordinate) {
+        if let Some(index) = self.coordinate_of(coordinate) {
             return (vec![(index, Expr::ONE)], Expr::ZERO);
         }
         let form = self.acceleration_form(coordinate);
@@ -108,7 +108,7 @@ impl Equations {
     /// A coordinate of the element that a coordinate of other trees belongs to, or of any other if it has none.
     pub fn counterpart(&self, coordinate: &Coordinate) -> usize {
         let of = |angular| self.first.get(&(coordinate.element, angular)).copied();
-        self.own(coordinate).or_else(|| of(true)).or_else(|| of(false)).unwrap_or_default()
+        self.coordinate_of(coordinate).or_else(|| of(true)).or_else(|| of(false)).unwrap_or_default()
     }
 
     /// How many angles the largest loop that a chord closes has.
@@ -119,16 +119,17 @@ impl Equations {
     }
 
     /// Which of these coordinates it is, if it is one.
-    fn own(&self, coordinate: &Coordinate) -> Option<usize> {
+    fn coordinate_of(&self, coordinate: &Coordinate) -> Option<usize> {
         let first = *self.first.get(&(coordinate.element, coordinate.angular))?;
-        let mut own = self.coordinates[first..].iter().take_while(|own| own.element == coordinate.element);
-        own.position(|own| own.variables == coordinate.variables).map(|place| first + place)
+        let mut candidates =
+            self.coordinates[first..].iter().take_while(|candidate| candidate.element == coordinate.element);
+        candidates.position(|candidate| candidate.variables == coordinate.variables).map(|place| first + place)
     }
 
     /// The across variable of a coordinate's element without its known part, and the direction of the coordinate.
     fn free_motion(&mut self, coordinate: &Coordinate) -> Option<(PointMotion, Direction)> {
         let row = self.system.element(coordinate.element).translation.clone()?;
-        let direction = row.motion.iter().find(|(_, own)| *own == coordinate.variables)?.0;
+        let direction = row.motion.iter().find(|(_, variables)| *variables == coordinate.variables)?.0;
         let known = self.kinematics.known(&mut self.system, &row.known);
         let arena = &mut self.system.arena;
         let across = self.kinematics.across(arena, row.ends);

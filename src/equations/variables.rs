@@ -299,9 +299,9 @@ impl Equations {
         if what == Contact::Gap && mechanism.unilaterals_of(owner).next().is_none() {
             return self.gap_apart(owner);
         }
-        for (index, own) in mechanism.unilaterals_of(owner) {
+        for (index, unilateral) in mechanism.unilaterals_of(owner) {
             let row = self.row_of_unilateral(index);
-            let sign = own.held.sign;
+            let sign = unilateral.held.sign;
             let arena = &mut self.system.arena;
             let value = match what {
                 Contact::Gap => {
@@ -317,14 +317,16 @@ impl Equations {
                 Contact::Sliding => Expr::ZERO,
                 Contact::Impulse => {
                     // A contact presses, whichever side it is on.
-                    let presses = own.held.word.is_empty() && !own.held.of_rate;
+                    let presses = unilateral.held.word.is_empty() && !unilateral.held.of_rate;
                     let sign = if presses { 1.0 } else { sign };
-                    let (factor, impulse) = (arena.constant(sign), arena.symbol(Symbol::Parameter(own.impulse.0)));
+                    let (factor, impulse) =
+                        (arena.constant(sign), arena.symbol(Symbol::Parameter(unilateral.impulse.0)));
                     arena.multiply(factor, impulse)
                 }
                 Contact::Mode => {
-                    let (factor, closed) = (arena.constant(-sign), arena.symbol(Symbol::Parameter(own.closed.0)));
-                    if own.held.word.is_empty() { closed } else { arena.multiply(factor, closed) }
+                    let (factor, closed) =
+                        (arena.constant(-sign), arena.symbol(Symbol::Parameter(unilateral.closed.0)));
+                    if unilateral.held.word.is_empty() { closed } else { arena.multiply(factor, closed) }
                 }
             };
             total = self.system.arena.add(total, value);

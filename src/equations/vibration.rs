@@ -104,15 +104,15 @@ impl Equations {
         let mechanism = &*self.system.mechanism.clone();
         let [position, rate, acceleration] = self.prescribed(element, record);
         let zero = Expr::ZERO;
-        let mut own = ElementColumn { element, signs, mass: zero, damping: zero, stiffness: zero, force: zero };
+        let mut column = ElementColumn { element, signs, mass: zero, damping: zero, stiffness: zero, force: zero };
         match self.system.element(element).origin {
             Origin::Body(body) => {
-                own.mass = mass(&mut self.system, body);
+                column.mass = mass(&mut self.system, body);
                 let weight = self.system.value(&mechanism.gravity[0]);
                 let arena = &mut self.system.arena;
                 let weight = if mechanism.bodies[body.0].weightless { Expr::ZERO } else { weight };
                 let net = arena.subtract(weight, acceleration);
-                own.force = arena.multiply(own.mass, net);
+                column.force = arena.multiply(column.mass, net);
             }
             Origin::Load(load) if mechanism.presence(load).is_some() => {
                 return Err(NonlinearLoad::Removable { load: mechanism.loads[load.0].name.clone() });
@@ -122,18 +122,18 @@ impl Equations {
                 match (load.component().linear)(load)? {
                     Some(linear) => {
                         let [stiffness, damping, free] = linear.each_ref().map(|formula| self.formula(formula));
-                        (own.stiffness, own.damping) = (stiffness, damping);
+                        (column.stiffness, column.damping) = (stiffness, damping);
                         let arena = &mut self.system.arena;
                         let short = arena.subtract(free, position);
-                        let push = arena.multiply(own.stiffness, short);
-                        own.force = arena.subtract_product(push, own.damping, rate);
+                        let push = arena.multiply(column.stiffness, short);
+                        column.force = arena.subtract_product(push, column.damping, rate);
                     }
-                    None => own.force = self.outer_force(element, &load.name)?,
+                    None => column.force = self.outer_force(element, &load.name)?,
                 }
             }
             _ => {}
         }
-        Ok(own)
+        Ok(column)
     }
 
     fn outer_force(&mut self, element: ElementId, name: &str) -> Result<Expr, NonlinearLoad> {
@@ -154,13 +154,13 @@ impl Equations {
         for &(edge, sign) in record.circuit(element).into_iter().flat_map(|circuit| &circuit[1..]) {
             let known =
                 self.system.element(record.edges[edge].element).translation.as_ref().map(|row| row.known.clone());
-            let own = match known {
+            let motion = match known {
                 Some(Known::Fixed(_, [x, _])) => [x, Expr::ZERO, Expr::ZERO],
                 Some(Known::Given([x, _])) => [x.value, x.rate, x.acceleration],
                 _ => continue,
             };
             let arena = &mut self.system.arena;
-            for (sum, x) in sums.iter_mut().zip(own) {
+            for (sum, x) in sums.iter_mut().zip(motion) {
                 *sum = if sign < 0 { arena.add(*sum, x) } else { arena.subtract(*sum, x) };
             }
         }
@@ -170,14 +170,16 @@ impl Equations {
 
 impl Vibration {
     /// += a i a^T, and a F.
-    fn add(&mut self, equations: &mut Equations, own: &ElementColumn) {
+    fn add(&mut self, equations: &mut Equations, element_column: &ElementColumn) {
         let arena = &mut equations.system.arena;
-        for &(row, sign) in &own.signs {
-            let force = if sign > 0 { own.force } else { arena.negate(own.force) };
+        for &(row, sign) in &element_column.signs {
+            let force = if sign > 0 { element_column.force } else { arena.negate(element_column.force) };
             self.force[row] = arena.add(self.force[row], force);
-            for &(other, opposite) in &own.signs {
+            for &(other, opposite) in &element_column.signs {
                 let matrices = [&mut self.mass, &mut self.damping, &mut self.stiffness];
-                for (matrix, constant) in matrices.into_iter().zip([own.mass, own.damping, own.stiffness]) {
+                for (matrix, constant) in
+                    matrices.into_iter().zip([element_column.mass, element_column.damping, element_column.stiffness])
+                {
                     let entry = if sign == opposite { constant } else { arena.negate(constant) };
                     matrix[row][other] = arena.add(matrix[row][other], entry);
                 }

@@ -110,7 +110,7 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a
     ];
     let mut entries: BTreeMap<String, MemberContent> =
         files.into_iter().map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes))).collect();
-    entries.extend(extras.iter().map(|own| (own.name.to_owned(), MemberContent::Bytes((&*own.bytes).into()))));
+    entries.extend(extras.iter().map(|extra| (extra.name.to_owned(), MemberContent::Bytes((&*extra.bytes).into()))));
     let described = described(package)?.into_iter();
     entries.extend(described.map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes.into()))));
     for runtime in package.runtimes {

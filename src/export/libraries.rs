@@ -60,8 +60,9 @@ impl LinkedLibrary {
 
 /// A line or two for each library, for the licence text.
 pub(super) fn notices() -> String {
-    let one =
-        |own: &LinkedLibrary| format!("  {} {}, {}\n      {}\n", own.name, own.version(), own.license, own.copyright);
+    let one = |library: &LinkedLibrary| {
+        format!("  {} {}, {}\n      {}\n", library.name, library.version(), library.license, library.copyright)
+    };
     let standard = library("the Rust standard library", MIT_OR_APACHE, "Copyright (c) The Rust Project Contributors");
     let last = format!("  {}, {}\n      {}\n", standard.name, standard.license, standard.copyright);
     LIBRARIES.iter().map(one).chain([last]).collect()
@@ -89,15 +90,15 @@ pub(super) fn bill_of_materials() -> String {
     format!("{bill:#}\n")
 }
 
-fn component(own: &LinkedLibrary) -> Value {
-    let reference = format!("pkg:cargo/{}@{}", own.name, own.version());
+fn component(linked_library: &LinkedLibrary) -> Value {
+    let reference = format!("pkg:cargo/{}@{}", linked_library.name, linked_library.version());
     json!({
         "type": "library",
         "bom-ref": reference,
-        "name": own.name,
-        "version": own.version(),
-        "licenses": [{ "expression": own.license }],
-        "copyright": own.copyright,
+        "name": linked_library.name,
+        "version": linked_library.version(),
+        "licenses": [{ "expression": linked_library.license }],
+        "copyright": linked_library.copyright,
         "purl": reference,
     })
 }

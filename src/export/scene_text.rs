@@ -38,17 +38,19 @@ impl SceneText<'_> {
         let mut taken = HashSet::from([PathBuf::from(cotree_fmu::PROGRAM_FILE)]);
         let mut places = Vec::new();
         for (index, (path, _)) in self.source.files().enumerate() {
-            let own = normal(Path::new(path));
-            let below = own.strip_prefix(&folder).ok().filter(|below| is_below(below));
+            let written = normal(Path::new(path));
+            let below = written.strip_prefix(&folder).ok().filter(|below| is_below(below));
             let inside = match below {
                 _ if index == 0 => format!("resources/scene.{}", self.extension).into(),
                 Some(below) if !taken.contains(&Path::new("resources").join(below)) => {
                     Path::new("resources").join(below)
                 }
-                _ => Path::new("resources/elsewhere").join(index.to_string()).join(own.file_name().unwrap_or_default()),
+                _ => Path::new("resources/elsewhere")
+                    .join(index.to_string())
+                    .join(written.file_name().unwrap_or_default()),
             };
             taken.insert(inside.clone());
-            places.push(SceneFile { own, inside });
+            places.push(SceneFile { own: written, inside });
         }
         places
     }

@@ -52,7 +52,7 @@ fn inputs(part: &Part) -> Vec<(String, usize)> {
     let input = |formula: &Formula| if let Formula::Input(input) = formula { Some(input.0) } else { None };
     let found = part.values.iter().flat_map(|(_, value)| match value {
         KeyValue::Formula(formula) | KeyValue::Motion(Motion::Given(formula)) => vec![("", input(formula))],
-        KeyValue::Motion(Motion::Velocity(own) | Motion::Acceleration(own)) => vec![("", Some(own.0))],
+        KeyValue::Motion(Motion::Velocity(variable) | Motion::Acceleration(variable)) => vec![("", Some(variable.0))],
         KeyValue::Vector([x, y]) => vec![("_x", input(x)), ("_y", input(y))],
         _ => vec![],
     });
@@ -79,7 +79,7 @@ impl TerminalList {
             self.terminals.len() - 1
         });
         let members = &mut self.terminals[place].members;
-        while members.iter().any(|own| own.name == member) {
+        while members.iter().any(|candidate| candidate.name == member) {
             member.push('_');
         }
         members.push(Member { name: member, variable, flow });

@@ -60,8 +60,8 @@ impl Arena {
 
     /// The expression with a value in the place of a symbol.
     pub fn substituted(&mut self, expr: Expr, symbol: Symbol, value: Expr) -> Expr {
-        let own = self.symbol(symbol);
-        let mut known = HashMap::from([(own, value)]);
+        let replaced = self.symbol(symbol);
+        let mut known = HashMap::from([(replaced, value)]);
         for inner in self.reachable([expr]) {
             let of = |operand: Expr| known.get(&operand).copied().unwrap_or(operand);
             if !self.node(inner).operands().any(|operand| of(operand) != operand) {

@@ -54,9 +54,10 @@ pub fn assemblies(mechanism: &Mechanism, starts: usize) -> Result<Assemblies, Ve
     mechanism.coordinates = Coordinates::Recommended;
     let Own { names, state, freedoms, is_own } = own_start(&mechanism, starts)?;
     // Guesses pick one of the ways; here all are wanted.
-    let guessed: Vec<Variable> = mechanism.initial.iter().filter(|own| !own.known).map(|own| own.variable).collect();
+    let guessed: Vec<Variable> =
+        mechanism.initial.iter().filter(|initial| !initial.known).map(|initial| initial.variable).collect();
     mechanism.initial.retain(|initial| initial.known);
-    let known = mechanism.initial.iter().filter(|own| own.variable.quantity.class() == Class::Position);
+    let known = mechanism.initial.iter().filter(|initial| initial.variable.quantity.class() == Class::Position);
     let open = freedoms.saturating_sub(known.count());
     let held = hold(&mut mechanism, &names, &state, open, &guessed);
     Ok(Assemblies { is_own, ..search(&mechanism, held, (&state, freedoms), starts)? })
@@ -101,7 +102,7 @@ fn own_start(mechanism: &Mechanism, starts: usize) -> Result<Own, Vec<Fault>> {
 
 /// By how much coordinates differ from zero in the space of poses.
 fn ranges(equations: &Equations, length: f64) -> Vec<f64> {
-    equations.coordinates.iter().map(|own| if own.angular { PI } else { 2.0 * length }).collect()
+    equations.coordinates.iter().map(|coordinate| if coordinate.angular { PI } else { 2.0 * length }).collect()
 }
 
 /// The n-th of places that fill this space evenly.
@@ -119,7 +120,7 @@ fn begin_at(program: &mut Program, positions: Vec<f64>) {
 /// The coordinates; an angle without whole turns, unless loop equations such as those of gears and racks count them.
 fn values(equations: &Equations, model: &Model, state: &State) -> Vec<CoordinateValue> {
     let mut reduced = state.clone();
-    for (index, _) in equations.coordinates.iter().enumerate().filter(|(_, own)| own.angular) {
+    for (index, _) in equations.coordinates.iter().enumerate().filter(|(_, coordinate)| coordinate.angular) {
         let turns = (state.positions()[index] / TAU).round() * TAU;
         let mut turned = state.clone();
         turned.positions_mut()[index] += TAU;
@@ -129,9 +130,9 @@ fn values(equations: &Equations, model: &Model, state: &State) -> Vec<Coordinate
         }
     }
     let coordinates = equations.coordinates.iter().zip(reduced.positions());
-    let value = |(own, &value): (&Coordinate, &f64)| {
-        let (variable, name) = (own.variables[0], own.name.position.clone());
-        CoordinateValue { variable, name, value, angular: own.angular }
+    let value = |(coordinate, &value): (&Coordinate, &f64)| {
+        let (variable, name) = (coordinate.variables[0], coordinate.name.position.clone());
+        CoordinateValue { variable, name, value, angular: coordinate.angular }
     };
     coordinates.map(value).collect()
 }
@@ -148,7 +149,7 @@ fn solved(program: Program, mechanism: &Mechanism) -> Result<(Model, Option<Stat
 fn hold(
     mechanism: &mut Mechanism,
     names: &[CoordinateValue],
-    own: &State,
+    state: &State,
     open: usize,
     guessed: &[Variable],
 ) -> Vec<CoordinateValue> {
@@ -164,24 +165,24 @@ fn hold(
     candidates.sort_by_key(|(is_guess, index, _)| (*is_guess, *index));
     candidates.truncate(open);
     for &(_, index, variable) in &candidates {
-        let value = Formula::Number(own.positions()[index]);
+        let value = Formula::Number(state.positions()[index]);
         mechanism.initial.push(Initial { variable, value, display: None, known: true, span: Span::default() });
     }
     candidates.iter().map(|(_, index, _)| names[*index].clone()).collect()
 }
 
-/// Solves from the scene's own start, with its number of freedoms, and from others that fill the space of positions evenly.
+/// Solves from the start of the scene, with its number of degrees of freedom, and from others that fill the space of positions evenly.
 fn search(
     mechanism: &Mechanism,
     held: Vec<CoordinateValue>,
-    (own, freedoms): (&State, usize),
+    (known_state, freedoms): (&State, usize),
     starts: usize,
 ) -> Result<Assemblies, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let length = typical_length(&mut equations);
     let draft = crate::program::positions(&mut equations, length);
     let ranges = ranges(&equations, length);
-    let known: Vec<Variable> = mechanism.initial.iter().map(|own| own.variable).collect();
+    let known: Vec<Variable> = mechanism.initial.iter().map(|initial| initial.variable).collect();
     let mut found = Assemblies { held, poses: Vec::new(), found: Vec::new(), failed: 0, loose: 0, is_own: true };
     for start in 0..=starts {
         // Each solution ends by itself when whoever waits wants that, and would count as failed.
@@ -190,14 +191,14 @@ fn search(
         }
         let mut program = draft.clone();
         let stays = |index: usize| start == 0 || known.contains(&equations.coordinates[index].variables[0]);
-        let place = |(index, place): (usize, f64)| if stays(index) { own.positions()[index] } else { place };
+        let place = |(index, place): (usize, f64)| if stays(index) { known_state.positions()[index] } else { place };
         let mut positions: Vec<f64> = even_place(start, &ranges).enumerate().map(place).collect();
-        positions.extend(own.positions().iter().skip(ranges.len()).chain(own.follower_positions()));
+        positions.extend(known_state.positions().iter().skip(ranges.len()).chain(known_state.follower_positions()));
         begin_at(&mut program, positions);
         match solved(program, mechanism)? {
             (_, None) => found.failed += 1,
             // A disturbed search may leave what is known; that is no pose of the scene.
-            (_, Some(state)) if !keeps(&equations, &known, own, &state) => found.failed += 1,
+            (_, Some(state)) if !keeps(&equations, &known, known_state, &state) => found.failed += 1,
             (model, Some(state)) => {
                 let pose = values(&equations, &model, &state);
                 match found.place(&pose, length) {
@@ -220,8 +221,8 @@ fn is_loose(equations: &Equations, pose: (Model, State), length: f64, freedoms: 
 }
 
 /// Has a pose the known coordinates of the scene's own start?
-fn keeps(equations: &Equations, known: &[Variable], own: &State, pose: &State) -> bool {
-    let coordinates = equations.coordinates.iter().zip(own.positions().iter().zip(pose.positions()));
+fn keeps(equations: &Equations, known: &[Variable], state: &State, pose: &State) -> bool {
+    let coordinates = equations.coordinates.iter().zip(state.positions().iter().zip(pose.positions()));
     let apart = |(coordinate, (a, b)): (&Coordinate, (&f64, &f64))| {
         known.contains(&coordinate.variables[0]) && (a - b).abs() > SAME
     };

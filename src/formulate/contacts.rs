@@ -16,37 +16,39 @@ const TOUCHING: f64 = 1e-11;
 pub(super) fn check_moved(equations: &Equations) -> Vec<Fault> {
     let all = equations.system.mechanism.unilaterals.iter().enumerate();
     let unmoved = all.filter(|(index, _)| equations.row_of_unilateral(*index).is_none());
-    unmoved.map(|(index, own)| unmoved_fault(equations, index, own)).collect()
+    unmoved.map(|(index, unilateral)| unmoved_fault(equations, index, unilateral)).collect()
 }
 
-fn unmoved_fault(equations: &Equations, index: usize, own: &Unilateral) -> Fault {
+fn unmoved_fault(equations: &Equations, index: usize, unilateral: &Unilateral) -> Fault {
     if equations.drivers_move_unilateral(index) {
-        return driven(own);
+        return driven(unilateral);
     }
-    if own.slip.is_some() {
-        let message = format!("`{}` cannot move, so its friction force is not determined", own.name);
+    if unilateral.slip.is_some() {
+        let message = format!("`{}` cannot move, so its friction force is not determined", unilateral.name);
         let help = "leave the friction out; for an equilibrium or its vibrations drivers do not move";
-        return Fault::new("scene::friction", message, own.span).label("friction where nothing moves").help(help);
+        return Fault::new("scene::friction", message, unilateral.span)
+            .label("friction where nothing moves")
+            .help(help);
     }
-    let message = format!("`{}` cannot move, so a hard stop has no effect", own.name);
-    Fault::new("scene::limits", message, own.span).label("holds nothing").help("leave it out")
+    let message = format!("`{}` cannot move, so a hard stop has no effect", unilateral.name);
+    Fault::new("scene::limits", message, unilateral.span).label("holds nothing").help("leave it out")
 }
 
-fn driven(own: &Unilateral) -> Fault {
-    if own.slip.is_some() {
+fn driven(unilateral: &Unilateral) -> Fault {
+    if unilateral.slip.is_some() {
         let message = format!(
             "`{}` has dry friction in a driven motion, and other motions depend on its force, which is not determined while it is at rest",
-            own.name
+            unilateral.name
         );
-        return Fault::new("scene::friction", message, own.span)
+        return Fault::new("scene::friction", message, unilateral.span)
             .label("dry friction in a driven motion")
             .help("make the friction smooth by giving its `velocity`, or replace the driver by a force or a torque");
     }
     let message = format!(
         "`{}` is a unilateral constraint (hard stop, contact or rope) on a driven motion: a prescribed motion cannot stop",
-        own.name
+        unilateral.name
     );
-    Fault::new("scene::limits", message, own.span).label("constrains a driven motion").help(
+    Fault::new("scene::limits", message, unilateral.span).label("constrains a driven motion").help(
         "remove it, or replace the driver by a force or a torque; `cotree motion` reports how far the drive can go",
     )
 }
@@ -56,36 +58,37 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
     let mechanism = equations.system.mechanism.clone();
     if is_driven {
         // What rubs acts on the drivers; a contact that nothing presses closed has no force to rub with.
-        let stops = mechanism.unilaterals.iter().filter(|own| own.slip.is_none());
+        let stops = mechanism.unilaterals.iter().filter(|unilateral| unilateral.slip.is_none());
         return stops.map(driven).collect();
     }
     let mut faults = Vec::new();
-    for (index, own) in mechanism.unilaterals.iter().enumerate() {
+    for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
         let Some(row) = equations.row_of_unilateral(index) else { continue };
         if equations.constraints[row].is_trivial() {
-            let rubs = own.slip.as_ref().is_some_and(|slip| slip.on.is_none());
+            let rubs = unilateral.slip.as_ref().is_some_and(|slip| slip.on.is_none());
             if rubs && equations.drivers_move_unilateral(index) {
                 continue;
             }
-            faults.push(unmoved_fault(equations, index, own));
+            faults.push(unmoved_fault(equations, index, unilateral));
             continue;
         }
-        if own.held.of_rate || own.slip.is_some() {
+        if unilateral.held.of_rate || unilateral.slip.is_some() {
             // It begins wherever it is.
             continue;
         }
-        let bound = equations.system.value(&own.held.bound);
+        let bound = equations.system.value(&unilateral.held.bound);
         let gap = equations.constraints[row].one_sided.as_ref().map_or(bound, |gap| gap.value);
         let [gap, bound] = equations.system.arena.evaluate(&[gap, bound], state)[..] else { continue };
         let scale = equations.constraints[row].scale(length);
         if gap < -TOUCHING * scale {
             let is_angle = equations.constraints[row].held == Held::Angle;
             let signed = |value: f64| format!("{}{}", if value < 0.0 { "-" } else { "" }, show(value, is_angle));
-            let [value, limit, by] = [bound + own.held.sign * gap, bound, -gap].map(signed);
-            let message = format!("the start is beyond `{}`: it starts at {value}, but the limit is {limit}", own.name);
-            let help = other_side(&mechanism, own)
+            let [value, limit, by] = [bound + unilateral.held.sign * gap, bound, -gap].map(signed);
+            let message =
+                format!("the start is beyond `{}`: it starts at {value}, but the limit is {limit}", unilateral.name);
+            let help = other_side(&mechanism, unilateral)
                 .unwrap_or_else(|| format!("start within the limit, or move the limit by {by}"));
-            let fault = Fault::new("assembly::beyond_limit", message, own.span);
+            let fault = Fault::new("assembly::beyond_limit", message, unilateral.span);
             faults.push(fault.label("the start is beyond this limit").help(help));
         }
     }
@@ -93,8 +96,8 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
 }
 
 /// How a contact with a line is turned over: by its side, or by its ends, of which the first has the line.
-fn other_side(mechanism: &Mechanism, own: &Unilateral) -> Option<String> {
-    let Owner::Joint(joint) = own.owner else { return None };
+fn other_side(mechanism: &Mechanism, unilateral: &Unilateral) -> Option<String> {
+    let Owner::Joint(joint) = unilateral.owner else { return None };
     let part = mechanism.joints.get(joint.0)?;
     let has_sides = part.component().keys.iter().any(|key| key.name == "side");
     if !has_sides || part.value("axis").is_none() {
@@ -114,13 +117,21 @@ pub(super) fn check_led(equations: &mut Equations) -> Vec<Fault> {
     }
     let mechanism = equations.system.mechanism.clone();
     let led = |equations: &Equations, symbol: &Symbol| {
-        let mut own = mechanism.unilaterals.iter().enumerate().filter(|(index, _)| equations.is_led(*index));
-        own.find(|(_, own)| own.slip.as_ref().is_some_and(|slip| Symbol::Parameter(slip.direction.0) == *symbol))
+        let mut driven_contacts =
+            mechanism.unilaterals.iter().enumerate().filter(|(index, _)| equations.is_led(*index));
+        driven_contacts.find(|(_, unilateral)| {
+            unilateral.slip.as_ref().is_some_and(|slip| Symbol::Parameter(slip.direction.0) == *symbol)
+        })
     };
     let levels = equations.levels().into_iter().filter(|(index, _)| !equations.is_led(*index));
     let mut read: Vec<Expr> = levels.flat_map(|(_, level)| level.pressing.sums()).collect();
     read.extend(equations.feedback().into_iter().map(|load| load.value));
     read.extend(&equations.states);
     let symbols = equations.system.arena.symbols(read);
-    symbols.iter().find_map(|symbol| led(equations, symbol)).map(|(_, own)| driven(own)).into_iter().collect()
+    symbols
+        .iter()
+        .find_map(|symbol| led(equations, symbol))
+        .map(|(_, unilateral)| driven(unilateral))
+        .into_iter()
+        .collect()
 }

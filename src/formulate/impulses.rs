@@ -19,8 +19,8 @@ pub(super) fn trees(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
         _ => false,
     };
     let trees = Trees::recommended_but(system, jumping);
-    let own = matches!(system.mechanism.coordinates, Coordinates::Chosen { .. });
-    let recommended = !own && equations.trees == Trees::recommended(system);
+    let is_chosen = matches!(system.mechanism.coordinates, Coordinates::Chosen { .. });
+    let recommended = !is_chosen && equations.trees == Trees::recommended(system);
     (recommended && equations.trees != trees).then_some(trees)
 }
 
@@ -78,8 +78,8 @@ pub(super) fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str>
 
 /// Is the motion of a driver substituted, not imposed by a loop equation?
 fn is_branch(equations: &Equations, driver: usize) -> bool {
-    let own =
+    let is_here =
         |id: &ElementId| matches!(equations.system.element(*id).origin, Origin::Driver(other) if other.0 == driver);
     let trees = &equations.trees;
-    trees.translation.branches.iter().chain(&trees.rotation.branches).any(own)
+    trees.translation.branches.iter().chain(&trees.rotation.branches).any(is_here)
 }

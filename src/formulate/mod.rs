@@ -57,8 +57,8 @@ impl Formulated {
         if !self.equations.system.implied.is_empty() {
             return None;
         }
-        let mut own = self.clone();
-        let Formulated { equations, lowered, .. } = &mut own;
+        let mut copy = self.clone();
+        let Formulated { equations, lowered, .. } = &mut copy;
         equations.system.mechanism = Arc::new(mechanism);
         let length = typical_length(equations);
         if !lowered.set_values(equations, length) || !check_trivial(equations, length).is_empty() {
@@ -70,8 +70,8 @@ impl Formulated {
         let mut state = model.default_state(lowered.program.experiment.start);
         solve_initial(&model, &mut state).ok()?;
         keep_found(&state, &mut lowered.program.initial);
-        own.state = state;
-        Some(own)
+        copy.state = state;
+        Some(copy)
     }
 }
 
@@ -272,7 +272,8 @@ fn check_trivial(equations: &mut Equations, length: f64) -> Vec<Fault> {
     let gaps = equations.gaps();
     let (equations, mechanism) = (&*equations, &equations.system.mechanism);
     let mut faults = Vec::new();
-    for (constraint, gap) in equations.constraints.iter().zip(gaps).filter(|(own, _)| own.says_nothing()) {
+    for (constraint, gap) in equations.constraints.iter().zip(gaps).filter(|(constraint, _)| constraint.says_nothing())
+    {
         for share in [0.0, 0.137, 0.619, 1.0] {
             let time = experiment.start + share * (experiment.stop - experiment.start);
             let at = |symbol: Symbol| if symbol == Symbol::Time { time } else { default_value(mechanism, symbol) };
@@ -287,15 +288,15 @@ fn check_trivial(equations: &mut Equations, length: f64) -> Vec<Fault> {
 }
 
 fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64, length: f64) -> Fault {
-    let own = &equations.system.element(constraint.element).name;
+    let closing = &equations.system.element(constraint.element).name;
     let mut others = circuit_names(equations, constraint);
-    others.retain(|name| name != own);
+    others.retain(|name| name != closing);
     let amount = show(gap, constraint.held == Held::Angle);
     let mechanism = &equations.system.mechanism;
-    let driven = mechanism.drivers.iter().any(|driver| driver.name == *own || others.contains(&driver.name));
+    let driven = mechanism.drivers.iter().any(|driver| driver.name == *closing || others.contains(&driver.name));
     let when = if driven { format!("at t = {time} s ") } else { String::new() };
-    let message = format!("`{own}` contradicts {}: {when}they differ by {amount}", list(&others));
-    if let Some(suspect) = suspect(equations, length).filter(|suspect| suspect.name() != own) {
+    let message = format!("`{closing}` contradicts {}: {when}they differ by {amount}", list(&others));
+    if let Some(suspect) = suspect(equations, length).filter(|suspect| suspect.name() != closing) {
         return suspect.fault("scene::conflict", &message);
     }
     let label = match driven {
@@ -304,7 +305,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64,
     };
     Fault::new("scene::conflict", message, span_of(equations, constraint.element))
         .label(label)
-        .help(format!("remove `{own}` or one of the others, or make them agree"))
+        .help(format!("remove `{closing}` or one of the others, or make them agree"))
 }
 
 /// Masses that the kernels and the outputs need must be given.
@@ -431,8 +432,9 @@ fn particles(equations: &mut Equations) -> Vec<(usize, BodyId)> {
         still && dynamics.mass[row].iter().all(|(_, entry)| *entry == Expr::ZERO)
     };
     let is_particle = |body: &BodyId| {
-        let own = &mechanism.bodies[body.0];
-        own.inertia == Some(Formula::Number(0.0)) && own.mass.as_ref().is_some_and(|mass| *mass != Formula::Number(0.0))
+        let body = &mechanism.bodies[body.0];
+        body.inertia == Some(Formula::Number(0.0))
+            && body.mass.as_ref().is_some_and(|mass| *mass != Formula::Number(0.0))
     };
     let body = |index: usize| {
         let coordinate = &equations.coordinates[index];
@@ -486,8 +488,8 @@ fn implied_warning(equations: &Equations, shared: &Shared) -> Fault {
     let relations: Vec<String> = equations.system.implied.iter().map(|relation| relation.name.clone()).collect();
     let owners: Vec<Owner> = shared.undetermined.iter().map(|variable| variable.owner).collect();
     let (first, names) = named(equations, &owners).map_or((None, Vec::new()), |(first, names)| (Some(first), names));
-    let own = || equations.system.find(Origin::Implied(0));
-    let span = first.or_else(own).map_or_else(Span::default, |element| span_of(equations, element));
+    let implied = || equations.system.find(Origin::Implied(0));
+    let span = first.or_else(implied).map_or_else(Span::default, |element| span_of(equations, element));
     let (holder, whose) = match names.as_slice() {
         [] => ("the joints".to_owned(), "of joints that do it".to_owned()),
         names => (list(names), format!("of {}", list(names))),

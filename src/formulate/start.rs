@@ -38,7 +38,7 @@ pub(super) fn begin(equations: &mut Equations, initial: &mut Initial) {
     let of = |variable: Variable| values.get(&variable).copied().unwrap_or_default();
     // Integrals of states and what drivers integrate begin at zero.
     let others = equations.states.len() + equations.system.followers.len();
-    initial.first_positions = equations.coordinates.iter().map(|own| of(own.variables[0])).collect();
+    initial.first_positions = equations.coordinates.iter().map(|coordinate| of(coordinate.variables[0])).collect();
     initial.first_positions.extend(std::iter::repeat_n(0.0, others));
     initial.first_rates = vec![0.0; initial.first_positions.len()];
 }
@@ -65,7 +65,7 @@ impl Start {
             .bodies
             .iter()
             .enumerate()
-            .flat_map(|(body, own)| (0..own.points.len()).map(move |point| Place::Point(BodyId(body), point)));
+            .flat_map(|(body, data)| (0..data.points.len()).map(move |point| Place::Point(BodyId(body), point)));
         let places: Vec<Place> =
             centres.clone().chain(arms).chain((0..mechanism.ground.len()).map(Place::Ground)).collect();
         let mut start = Start {

@@ -43,7 +43,7 @@ pub struct ImportOptions {
 impl ImportOptions {
     /// Is what has this name, or is of this kind, left out?
     pub fn leaves_out(&self, names: &[&str]) -> bool {
-        self.leave_out.iter().any(|own| own == "all" || names.contains(&own.as_str()))
+        self.leave_out.iter().any(|name| name == "all" || names.contains(&name.as_str()))
     }
 }
 

@@ -268,13 +268,13 @@ impl<'a> PmksReader<'a> {
         units: &PmksUnits,
     ) -> Option<Drive> {
         let here: Vec<usize> = (0..links.len()).filter(|&link| links[link].pins.contains(&pin)).collect();
-        let own = (point.speed != 0.0).then_some(point.speed);
+        let speed = (point.speed != 0.0).then_some(point.speed);
         let name = &point.pin.name;
         let against_other = point.pin.grounded || point.guide.is_some();
         let course = if point.slides {
-            DriveLaw::Steady(own.unwrap_or(speeds.sliding) * units.length)
+            DriveLaw::Steady(speed.unwrap_or(speeds.sliding) * units.length)
         } else {
-            DriveLaw::Steady(own.unwrap_or(speeds.turning) * PI / 30.0)
+            DriveLaw::Steady(speed.unwrap_or(speeds.turning) * PI / 30.0)
         };
         match (&here[..], against_other) {
             _ if point.pin.welded => {

@@ -116,7 +116,7 @@ fn link(row: &str, joints: &[OlderPmksJoint], length: f64, faults: &mut Vec<Stri
     };
     let mut pins = Vec::new();
     for joint in of.split('|') {
-        match joints.iter().position(|own| own.pin.name == joint) {
+        match joints.iter().position(|candidate| candidate.pin.name == joint) {
             Some(pin) => pins.push(pin),
             None => faults.push(format!("link `{name}` has the joint `{joint}`, which is not there")),
         }

@@ -54,22 +54,22 @@ pub fn read(file: &str) -> Result<ImportedLinkage, Vec<String>> {
 /// The mechanism of a file: the file itself, or what an example of the editor has under `mechanism`, alone or as the only one of a gallery.
 fn mechanism(file: &str) -> Result<PylinkageMechanism, String> {
     let value: serde_json::Value = serde_json::from_str(file).map_err(|error| error.to_string())?;
-    let of_example = |own: &serde_json::Value| own.get("mechanism").cloned();
+    let of_example = |example: &serde_json::Value| example.get("mechanism").cloned();
     let examples: Vec<(&String, serde_json::Value)> = match value.as_object() {
         Some(entries) if !entries.contains_key("joints") && !entries.contains_key("mechanism") => {
-            entries.iter().filter_map(|(name, own)| Some((name, of_example(own)?))).collect()
+            entries.iter().filter_map(|(name, entry)| Some((name, of_example(entry)?))).collect()
         }
         _ => Vec::new(),
     };
-    let own = match &examples[..] {
-        [(_, own)] => own.clone(),
+    let mechanism = match &examples[..] {
+        [(_, mechanism)] => mechanism.clone(),
         [] => of_example(&value).unwrap_or(value),
         _ => {
             let names: Vec<&str> = examples.iter().map(|(name, _)| name.as_str()).collect();
             return Err(format!("it has {} examples ({}); save one of them alone", names.len(), names.join(", ")));
         }
     };
-    serde_json::from_value(own).map_err(|error| error.to_string())
+    serde_json::from_value(mechanism).map_err(|error| error.to_string())
 }
 
 fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> ImportedLinkage {
@@ -84,11 +84,11 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
         for id in body.joints.iter().filter(|id| !places.contains_key(id.as_str())) {
             faults.push(format!("link `{}` has the joint `{id}`, which is not there", body.id));
         }
-        let own: Vec<usize> = body.joints.iter().filter_map(|id| places.get(id.as_str()).copied()).collect();
+        let joint_places: Vec<usize> = body.joints.iter().filter_map(|id| places.get(id.as_str()).copied()).collect();
         match body.kind.as_str() {
             "link" | "" => {}
             "driver" | "arc_driver" => match body.motor_joint.as_ref().and_then(|id| places.get(id.as_str())) {
-                Some(&pin) => match course(body, pin, &own, &mechanism.joints) {
+                Some(&pin) => match course(body, pin, &joint_places, &mechanism.joints) {
                     Ok(course) => drives.push(Drive { pin, link: links.len(), course }),
                     Err(fault) => faults.push(fault.to_string()),
                 },
@@ -97,7 +97,7 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
             other => faults.push(format!("link `{}` is of type `{other}`, which is not supported", body.id)),
         }
         let name = body.name.clone().unwrap_or_else(|| body.id.clone());
-        links.push(ImportedLink { name, pins: own, mass: None, inertia: None, centre: None });
+        links.push(ImportedLink { name, pins: joint_places, mass: None, inertia: None, centre: None });
     }
     trackers(mechanism, &places, &mut links, faults);
     let mut notes =
@@ -121,7 +121,12 @@ fn linkage(mechanism: &PylinkageMechanism, faults: &mut Vec<String>) -> Imported
 struct ArcError(pub String);
 
 /// The course of a driver from the pose of the file: on and on, or to and fro within its arc.
-fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJoint]) -> Result<DriveLaw, ArcError> {
+fn course(
+    body: &PylinkageBody,
+    pin: usize,
+    joint_places: &[usize],
+    joints: &[PylinkageJoint],
+) -> Result<DriveLaw, ArcError> {
     let rate = body.angular_velocity.unwrap_or(TAU / 360.0);
     if body.kind != "arc_driver" {
         return Ok(DriveLaw::Steady(rate));
@@ -130,7 +135,7 @@ fn course(body: &PylinkageBody, pin: usize, own: &[usize], joints: &[PylinkageJo
         [Some(x), Some(y)] => Some([x, y]),
         _ => None,
     };
-    let crank = own.iter().find(|other| **other != pin).and_then(|other| Some([place(pin)?, place(*other)?]));
+    let crank = joint_places.iter().find(|other| **other != pin).and_then(|other| Some([place(pin)?, place(*other)?]));
     let (start, end) = (body.arc_start.unwrap_or(0.0), body.arc_end.unwrap_or(PI));
     let Some([[x, y], [u, v]]) = crank.filter(|_| start < end && rate > 0.0) else {
         return Err(ArcError(format!(

@@ -44,8 +44,8 @@ impl ImportReport {
 
     /// Notes what an element has that its reader does not know.
     pub fn unknown(&mut self, element: &Element, known: &[&str], called: &str) {
-        for own in element.children.iter().filter(|own| !known.contains(&own.name.as_str())) {
-            let (name, line) = (&own.name, own.place.line);
+        for child in element.children.iter().filter(|child| !known.contains(&child.name.as_str())) {
+            let (name, line) = (&child.name, child.place.line);
             self.note(format!("<{name}> (line {line}) of {called} is not known and is left out"));
         }
     }

@@ -45,14 +45,14 @@ struct SdfReader<'a> {
 /// Frames that are not there or in a cycle, or what cannot be imported.
 pub fn read(root: &mut Element, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
     expand(root, includes, 0)?;
-    let version = root.attribute("version").map(|own| own.value()).unwrap_or("1.6");
+    let version = root.attribute("version").map(|attribute| attribute.value()).unwrap_or("1.6");
     let version = version
         .parse::<f64>()
         .ok()
-        .filter(|own| own.is_finite())
+        .filter(|number| number.is_finite())
         .ok_or_else(|| root.refuse(format!("the version `{version}` is not a number")))?;
     // 1.10 is after 1.9.
-    let version = match root.get("version").and_then(|own| own.split_once('.')) {
+    let version = match root.get("version").and_then(|version_text| version_text.split_once('.')) {
         Some(("1", minor)) => 1.0 + minor.parse::<f64>().unwrap_or(0.0) / 100.0,
         _ => version,
     };
@@ -106,7 +106,7 @@ fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<(
         }
         let uri = child
             .child("uri")
-            .map(|own| own.text.trim().to_owned())
+            .map(|child_element| child_element.text.trim().to_owned())
             .ok_or_else(|| child.refuse("<include> has no <uri>"))?;
         if depth >= DEEPEST {
             return Err(child.refuse(format!("`{uri}` is included {DEEPEST} deep: it includes itself")));
@@ -120,23 +120,24 @@ fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<(
                 .help("it is looked for beside the file; copy it there")
         })?;
         let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
-        let mut own = xml::parse(&file, &text)?;
-        expand(&mut own, includes, depth + 1)?;
-        let mut models: Vec<Element> = own.children.into_iter().filter(|own| own.name == "model").collect();
+        let mut included = xml::parse(&file, &text)?;
+        expand(&mut included, includes, depth + 1)?;
+        let mut models: Vec<Element> =
+            included.children.into_iter().filter(|candidate| candidate.name == "model").collect();
         let Some(mut model) = (models.len() == 1).then(|| models.remove(0)) else {
             return Err(child.refuse(format!("`{file}` must have one model, but has {}", models.len())));
         };
         // What the include says wins over the model.
         for key in ["pose", "static"] {
-            if let Some(at) = child.children.iter().position(|own| own.name == key) {
-                model.children.retain(|own| own.name != key);
+            if let Some(at) = child.children.iter().position(|candidate| candidate.name == key) {
+                model.children.retain(|candidate| candidate.name != key);
                 model.children.push(child.children.remove(at));
             }
         }
-        if let Some(name) = child.child("name").map(|own| own.text.trim().to_owned())
-            && let Some(own) = model.attributes.iter_mut().find(|own| own.name == "name")
+        if let Some(name) = child.child("name").map(|element| element.text.trim().to_owned())
+            && let Some(attribute) = model.attributes.iter_mut().find(|attribute| attribute.name == "name")
         {
-            own.value = name;
+            attribute.value = name;
         }
         children.push(model);
     }
@@ -192,7 +193,7 @@ impl<'a> SdfReader<'a> {
             "world" => Some(String::new()),
             name => Some(joined(scope, name)),
         };
-        let given = posed.and_then(|own| own.get("relative_to")).and_then(reference);
+        let given = posed.and_then(|posed| posed.get("relative_to")).and_then(reference);
         let attached = element.get("attached_to").and_then(reference);
         let default = own_default.unwrap_or_else(|| scope.to_owned());
         let relative_to = given.or_else(|| attached.clone()).unwrap_or_else(|| default.clone());
@@ -212,12 +213,12 @@ impl<'a> SdfReader<'a> {
             return Err(model.refuse("models are nested too deep"));
         }
         let full = joined(scope, model.must("name")?);
-        if let Some(own) = model.attribute("placement_frame") {
+        if let Some(frame_attribute) = model.attribute("placement_frame") {
             return Err(Refusal::new("a model that is placed by one of its frames is not imported")
-                .at(&own.place)
+                .at(&frame_attribute.place)
                 .help("give the pose of the model itself"));
         }
-        let fixed = fixed || model.child("static").is_some_and(|own| matches!(own.text.trim(), "true" | "1"));
+        let fixed = fixed || model.child("static").is_some_and(|element| matches!(element.text.trim(), "true" | "1"));
         self.frame(&full, model, scope, Some(scope.to_owned()))?;
         for child in &model.children {
             match child.name.as_str() {
@@ -225,19 +226,19 @@ impl<'a> SdfReader<'a> {
                     let name = joined(&full, child.must("name")?);
                     self.frame(&name, child, &full, None)?;
                     let known = ["pose", "inertial", "gravity", "velocity_decay"];
-                    for own in child.children.iter().filter(|own| !known.contains(&own.name.as_str())) {
-                        self.report.idle(format!("<{}>", own.name));
+                    for item in child.children.iter().filter(|item| !known.contains(&item.name.as_str())) {
+                        self.report.idle(format!("<{}>", item.name));
                     }
                     self.links.push((name, child, fixed));
                 }
                 "frame" => self.frame(&joined(&full, child.must("name")?), child, &full, None)?,
                 "joint" => {
-                    let own = child
+                    let relative_to = child
                         .child("child")
-                        .map(|own| own.text.trim())
+                        .map(|relative_to| relative_to.text.trim())
                         .ok_or_else(|| child.refuse(format!("{} has no <child>", child.called())))?;
                     let name = joined(&full, child.must("name")?);
-                    self.frame(&name, child, &full, Some(joined(&full, own)))?;
+                    self.frame(&name, child, &full, Some(joined(&full, relative_to)))?;
                     self.joints.push((name, full.clone(), child));
                 }
                 "model" => self.model(child, &full, fixed, depth + 1)?,
@@ -274,7 +275,7 @@ impl<'a> SdfReader<'a> {
             if at.is_empty() {
                 return Ok(None);
             }
-            if let Some(link) = self.links.iter().position(|(own, ..)| *own == at) {
+            if let Some(link) = self.links.iter().position(|(link_name, ..)| *link_name == at) {
                 return Ok(Some(link));
             }
             // A model moves with its first link.
@@ -282,7 +283,7 @@ impl<'a> SdfReader<'a> {
                 && frame.element.name == "model"
             {
                 let inside = format!("{at}::");
-                return Ok(self.links.iter().position(|(own, ..)| own.starts_with(&inside)));
+                return Ok(self.links.iter().position(|(link_name, ..)| link_name.starts_with(&inside)));
             }
             at = self
                 .frames
@@ -302,8 +303,8 @@ impl<'a> SdfReader<'a> {
         let mut ends = Vec::new();
         for (name, scope, joint) in &self.joints {
             let end = |key: &str| -> Fallible<Option<usize>> {
-                let own = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
-                match own.text.trim() {
+                let end = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
+                match end.text.trim() {
                     "world" => Ok(None),
                     "__model__" => self.link_of(scope, joint),
                     text => self.link_of(&joined(scope, text), joint),
@@ -326,7 +327,7 @@ impl<'a> SdfReader<'a> {
                 _ => closing.push(index),
             }
         }
-        let bodies = self.bodies(&mut model, &hung, &ends.iter().map(|own| own.3).collect::<Vec<_>>(), &worlds)?;
+        let bodies = self.bodies(&mut model, &hung, &ends.iter().map(|end| end.3).collect::<Vec<_>>(), &worlds)?;
         for (link, joint) in hung.iter().enumerate() {
             let Some(joint) = joint.filter(|_| !self.links[link].2) else { continue };
             let (name, scope, element, ..) = ends[joint].clone();
@@ -396,7 +397,9 @@ impl<'a> SdfReader<'a> {
                 parent,
                 pose: before.inverse() * worlds[link],
                 mass: mass(element)?,
-                weightless: element.child("gravity").is_some_and(|own| matches!(own.text.trim(), "false" | "0")),
+                weightless: element
+                    .child("gravity")
+                    .is_some_and(|gravity| matches!(gravity.text.trim(), "false" | "0")),
                 joints: Vec::new(),
                 points: Vec::new(),
             });
@@ -412,9 +415,10 @@ impl<'a> SdfReader<'a> {
         body: &Isometry3<f64>,
     ) -> Fallible<Vector3<f64>> {
         let xyz = axis.child("xyz");
-        let own = vector(xyz)?.map_or(Vector3::z(), Vector3::from);
-        let in_model = axis.child("use_parent_model_frame").is_some_and(|own| matches!(own.text.trim(), "true" | "1"));
-        let frame = match xyz.and_then(|own| own.get("expressed_in")) {
+        let direction = vector(xyz)?.map_or(Vector3::z(), Vector3::from);
+        let in_model =
+            axis.child("use_parent_model_frame").is_some_and(|flag| matches!(flag.text.trim(), "true" | "1"));
+        let frame = match xyz.and_then(|xyz| xyz.get("expressed_in")) {
             Some("__model__") => scope.to_owned(),
             Some("world") => String::new(),
             Some("") => name.to_owned(),
@@ -423,10 +427,10 @@ impl<'a> SdfReader<'a> {
             None => name.to_owned(),
         };
         let turn = self.world(&frame, joint)?.rotation;
-        let own = own
+        let direction = direction
             .try_normalize(1e-12)
             .ok_or_else(|| axis.refuse(format!("{}: its axis has the length zero", joint.called())))?;
-        Ok(body.rotation.inverse() * (turn * own))
+        Ok(body.rotation.inverse() * (turn * direction))
     }
 
     fn joint(
@@ -565,7 +569,7 @@ pub const OF_JOINTS: &[&str] = &["parent", "child", "pose", "axis", "physics", "
 /// # Errors
 /// What is not a number, limits that do not increase.
 pub fn axis_laws(axis: &Element) -> Fallible<JointLaws> {
-    let dynamics = |key: &str| number(axis.child("dynamics").and_then(|own| own.child(key)), 0.0);
+    let dynamics = |key: &str| number(axis.child("dynamics").and_then(|dynamics| dynamics.child(key)), 0.0);
     let stiffness = dynamics("spring_stiffness")?;
     Ok(JointLaws {
         damping: dynamics("damping")?,
@@ -580,10 +584,10 @@ pub fn axis_laws(axis: &Element) -> Fallible<JointLaws> {
 fn range(axis: &Element) -> Fallible<Option<[f64; 2]>> {
     let Some(limit) = axis.child("limit") else { return Ok(None) };
     let bound = |key: &str, none: f64| -> Fallible<f64> {
-        let Some(own) = limit.child(key) else { return Ok(none) };
-        match own.text.trim().to_lowercase().trim_start_matches(['+', '-']) {
+        let Some(bound) = limit.child(key) else { return Ok(none) };
+        match bound.text.trim().to_lowercase().trim_start_matches(['+', '-']) {
             "inf" | "infinity" => Ok(none),
-            _ => own.text_number(),
+            _ => bound.text_number(),
         }
     };
     let [low, high] = [bound("lower", -UNLIMITED)?, bound("upper", UNLIMITED)?];
@@ -597,14 +601,15 @@ fn range(axis: &Element) -> Fallible<Option<[f64; 2]>> {
 /// Mass, mass centre and inertia of a link; without them those that SDF gives a link.
 fn mass(link: &Element) -> Fallible<BodyMass> {
     let inertial = link.child("inertial");
-    let mass = number(inertial.and_then(|own| own.child("mass")), 1.0)?;
+    let mass = number(inertial.and_then(|inertial| inertial.child("mass")), 1.0)?;
     if mass <= 0.0 {
         return Err(link.refuse(format!("the mass of {} is {mass}, but must be positive", link.called())));
     }
-    let inertia = inertial.and_then(|own| own.child("inertia"));
-    let part = |name: &str, default: f64| number(inertia.and_then(|own| own.child(name)), default);
+    let inertia = inertial.and_then(|inertial| inertial.child("inertia"));
+    let part = |name: &str, default: f64| number(inertia.and_then(|inertia| inertia.child(name)), default);
     let (xx, yy, zz) = (part("ixx", 1.0)?, part("iyy", 1.0)?, part("izz", 1.0)?);
     let (xy, xz, yz) = (part("ixy", 0.0)?, part("ixz", 0.0)?, part("iyz", 0.0)?);
     let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    Ok(BodyMass { mass, centre: Vector3::zeros(), tensor }.moved(&pose(inertial.and_then(|own| own.child("pose")))?))
+    Ok(BodyMass { mass, centre: Vector3::zeros(), tensor }
+        .moved(&pose(inertial.and_then(|inertial| inertial.child("pose")))?))
 }

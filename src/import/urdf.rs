@@ -43,9 +43,10 @@ pub fn read(root: &Element, options: &ImportOptions, report: &mut ImportReport) 
 }
 
 fn refuse_xacro(element: &Element) -> Fallible<()> {
-    let of_attribute = element.attributes.iter().find(|own| own.value.contains("${"));
-    let place =
-        of_attribute.map(|own| &own.place).or_else(|| element.name.starts_with("xacro:").then_some(&element.place));
+    let of_attribute = element.attributes.iter().find(|attribute| attribute.value.contains("${"));
+    let place = of_attribute
+        .map(|of_attribute| &of_attribute.place)
+        .or_else(|| element.name.starts_with("xacro:").then_some(&element.place));
     if let Some(place) = place {
         return Err(Refusal::new("it is a xacro file, which must be expanded first")
             .at(place)
@@ -57,13 +58,13 @@ fn refuse_xacro(element: &Element) -> Fallible<()> {
 /// `xyz` and `rpy` of an element; none of either is zero.
 fn origin(element: Option<&Element>) -> Fallible<Isometry3<f64>> {
     let Some(element) = element else { return Ok(Isometry3::identity()) };
-    let three = |name: &str| element.attribute(name).map_or(Ok([0.0; 3]), |own| own.array::<3>());
+    let three = |name: &str| element.attribute(name).map_or(Ok([0.0; 3]), |attribute| attribute.array::<3>());
     let ([x, y, z], [roll, pitch, yaw]) = (three("xyz")?, three("rpy")?);
     Ok(Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw)))
 }
 
 fn optional(element: Option<&Element>, name: &str, default: f64) -> Fallible<f64> {
-    element.and_then(|own| own.attribute(name)).map_or(Ok(default), |own| own.number())
+    element.and_then(|element| element.attribute(name)).map_or(Ok(default), |attribute| attribute.number())
 }
 
 impl<'a> UrdfReader<'a> {
@@ -122,8 +123,8 @@ impl<'a> UrdfReader<'a> {
     }
 
     fn link_of(&self, joint: &'a Element, key: &str) -> Fallible<&'a str> {
-        let own = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
-        own.must("link")
+        let reference = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
+        reference.must("link")
     }
 
     fn link(&mut self, joint: &'a Element, parent: usize, link: &'a Element) -> Fallible<()> {
@@ -152,26 +153,26 @@ impl<'a> UrdfReader<'a> {
         if self.model.joints.iter().any(|other| other.name == name) {
             return Err(joint.refuse(format!("two joints have the name `{name}`")));
         }
-        let mut own = SpatialJoint::new(name, &joint.place, kind, body);
+        let mut spatial_joint = SpatialJoint::new(name, &joint.place, kind, body);
         let axis = joint
             .child("axis")
             .and_then(|axis| axis.attribute("xyz"))
-            .map_or(Ok([1.0, 0.0, 0.0]), |own| own.array::<3>())?;
-        own.axis = Vector3::from(axis)
+            .map_or(Ok([1.0, 0.0, 0.0]), |attribute| attribute.array::<3>())?;
+        spatial_joint.axis = Vector3::from(axis)
             .try_normalize(1e-12)
             .ok_or_else(|| joint.refuse(format!("{}: its axis has the length zero", joint.called())))?;
-        own.laws.damping = optional(joint.child("dynamics"), "damping", 0.0)?;
-        own.laws.friction = optional(joint.child("dynamics"), "friction", 0.0)?;
-        self.limits(joint, &mut own)?;
+        spatial_joint.laws.damping = optional(joint.child("dynamics"), "damping", 0.0)?;
+        spatial_joint.laws.friction = optional(joint.child("dynamics"), "friction", 0.0)?;
+        self.limits(joint, &mut spatial_joint)?;
         if matches!(kind, JointMotion::Free | JointMotion::Planar) {
-            own.free = Some((self.model.bodies[body].pose, Vector3::zeros(), Vector3::zeros()));
+            spatial_joint.free = Some((self.model.bodies[body].pose, Vector3::zeros(), Vector3::zeros()));
         }
         self.model.bodies[body].joints.push(self.model.joints.len());
-        self.model.joints.push(own);
+        self.model.joints.push(spatial_joint);
         Ok(())
     }
 
-    fn limits(&mut self, joint: &'a Element, own: &mut SpatialJoint) -> Fallible<()> {
+    fn limits(&mut self, joint: &'a Element, spatial_joint: &mut SpatialJoint) -> Fallible<()> {
         let limit = joint.child("limit");
         let range = [optional(limit, "lower", 0.0)?, optional(limit, "upper", 0.0)?];
         if matches!(joint.get("type"), Some("revolute" | "prismatic")) && limit.is_some() {
@@ -183,7 +184,7 @@ impl<'a> UrdfReader<'a> {
                     range[1]
                 )));
             }
-            own.laws.range = Some(range);
+            spatial_joint.laws.range = Some(range);
         }
         let effort = optional(limit, "effort", 0.0)?;
         if effort > 0.0 {
@@ -205,12 +206,12 @@ impl<'a> UrdfReader<'a> {
         let mut follow: BTreeMap<usize, (usize, f64, f64, &Element)> = BTreeMap::new();
         for joint in self.root.all("joint") {
             let Some(mimic) = joint.child("mimic") else { continue };
-            let own = self.joint_named(joint, joint.must("name")?)?;
+            let follower = self.joint_named(joint, joint.must("name")?)?;
             let leader = self.joint_named(joint, mimic.must("joint")?)?;
             let (ratio, offset) = (optional(Some(mimic), "multiplier", 1.0)?, optional(Some(mimic), "offset", 0.0)?);
-            follow.insert(own, (leader, ratio, offset, joint));
+            follow.insert(follower, (leader, ratio, offset, joint));
         }
-        for (&own, &(mut leader, mut ratio, mut offset, joint)) in &follow {
+        for (&follower, &(mut leader, mut ratio, mut offset, joint)) in &follow {
             for _ in 0..=follow.len() {
                 let Some(&(next, factor, shift, _)) = follow.get(&leader) else { break };
                 (leader, offset, ratio) = (next, offset + ratio * shift, ratio * factor);
@@ -218,10 +219,10 @@ impl<'a> UrdfReader<'a> {
             if follow.contains_key(&leader) {
                 return Err(joint.refuse(format!("{} follows itself through other joints", joint.called())));
             }
-            self.model.joints[own].start = offset;
+            self.model.joints[follower].start = offset;
             let name = format!("{}_mimic", joint.must("name")?);
             let place = joint.place.clone();
-            self.model.followers.push(Follower { name, place, joint: own, leader: Some(leader), offset, ratio });
+            self.model.followers.push(Follower { name, place, joint: follower, leader: Some(leader), offset, ratio });
         }
         Ok(())
     }
@@ -237,8 +238,8 @@ impl<'a> UrdfReader<'a> {
     }
 
     fn world(&self, body: usize) -> Isometry3<f64> {
-        let own = &self.model.bodies[body];
-        if body == 0 { Isometry3::identity() } else { self.world(own.parent) * own.pose }
+        let body_data = &self.model.bodies[body];
+        if body == 0 { Isometry3::identity() } else { self.world(body_data.parent) * body_data.pose }
     }
 
     /// What closes loops, by each convention.
@@ -258,11 +259,11 @@ impl<'a> UrdfReader<'a> {
         for joint in root.all("loop_joint") {
             self.loop_joint(joint)?;
         }
-        for own in root.all("drake:ball_constraint") {
-            self.ball_constraint(own)?;
+        for constraint in root.all("drake:ball_constraint") {
+            self.ball_constraint(constraint)?;
         }
-        for own in root.all("drake:linear_bushing_rpy") {
-            self.bushing(own)?;
+        for bushing in root.all("drake:linear_bushing_rpy") {
+            self.bushing(bushing)?;
         }
         self.closing_frames();
         Ok(())
@@ -278,17 +279,17 @@ impl<'a> UrdfReader<'a> {
         let text = |name: &str| {
             joint
                 .child(name)
-                .map(|own| own.text.trim())
+                .map(|content| content.text.trim())
                 .ok_or_else(|| joint.refuse(format!("{} has no <{name}>", joint.called())))
         };
         let [parent, child] = [self.body(joint, text("parent")?)?, self.body(joint, text("child")?)?];
         let pose = match joint.child("pose") {
-            Some(own) => match own.text_numbers()?[..] {
+            Some(position) => match position.text_numbers()?[..] {
                 [x, y, z, roll, pitch, yaw] => Isometry3::from_parts(
                     Translation3::new(x, y, z),
                     UnitQuaternion::from_euler_angles(roll, pitch, yaw),
                 ),
-                _ => return Err(own.refuse("<pose> must be six numbers")),
+                _ => return Err(position.refuse("<pose> must be six numbers")),
             },
             None => Isometry3::identity(),
         };
@@ -299,9 +300,9 @@ impl<'a> UrdfReader<'a> {
             BodyPoint { body: child, at: Point3::from(pose.translation.vector) },
         ];
         let axis = match joint.child("axis").and_then(|axis| axis.child("xyz")) {
-            Some(own) => match own.text_numbers()?[..] {
+            Some(position) => match position.text_numbers()?[..] {
                 [x, y, z] => Vector3::new(x, y, z),
-                _ => return Err(own.refuse("<xyz> must be three numbers")),
+                _ => return Err(position.refuse("<xyz> must be three numbers")),
             },
             None => Vector3::z(),
         };
@@ -337,14 +338,15 @@ impl<'a> UrdfReader<'a> {
     fn loop_joint(&mut self, joint: &'a Element) -> Fallible<()> {
         let mut ends = Vec::new();
         for key in ["link1", "link2"] {
-            let own = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
-            ends.push((self.body(joint, own.must("link")?)?, origin(Some(own))?));
+            let reference =
+                joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
+            ends.push((self.body(joint, reference.must("link")?)?, origin(Some(reference))?));
         }
         let [(first, pose), (second, other)] = ends[..] else { return Ok(()) };
         let axis = joint
             .child("axis")
             .and_then(|axis| axis.attribute("xyz"))
-            .map_or(Ok([1.0, 0.0, 0.0]), |own| own.array::<3>())?;
+            .map_or(Ok([1.0, 0.0, 0.0]), |attribute| attribute.array::<3>())?;
         let axis = pose.rotation
             * Vector3::from(axis).try_normalize(1e-12).ok_or_else(|| joint.refuse("its axis has the length zero"))?;
         let kind = match joint.get("type").unwrap_or("revolute") {
@@ -371,21 +373,22 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn ball_constraint(&mut self, own: &'a Element) -> Fallible<()> {
-        let part = |key: &str| own.child(key).ok_or_else(|| own.refuse(format!("<{}> has no <{key}>", own.name)));
+    fn ball_constraint(&mut self, element: &'a Element) -> Fallible<()> {
+        let part =
+            |key: &str| element.child(key).ok_or_else(|| element.refuse(format!("<{}> has no <{key}>", element.name)));
         let bodies = [
-            self.body(own, part("drake:ball_constraint_body_A")?.must("name")?)?,
-            self.body(own, part("drake:ball_constraint_body_B")?.must("name")?)?,
+            self.body(element, part("drake:ball_constraint_body_A")?.must("name")?)?,
+            self.body(element, part("drake:ball_constraint_body_B")?.must("name")?)?,
         ];
         let point = |key: &str| -> Fallible<Point3<f64>> {
-            let Some(own) = own.child(key) else { return Ok(Point3::origin()) };
-            own.attribute("value").map_or(Ok(Point3::origin()), |value| Ok(Point3::from(value.array::<3>()?)))
+            let Some(point) = element.child(key) else { return Ok(Point3::origin()) };
+            point.attribute("value").map_or(Ok(Point3::origin()), |value| Ok(Point3::from(value.array::<3>()?)))
         };
         let ends = [
             BodyPoint { body: bodies[0], at: point("drake:ball_constraint_p_AP")? },
             BodyPoint { body: bodies[1], at: point("drake:ball_constraint_p_BQ")? },
         ];
-        self.close(own, ClosureKind::Point, ends, JointLaws::default());
+        self.close(element, ClosureKind::Point, ends, JointLaws::default());
         Ok(())
     }
 
@@ -397,11 +400,12 @@ impl<'a> UrdfReader<'a> {
         }
     }
 
-    fn bushing(&mut self, own: &'a Element) -> Fallible<()> {
-        let part = |key: &str| own.child(key).ok_or_else(|| own.refuse(format!("<{}> has no <{key}>", own.name)));
+    fn bushing(&mut self, element: &'a Element) -> Fallible<()> {
+        let part =
+            |key: &str| element.child(key).ok_or_else(|| element.refuse(format!("<{}> has no <{key}>", element.name)));
         let frames = [
-            self.frame(own, part("drake:bushing_frameA")?.must("name")?)?,
-            self.frame(own, part("drake:bushing_frameC")?.must("name")?)?,
+            self.frame(element, part("drake:bushing_frameA")?.must("name")?)?,
+            self.frame(element, part("drake:bushing_frameC")?.must("name")?)?,
         ];
         let three = |key: &str| -> Fallible<[f64; 3]> {
             part(key)?.attribute("value").map_or(Ok([0.0; 3]), |value| value.array::<3>())
@@ -412,11 +416,11 @@ impl<'a> UrdfReader<'a> {
         let largest = |values: [f64; 3]| values.into_iter().fold(0.0, f64::max);
         for (name, values) in [("force stiffness", force), ("force damping", force_damping)] {
             if values.iter().any(|value| *value != values[0]) {
-                self.report.approximated(format!("the {name} of a bushing (line {}) is {values:?} by axes; its largest is taken in both directions of the plane", own.place.line));
+                self.report.approximated(format!("the {name} of a bushing (line {}) is {values:?} by axes; its largest is taken in both directions of the plane", element.place.line));
             }
         }
         self.model.bushings.push(SpatialBushing {
-            name: own.get("name").unwrap_or_default().to_owned(),
+            name: element.get("name").unwrap_or_default().to_owned(),
             ends: frames.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
             stiffness: largest(force),
             damping: largest(force_damping),
@@ -452,8 +456,9 @@ impl<'a> UrdfReader<'a> {
         for transmission in self.root.all("transmission") {
             let Some(joint) = transmission.child("joint") else { continue };
             let name = joint.must("name")?;
-            let interfaces = transmission.children.iter().flat_map(|own| own.all("hardwareInterface"));
-            let is_effort = interfaces.map(|own| own.text.to_lowercase()).any(|text| text.contains("effort"));
+            let interfaces = transmission.children.iter().flat_map(|interface| interface.all("hardwareInterface"));
+            let is_effort =
+                interfaces.map(|interface| interface.text.to_lowercase()).any(|text| text.contains("effort"));
             if !is_effort {
                 self.report.note(format!(
                     "the transmission of joint `{name}` does not have an effort interface: its controller is not in the file"
@@ -462,23 +467,29 @@ impl<'a> UrdfReader<'a> {
             }
             let actuator = transmission.child("actuator");
             let reduction = actuator
-                .and_then(|own| own.child("mechanicalReduction"))
+                .and_then(|actuator| actuator.child("mechanicalReduction"))
                 .or_else(|| transmission.child("mechanicalReduction"));
             let reduction = reduction.map_or(Ok(1.0), Element::text_number)?;
             let index = self.joint_named(joint, name)?;
             let range = self.efforts.get(&index).map(|effort| [-effort / reduction.abs(), effort / reduction.abs()]);
-            let called = actuator.and_then(|own| own.get("name")).unwrap_or(name);
+            let called = actuator.and_then(|actuator| actuator.get("name")).unwrap_or(name);
             self.input(called, index, reduction, range);
         }
         for control in self.root.all("ros2_control") {
             for joint in control.all("joint") {
                 let name = joint.must("name")?;
-                let Some(effort) = joint.all("command_interface").find(|own| own.get("name") == Some("effort")) else {
+                let Some(effort) =
+                    joint.all("command_interface").find(|interface| interface.get("name") == Some("effort"))
+                else {
                     continue;
                 };
                 let index = self.joint_named(joint, name)?;
                 let bound = |key: &str| {
-                    effort.all("param").find(|own| own.get("name") == Some(key)).map(Element::text_number).transpose()
+                    effort
+                        .all("param")
+                        .find(|param| param.get("name") == Some(key))
+                        .map(Element::text_number)
+                        .transpose()
                 };
                 let given = bound("min")?.zip(bound("max")?).map(|(min, max)| [min, max]);
                 let range = given.or_else(|| self.efforts.get(&index).map(|effort| [-effort, *effort]));
@@ -525,32 +536,35 @@ impl<'a> UrdfReader<'a> {
                     .note(format!("unknown element <{}> (line {}) is left out", child.name, child.place.line)),
             }
         }
-        for own in root.all("link").flat_map(|link| &link.children).filter(|own| own.name != "inertial") {
-            self.report.idle(format!("<{}>", own.name));
+        for child in root.all("link").flat_map(|link| &link.children).filter(|child| child.name != "inertial") {
+            self.report.idle(format!("<{}>", child.name));
         }
         let mut unread = Vec::new();
         let idle = ["calibration", "safety_controller"];
         for joint in root.all("joint") {
-            joint.attribute("name").map(|own| own.value());
-            joint.children.iter().filter(|own| idle.contains(&own.name.as_str())).for_each(Element::mark);
+            joint.attribute("name").map(|attribute| attribute.value());
+            joint.children.iter().filter(|child| idle.contains(&child.name.as_str())).for_each(Element::mark);
         }
         root.all("link")
             .filter_map(|link| link.child("inertial"))
             .chain(root.all("joint"))
             .chain(root.all("loop_joint"))
-            .for_each(|own| own.unread(&mut unread));
+            .for_each(|child| child.unread(&mut unread));
         for (called, attribute) in unread {
             self.report.note(format!("unknown attribute `{attribute}` of {called} is left out"));
         }
         const OF_JOINTS: &[&str] = &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
-        for own in
-            root.all("joint").flat_map(|joint| &joint.children).filter(|own| !OF_JOINTS.contains(&own.name.as_str()))
+        for child in root
+            .all("joint")
+            .flat_map(|joint| &joint.children)
+            .filter(|child| !OF_JOINTS.contains(&child.name.as_str()))
         {
-            match idle.contains(&own.name.as_str()) {
-                true => self.report.idle(format!("<{}>", own.name)),
-                false => self
-                    .report
-                    .note(format!("unknown element <{}> (line {}) of a joint is left out", own.name, own.place.line)),
+            match idle.contains(&child.name.as_str()) {
+                true => self.report.idle(format!("<{}>", child.name)),
+                false => self.report.note(format!(
+                    "unknown element <{}> (line {}) of a joint is left out",
+                    child.name, child.place.line
+                )),
             }
         }
     }
@@ -559,7 +573,7 @@ impl<'a> UrdfReader<'a> {
 /// Mass, mass centre and inertia of a link.
 fn mass(link: &Element) -> Fallible<BodyMass> {
     let Some(inertial) = link.child("inertial") else { return Ok(BodyMass::default()) };
-    let mass = inertial.child("mass").and_then(|own| own.attribute("value"));
+    let mass = inertial.child("mass").and_then(|mass_attribute| mass_attribute.attribute("value"));
     let mass =
         mass.ok_or_else(|| inertial.refuse(format!("the <inertial> of {} has no mass", link.called())))?.number()?;
     if mass < 0.0 {

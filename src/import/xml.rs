@@ -131,8 +131,8 @@ impl Element {
 
     /// The attributes in it that nothing has read, with their elements.
     pub fn unread(&self, found: &mut Vec<(String, String)>) {
-        let own = self.attributes.iter().filter(|attribute| !attribute.read.get());
-        found.extend(own.map(|attribute| (self.called(), attribute.name.clone())));
+        let unread_attributes = self.attributes.iter().filter(|attribute| !attribute.read.get());
+        found.extend(unread_attributes.map(|attribute| (self.called(), attribute.name.clone())));
         self.children.iter().for_each(|child| child.unread(found));
     }
 

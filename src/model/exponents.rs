@@ -73,8 +73,8 @@ impl Exponents {
     pub(crate) fn product(powers: impl IntoIterator<Item = (Exponents, i32)>) -> Option<Exponents> {
         let mut sums = [0_i32; 5];
         for (exponents, power) in powers {
-            for (sum, own) in sums.iter_mut().zip(exponents.each()) {
-                *sum = sum.checked_add(i32::from(own).checked_mul(power)?)?;
+            for (sum, exponent) in sums.iter_mut().zip(exponents.each()) {
+                *sum = sum.checked_add(i32::from(exponent).checked_mul(power)?)?;
             }
         }
         let mut exponents = [0_i8; 5];

@@ -95,13 +95,12 @@ impl Mechanism {
 
     /// Every formula that is read at ticks and events, and what reads it.
     pub fn read_at_instants(&self) -> impl Iterator<Item = (String, &Formula)> {
-        let ticks = self
-            .samplers
-            .iter()
-            .flat_map(|own| own.writes.iter().map(|(_, written)| (format!("sampler `{}`", own.name), written)));
-        let events = self.events.iter().flat_map(|own| {
-            let read = own.sides.iter().chain(own.writes.iter().map(|(_, written)| written));
-            read.map(|read| (format!("event `{}`", own.name), read))
+        let ticks = self.samplers.iter().flat_map(|sampler| {
+            sampler.writes.iter().map(|(_, written)| (format!("sampler `{}`", sampler.name), written))
+        });
+        let events = self.events.iter().flat_map(|event| {
+            let read = event.sides.iter().chain(event.writes.iter().map(|(_, written)| written));
+            read.map(|read| (format!("event `{}`", event.name), read))
         });
         ticks.chain(events)
     }

@@ -144,7 +144,7 @@ impl Mechanism {
 
     /// Why a parameter cannot be set, if it is one that is calculated.
     pub fn why_calculated(&self, name: &str) -> Option<CalculatedError> {
-        let Calculated { formula, .. } = self.calculated.iter().find(|own| own.parameter.name == name)?;
+        let Calculated { formula, .. } = self.calculated.iter().find(|calculated| calculated.parameter.name == name)?;
         let mut used: Vec<&str> = Vec::new();
         formula.visit_parameters(&mut |id| used.push(&self.parameters[id.0].name));
         used.sort_unstable();

@@ -70,12 +70,12 @@ static ZERO: Formula = Formula::Number(0.0);
 impl Part {
     /// What a key says.
     pub fn value(&self, key: &str) -> Option<&KeyValue> {
-        self.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value)
+        self.values.iter().find(|(name, _)| *name == key).map(|(_, value)| value)
     }
 
     /// Makes a key say this.
     pub fn set(&mut self, key: &'static str, value: KeyValue) {
-        match self.values.iter_mut().find(|(own, _)| *own == key) {
+        match self.values.iter_mut().find(|(name, _)| *name == key) {
             Some((_, old)) => *old = value,
             None => self.values.push((key, value)),
         }

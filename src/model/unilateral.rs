@@ -102,7 +102,10 @@ impl Unilateral {
     /// Calls `visit` with every parameter in its bound, its restitution and its law of friction.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         let law = self.slip.iter().flat_map(|slip| slip.law.formulas());
-        [&self.held.bound, &self.held.restitution].into_iter().chain(law).for_each(|own| own.visit_parameters(visit));
+        [&self.held.bound, &self.held.restitution]
+            .into_iter()
+            .chain(law)
+            .for_each(|formula| formula.visit_parameters(visit));
     }
 }
 
@@ -170,8 +173,10 @@ impl Mechanism {
         let rubbing = self.parts().filter_map(|part| {
             let rubs = part.component().rubs?;
             let law = (rubs.law)(part)?;
-            let on =
-                self.unilaterals.iter().position(|own| rubs.pressed == Pressed::Contact && own.owner == part.owner);
+            let on = self
+                .unilaterals
+                .iter()
+                .position(|unilateral| rubs.pressed == Pressed::Contact && unilateral.owner == part.owner);
             let measures = if part.is_angular() { [ANGLE, ANGULAR_IMPULSE] } else { [LENGTH, IMPULSE] };
             Some((part.owner, part.name.clone(), (law, rubs.pressed, on), measures, part.span))
         });
@@ -201,15 +206,19 @@ impl Mechanism {
     pub(crate) fn rename_unilaterals(&mut self) {
         let mut all = std::mem::take(&mut self.unilaterals);
         for part in self.parts() {
-            let own = all.iter_mut().filter(|own| own.owner == part.owner && own.slip.is_none());
-            for (own, held) in own.zip((part.component().one_sided)(part, self)) {
-                own.held.restitution = held.restitution;
+            let unilaterals =
+                all.iter_mut().filter(|unilateral| unilateral.owner == part.owner && unilateral.slip.is_none());
+            for (unilateral, held) in unilaterals.zip((part.component().one_sided)(part, self)) {
+                unilateral.held.restitution = held.restitution;
                 if !held.of_rate {
-                    own.held.bound = held.bound;
+                    unilateral.held.bound = held.bound;
                 }
             }
             let law = part.component().rubs.and_then(|rubs| (rubs.law)(part));
-            let slip = all.iter_mut().filter(|own| own.owner == part.owner).find_map(|own| own.slip.as_mut());
+            let slip = all
+                .iter_mut()
+                .filter(|unilateral| unilateral.owner == part.owner)
+                .find_map(|unilateral| unilateral.slip.as_mut());
             if let Some((slip, law)) = slip.zip(law) {
                 slip.law = law;
             }
@@ -230,13 +239,14 @@ impl Mechanism {
 
     /// The parameter that is 1 until an event removes this part, then 0; none if no event does.
     pub fn there(&self, owner: Owner) -> Option<ParameterId> {
-        self.removable.iter().find(|own| own.owner == owner).map(|own| own.there)
+        self.removable.iter().find(|removable| removable.owner == owner).map(|removable| removable.there)
     }
 
     /// What is 0 once a part has been removed: whether it is there, and all that its stops and its friction held.
     pub(crate) fn values_of_presence(&self, part: &Removable) -> Vec<ParameterId> {
-        let held = self.unilaterals.iter().filter(|own| own.owner == part.owner);
-        let of = |own: &Unilateral| [Some(own.closed), own.slip.as_ref().map(|slip| slip.direction)];
+        let held = self.unilaterals.iter().filter(|unilateral| unilateral.owner == part.owner);
+        let of =
+            |unilateral: &Unilateral| [Some(unilateral.closed), unilateral.slip.as_ref().map(|slip| slip.direction)];
         std::iter::once(part.there).chain(held.flat_map(of).flatten()).collect()
     }
 
@@ -248,12 +258,12 @@ impl Mechanism {
 
     /// The first of them that is not dry friction, as a message calls it.
     pub fn first_stop(&self) -> Option<String> {
-        self.called(self.unilaterals.iter().find(|own| own.slip.is_none())?)
+        self.called(self.unilaterals.iter().find(|unilateral| unilateral.slip.is_none())?)
     }
 
     /// The first whose dry friction sticks, as a message calls it.
     pub fn first_slip(&self) -> Option<String> {
-        self.called(self.unilaterals.iter().find(|own| own.slip.is_some())?)
+        self.called(self.unilaterals.iter().find(|unilateral| unilateral.slip.is_some())?)
     }
 
     /// What rubs or holds at this place, as a message calls it.
@@ -263,14 +273,16 @@ impl Mechanism {
 
     /// The first of what is held wherever it stands, as a message calls it: friction that sticks, and freewheels.
     pub fn first_held_anywhere(&self) -> Option<String> {
-        self.called(self.unilaterals.iter().find(|own| own.slip.is_some() || own.held.of_rate)?)
+        self.called(self.unilaterals.iter().find(|unilateral| unilateral.slip.is_some() || unilateral.held.of_rate)?)
     }
 
-    fn called(&self, own: &Unilateral) -> Option<String> {
-        let part = self.parts().find(|part| part.owner == own.owner)?;
+    fn called(&self, unilateral: &Unilateral) -> Option<String> {
+        let part = self.parts().find(|part| part.owner == unilateral.owner)?;
         let key = part.values.iter().find(|(_, value)| matches!(value, KeyValue::Limits(_))).map(|(key, _)| *key);
         Some(match key {
-            _ if own.slip.is_some() => format!("the dry friction of {} `{}`", part.component().words(), part.name),
+            _ if unilateral.slip.is_some() => {
+                format!("the dry friction of {} `{}`", part.component().words(), part.name)
+            }
             Some(key) => format!("the {key} of joint `{}`", part.name),
             None => format!("{} `{}`", part.component().name, part.name),
         })
@@ -278,12 +290,17 @@ impl Mechanism {
 
     /// What one part holds on one side, with its place among all.
     pub fn unilaterals_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Unilateral)> {
-        self.unilaterals.iter().enumerate().filter(move |(_, own)| own.owner == owner && own.slip.is_none())
+        self.unilaterals
+            .iter()
+            .enumerate()
+            .filter(move |(_, unilateral)| unilateral.owner == owner && unilateral.slip.is_none())
     }
 
     /// How a part rubs, with its place among all.
     pub fn slip_of(&self, owner: Owner) -> Option<(usize, &Unilateral, &Slip)> {
         let mut all = self.unilaterals.iter().enumerate();
-        all.find_map(|(index, own)| Some((index, own, own.slip.as_ref().filter(|_| own.owner == owner)?)))
+        all.find_map(|(index, unilateral)| {
+            Some((index, unilateral, unilateral.slip.as_ref().filter(|_| unilateral.owner == owner)?))
+        })
     }
 }

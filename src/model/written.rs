@@ -49,10 +49,10 @@ impl Mechanism {
                 (format!("-{}", self.within(&inner[0], Precedence::Sign)), Precedence::Sign)
             }
             Formula::Call(function, arguments) => match bindings(*function) {
-                Some([own, left, right]) => {
+                Some([precedence, left, right]) => {
                     let [left, right] =
                         [(0, left), (1, right)].map(|(side, around)| self.within(&arguments[side], around));
-                    (format!("{left}{}{right}", function.name()), own)
+                    (format!("{left}{}{right}", function.name()), precedence)
                 }
                 None => (format!("{}({})", function.name(), list(arguments)), Precedence::Whole),
             },
@@ -71,7 +71,7 @@ impl Mechanism {
 
     /// In parentheses if it binds less tightly than what is around it.
     fn within(&self, formula: &Formula, around: Precedence) -> String {
-        let (text, own) = self.write(formula);
-        if own < around { format!("({text})") } else { text }
+        let (text, precedence) = self.write(formula);
+        if precedence < around { format!("({text})") } else { text }
     }
 }

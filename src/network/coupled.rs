@@ -43,7 +43,7 @@ impl System {
     fn coupled_edges<D>(&self, ends: impl Fn(&Element, Port) -> Option<[Node<D>; 2]>) -> Vec<CoupledEdge<D>> {
         let edges = self.elements.iter().enumerate().flat_map(|(index, element)| {
             let terms = element.coupling.iter().flat_map(|coupling| &coupling.terms).enumerate();
-            let found: Vec<_> = terms.filter_map(|(term, own)| Some((term, ends(element, own.port)?))).collect();
+            let found: Vec<_> = terms.filter_map(|(term, data)| Some((term, ends(element, data.port)?))).collect();
             let letters = if found.len() > 1 { ["a", "b"].as_slice() } else { &[""] };
             let labels = letters.iter().map(|letter| format!("{}{letter}", element.label));
             let edge = move |(label, (term, ends))| CoupledEdge { label, element: ElementId(index), term, ends };

@@ -185,13 +185,13 @@ impl System {
 
     /// The user's name if it is a letter with a number already, else the letter and the number of the element: a label that no other has.
     pub(crate) fn label(&mut self, letter: &str, name: &str) -> String {
-        let own = is_label(name) && !self.labels.contains(name);
+        let is_usable = is_label(name) && !self.labels.contains(name);
         let first = self.elements.len() + 1;
         let numbered = || {
             let mut labels = (first..).map(|number| format!("{letter}{number}"));
             labels.find(|label| !self.names.contains(&**label) && !self.labels.contains(label))
         };
-        let label = if own { name.to_owned() } else { numbered().unwrap_or_default() };
+        let label = if is_usable { name.to_owned() } else { numbered().unwrap_or_default() };
         self.labels.insert(label.clone());
         label
     }
@@ -296,11 +296,11 @@ impl System {
     /// gap = sign x (sum of factor x across - offset - bound), each a chord of its own.
     fn add_unilaterals(&mut self) {
         let mechanism = Arc::clone(&self.mechanism);
-        for (index, own) in mechanism.unilaterals.iter().enumerate() {
-            let Some(part) = mechanism.parts().find(|part| part.owner == own.owner) else { continue };
-            let minus = self.arena.constant(-own.held.sign);
-            let bound = self.value(&own.held.bound);
-            let Some(relation) = (self.relation)(part, own.slip.is_some(), self) else { continue };
+        for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
+            let Some(part) = mechanism.parts().find(|part| part.owner == unilateral.owner) else { continue };
+            let minus = self.arena.constant(-unilateral.held.sign);
+            let bound = self.value(&unilateral.held.bound);
+            let Some(relation) = (self.relation)(part, unilateral.slip.is_some(), self) else { continue };
             let terms = relation
                 .terms
                 .into_iter()
@@ -308,11 +308,11 @@ impl System {
             let terms = terms.collect();
             let bound = self.arena.add(relation.offset, bound);
             let offset = self.arena.multiply(minus, bound);
-            let closed = Some(self.arena.symbol(Symbol::Parameter(own.closed.0)));
+            let closed = Some(self.arena.symbol(Symbol::Parameter(unilateral.closed.0)));
             let coupling = Some(Coupling { terms, offset });
-            let label = self.label("k", &own.name);
+            let label = self.label("k", &unilateral.name);
             let (name, origin) = (part.name.clone(), Origin::Unilateral(index));
-            let slip = own.slip.as_ref().map(|slip| self.arena.symbol(Symbol::Parameter(slip.direction.0)));
+            let slip = unilateral.slip.as_ref().map(|slip| self.arena.symbol(Symbol::Parameter(slip.direction.0)));
             self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip });
         }
     }

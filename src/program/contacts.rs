@@ -24,7 +24,7 @@ pub(super) struct ContactKernels {
 /// that is 1, as if it slipped or ran free for ever.
 fn while_there(arena: &mut Arena, there: Expr, motion: [Expr; 3], held_anywhere: bool) -> [Expr; 3] {
     let gone = arena.subtract(Expr::ONE, there);
-    let [gap, rate, acceleration] = motion.map(|own| arena.multiply(there, own));
+    let [gap, rate, acceleration] = motion.map(|motion| arena.multiply(there, motion));
     let (gap, rate) = match held_anywhere {
         true => (gap, arena.add(rate, gone)),
         false => (arena.add(gap, gone), rate),
@@ -37,24 +37,24 @@ impl ContactKernels {
     pub fn new(equations: &mut Equations, solver: &MotionSolver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
         let mut kernels = Self { locks, ..Self::default() };
         let mechanism = equations.system.mechanism.clone();
-        for (index, own) in mechanism.unilaterals.iter().enumerate() {
+        for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
             let row = equations.row_that_may_hold(index).map(|row| equations.constraints[row].clone());
             let Some(gap) = row.and_then(|row| row.one_sided) else { continue };
             let arena = &mut equations.system.arena;
             let acceleration = |arena: &mut Arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
             let mut motion = [gap.value, gap.rate(arena), gap.acceleration(arena, acceleration)];
-            if let Some(there) = mechanism.there(own.owner) {
+            if let Some(there) = mechanism.there(unilateral.owner) {
                 let there = arena.symbol(Symbol::Parameter(there.0));
-                motion = while_there(arena, there, motion, own.place().is_some());
+                motion = while_there(arena, there, motion, unilateral.place().is_some());
             }
             kernels.gaps.push(motion[0]);
             kernels.rates.push(motion[1]);
             kernels.accelerations.push(motion[2]);
-            let share = own.slip.as_ref().map_or(&own.held.restitution, |slip| &slip.law.ratio);
+            let share = unilateral.slip.as_ref().map_or(&unilateral.held.restitution, |slip| &slip.law.ratio);
             kernels.restitutions.push(equations.system.value(share));
         }
         let has_signs =
-            |place: usize| mechanism.unilaterals[place].slip.as_ref().is_some_and(|own| !own.signs.is_empty());
+            |place: usize| mechanism.unilaterals[place].slip.as_ref().is_some_and(|slip| !slip.signs.is_empty());
         let signed = levels.signed().filter(|(place, _)| has_signs(*place));
         kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
         if !kernels.gaps.is_empty() {
@@ -80,9 +80,9 @@ impl ContactKernels {
             (0..mechanism.unilaterals.len()).map(|index| equations.row_that_may_hold(index)).collect();
         let mut first = 0;
         let mut all = Vec::new();
-        for (own, row) in mechanism.unilaterals.iter().zip(&rows) {
+        for (unilateral, row) in mechanism.unilaterals.iter().zip(&rows) {
             let Some(row) = *row else { continue };
-            let slip = own.slip.as_ref().map(|slip| {
+            let slip = unilateral.slip.as_ref().map(|slip| {
                 let counted = |place: usize| rows[..place].iter().flatten().count() as u32;
                 let signs = slip.signs.len() as u32;
                 first += signs;
@@ -94,7 +94,8 @@ impl ContactKernels {
                     follows: slip.law.mu != Formula::Number(0.0),
                 }
             });
-            let (name, closed, of_rate) = (own.name.clone(), own.closed.0 as u32, own.held.of_rate);
+            let (name, closed, of_rate) =
+                (unilateral.name.clone(), unilateral.closed.0 as u32, unilateral.held.of_rate);
             all.push(Contact { name, constraint: row as u32, closed, of_rate, slip });
         }
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };

@@ -29,7 +29,7 @@ pub(crate) fn dependency_sets(
     let mut found = vec![NONE; roots.iter().map(|root| root.index() + 1).max().unwrap_or(0)];
     for expr in arena.reachable(roots.iter().copied()) {
         found[expr.index()] = match arena.node(expr) {
-            ExprNode::Symbol(symbol) => places(symbol).map_or(NONE, |places| sets.own(places)),
+            ExprNode::Symbol(symbol) => places(symbol).map_or(NONE, |places| sets.intern(places)),
             node => node.operands().fold(NONE, |set, operand| sets.union(set, found[operand.index()])),
         };
     }
@@ -37,7 +37,7 @@ pub(crate) fn dependency_sets(
 }
 
 impl Sets {
-    fn own(&mut self, set: Arc<[usize]>) -> usize {
+    fn intern(&mut self, set: Arc<[usize]>) -> usize {
         if set.len() > self.most { EVERYTHING } else { self.number(set) }
     }
 
@@ -70,7 +70,7 @@ impl Sets {
         let mut union: Vec<usize> = self.sets[a].iter().chain(&*self.sets[b]).copied().collect();
         union.sort_unstable();
         union.dedup();
-        self.own(union.into())
+        self.intern(union.into())
     }
 }
 

@@ -24,7 +24,7 @@ impl InstantKernels {
         };
         Self {
             begin: all(mechanism.held.iter().map(|held| &held.begin).collect()),
-            clocks: all(mechanism.samplers.iter().flat_map(|own| [&own.period, &own.offset]).collect()),
+            clocks: all(mechanism.samplers.iter().flat_map(|sampler| [&sampler.period, &sampler.offset]).collect()),
             written: all(writes(&mechanism).map(|(_, formula)| formula).collect()),
             sides: all(mechanism.events.iter().flat_map(|event| event.ordered()).collect()),
         }
@@ -47,18 +47,18 @@ impl InstantKernels {
             result += 1;
             Write { held: (input.0 - first) as u32, result: result - 1 }
         };
-        let samplers = mechanism
-            .samplers
-            .iter()
-            .map(|own| Sampler { name: own.name.clone(), writes: own.writes.iter().map(&mut write).collect() });
+        let samplers = mechanism.samplers.iter().map(|sampler| Sampler {
+            name: sampler.name.clone(),
+            writes: sampler.writes.iter().map(&mut write).collect(),
+        });
         let samplers = samplers.collect();
-        let events = mechanism.events.iter().map(|own| Event {
-            name: own.name.clone(),
-            strict: own.is_strict(),
-            once: own.once,
-            stop: own.stop,
-            writes: own.writes.iter().map(&mut write).collect(),
-            removes: removes(mechanism, own),
+        let events = mechanism.events.iter().map(|event| Event {
+            name: event.name.clone(),
+            strict: event.is_strict(),
+            once: event.once,
+            stop: event.stop,
+            writes: event.writes.iter().map(&mut write).collect(),
+            removes: removes(mechanism, event),
         });
         Instants { held, samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
     }
@@ -67,11 +67,11 @@ impl InstantKernels {
 /// What becomes 0 where an event removes parts.
 fn removes(mechanism: &Mechanism, event: &model::Event) -> Vec<u32> {
     let parts = mechanism.removable.iter().filter(|part| event.removes.contains(&part.owner));
-    parts.flat_map(|part| mechanism.values_of_presence(part)).map(|own| own.0 as u32).collect()
+    parts.flat_map(|part| mechanism.values_of_presence(part)).map(|part| part.0 as u32).collect()
 }
 
 /// Everything that is written at instants, those of samplers first.
 fn writes(mechanism: &Mechanism) -> impl Iterator<Item = &(InputId, Formula)> {
-    let ticks = mechanism.samplers.iter().flat_map(|own| &own.writes);
-    ticks.chain(mechanism.events.iter().flat_map(|own| &own.writes))
+    let ticks = mechanism.samplers.iter().flat_map(|sampler| &sampler.writes);
+    ticks.chain(mechanism.events.iter().flat_map(|event| &event.writes))
 }

@@ -57,10 +57,14 @@ impl Lowered {
         let starts = settable(equations);
         let parameters = parameters(equations, &starts);
         let program = &mut self.program;
-        if !parameters.iter().map(|own| &own.name).eq(program.parameters.iter().map(|own| &own.name)) {
+        if !parameters
+            .iter()
+            .map(|parameter| &parameter.name)
+            .eq(program.parameters.iter().map(|parameter| &parameter.name))
+        {
             return false;
         }
-        let roles: Vec<Role> = program.constraints.iter().map(|own| own.role).collect();
+        let roles: Vec<Role> = program.constraints.iter().map(|constraint| constraint.role).collect();
         let mechanism = &equations.system.mechanism;
         program.initial = Initial {
             positions: listed(mechanism, Order::Position, length),
@@ -113,8 +117,8 @@ struct MotionKernels {
 /// A program with which the mechanism can be assembled, but not moved.
 pub fn positions(equations: &mut Equations, length: f64) -> Program {
     // What may be open is so until the loops are closed.
-    let presses: Vec<bool> = equations.constraints.iter().map(|own| equations.presses(own)).collect();
-    let role = |(own, presses): (&Row, &bool)| if own.is_trivial() || *presses { Role::LeftOut } else { Role::Imposed };
+    let presses: Vec<bool> = equations.constraints.iter().map(|constraint| equations.presses(constraint)).collect();
+    let role = |(row, presses): (&Row, &bool)| if row.is_trivial() || *presses { Role::LeftOut } else { Role::Imposed };
     let roles: Vec<Role> = equations.constraints.iter().zip(&presses).map(role).collect();
     let kernels = PositionKernels::new(equations, length);
     assemble(equations, (length, &roles), &kernels, &MotionKernels::default(), &VariableTable::default())
@@ -388,8 +392,8 @@ fn balanced(equations: &mut Equations, loops: &Loops, accelerations: &[Expr]) ->
 
 /// Makes values no numbers unless these are positive.
 fn unknown_unless(arena: &mut Arena, values: &mut [Expr], positive: &[Expr]) {
-    for &own in positive {
-        let known = if_positive(arena, own);
+    for &expr in positive {
+        let known = if_positive(arena, expr);
         values.iter_mut().for_each(|value| *value = arena.add(*value, known));
     }
 }
@@ -417,7 +421,7 @@ fn assemble(
     let layout = layout(equations, starts.len());
     let entries = |entries: &[((u32, u32), Expr)]| -> Vec<Expr> { entries.iter().map(|(_, entry)| *entry).collect() };
     let [jacobian, q_jacobian, v_jacobian] =
-        [&position.jacobian, &position.positions.jacobian, &position.velocities.jacobian].map(|own| entries(own));
+        [&position.jacobian, &position.positions.jacobian, &position.velocities.jacobian].map(|matrix| entries(matrix));
     let (kinds, laws): (Vec<Steep>, Vec<Expr>) = moving.laws.iter().copied().unzip();
     let (domains, arguments): (Vec<Domain>, Vec<Expr>) = moving.domains.iter().cloned().unzip();
     let (ranges, bounded): (Vec<Domain>, Vec<Expr>) = ranges(equations).into_iter().unzip();

@@ -91,10 +91,10 @@ impl VariableTable {
         let mechanism = &*equations.system.mechanism.clone();
         for (index, parameter) in mechanism.open_parameters() {
             let value = equations.system.arena.symbol(Symbol::Parameter(index));
-            let own = described("parameter", &parameter.name, &parameter.description);
+            let text = described("parameter", &parameter.name, &parameter.description);
             let Parameter { value: start, min, max, tunable, .. } = *parameter;
             let causality = Causality::Parameter { start, min, max };
-            let variable = ScalarVariable::new(parameter.name.clone(), own, parameter.unit.clone(), causality);
+            let variable = ScalarVariable::new(parameter.name.clone(), text, parameter.unit.clone(), causality);
             let variable = ScalarVariable { variability: Variability::of_parameter(tunable), ..variable };
             self.push(variable, None, Source::Parameter(index as u32), value);
         }
@@ -102,18 +102,18 @@ impl VariableTable {
             let value = equations.formula(formula);
             let source = self.computed(equations, value);
             let calculated = format!("calculated: `{}`", mechanism.written(formula));
-            let own = [&parameter.description, &calculated].map(String::as_str).into_iter();
-            let own = own.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
+            let texts = [&parameter.description, &calculated].map(String::as_str).into_iter();
+            let text = texts.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ");
             let (name, unit) = (parameter.name.clone(), parameter.unit.clone());
-            let variable = ScalarVariable::new(name, own, unit, Causality::CalculatedParameter);
+            let variable = ScalarVariable::new(name, text, unit, Causality::CalculatedParameter);
             let variability = Variability::of_parameter(parameter.tunable);
             self.push(ScalarVariable { variability, ..variable }, None, source, value);
         }
         for (index, input) in mechanism.open_inputs().iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
-            let own = described("input", &input.name, &input.description);
+            let text = described("input", &input.name, &input.description);
             let causality = Causality::Input { start: input.start, min: input.min, max: input.max };
-            let variable = ScalarVariable::new(input.name.clone(), own, input.unit.clone(), causality);
+            let variable = ScalarVariable::new(input.name.clone(), text, input.unit.clone(), causality);
             self.push(variable, None, Source::Input(index as u32), value);
         }
     }
@@ -128,8 +128,8 @@ impl VariableTable {
                 HeldWhat::Presence(_) => continue,
             };
             let value = equations.system.arena.symbol(Symbol::Input(id.0, Order::Position));
-            let own = described(what, &input.name, &input.description);
-            let variable = ScalarVariable::new(input.name.clone(), own, input.unit.clone(), Causality::Local);
+            let text = described(what, &input.name, &input.description);
+            let variable = ScalarVariable::new(input.name.clone(), text, input.unit.clone(), Causality::Local);
             let variable = ScalarVariable { variability: Variability::Discrete, ..variable };
             self.push(variable, Some(Of::Held(id)), Source::Input(id.0 as u32), value);
         }
@@ -143,8 +143,8 @@ impl VariableTable {
             let of = Of::output(mechanism, output);
             if let Some(member) = of.and_then(|of| known.get(&of)) {
                 let ScalarVariable { unit, variability, .. } = member.variable.clone();
-                let own = if description.is_empty() { member.variable.description.clone() } else { description };
-                let variable = ScalarVariable::new(name, own, unit, Causality::Output);
+                let text = if description.is_empty() { member.variable.description.clone() } else { description };
+                let variable = ScalarVariable::new(name, text, unit, Causality::Output);
                 let variable = ScalarVariable { variability, ..variable };
                 self.rows.push(TableRow { variable, ..(*member).clone() });
                 continue;
@@ -152,7 +152,7 @@ impl VariableTable {
             let value = equations.formula(&output.value);
             let source = self.computed(equations, value);
             let variable = ScalarVariable::new(name, description, output.unit.clone(), Causality::Output);
-            let is_held = matches!(of, Some(Of::Variable(own)) if own.quantity.class() == Class::Contact);
+            let is_held = matches!(of, Some(Of::Variable(variable)) if variable.quantity.class() == Class::Contact);
             let variability = if is_held { Variability::Discrete } else { variable.variability };
             self.push(ScalarVariable { variability, ..variable }, of, source, value);
         }
@@ -215,8 +215,8 @@ impl VariableTable {
                 let unit = if angular { Unit::angle() } else { Unit::length() };
                 let rate = variable.quantity.order() == Some(Order::Velocity);
                 let unit = if rate { unit.per_second() } else { unit };
-                let (name, own) = (mechanism.variable_name(variable), "known at the start".to_owned());
-                self.push(ScalarVariable::new(name, own, unit, Causality::Local), Some(of), source, value);
+                let (name, text) = (mechanism.variable_name(variable), "known at the start".to_owned());
+                self.push(ScalarVariable::new(name, text, unit, Causality::Local), Some(of), source, value);
                 Some(self.rows.len() - 1)
             });
             let Some(place) = place else { continue };
@@ -255,8 +255,8 @@ impl VariableTable {
 }
 
 /// The user's description of something that the importer sets, or else what it is.
-fn described(kind: &str, name: &str, own: &str) -> String {
-    if own.is_empty() { format!("{kind} `{name}` of the scene") } else { own.to_owned() }
+fn described(kind: &str, name: &str, description: &str) -> String {
+    if description.is_empty() { format!("{kind} `{name}` of the scene") } else { description.to_owned() }
 }
 
 /// q, v and a of every coordinate; every state and its rate.

@@ -169,8 +169,8 @@ impl Course<'_> {
         };
         let svd = svd(dense(self.kept), true, true);
         let regular = svd.singular_values.min() > REGULAR;
-        let own: DVector<f64> = dense(&[row]).column(0).into_owned();
-        let shares = svd.solve(&own, REGULAR).ok().filter(|_| regular)?;
+        let target: DVector<f64> = dense(&[row]).column(0).into_owned();
+        let shares = svd.solve(&target, REGULAR).ok().filter(|_| regular)?;
         let least = SHARE * shares.amax();
         let others = self.kept.iter().zip(shares.iter()).filter(|(_, share)| share.abs() > least);
         let mut rows: Vec<usize> = others.map(|(&other, _)| other).chain([row]).collect();

@@ -252,12 +252,12 @@ fn folded(rows: &[Vec<String>], width: usize) -> Vec<Vec<Vec<String>>> {
     let (mut parts, mut room) = (vec![first.clone()], width);
     for column in 1..rows.first().map_or(0, Vec::len) {
         let cells = || rows.iter().map(|row| row.get(column).map_or("", String::as_str));
-        let own = cells().map(|cell| cell.chars().count()).max().unwrap_or(0) + 2;
-        if own > room {
+        let column_width = cells().map(|cell| cell.chars().count()).max().unwrap_or(0) + 2;
+        if column_width > room {
             parts.push(first.clone());
             room = width;
         }
-        room = room.saturating_sub(own);
+        room = room.saturating_sub(column_width);
         parts.last_mut().into_iter().flatten().zip(cells()).for_each(|(row, cell)| row.push(cell.to_owned()));
     }
     parts

@@ -17,10 +17,11 @@ use crate::program::Lowered;
 use crate::solve::Block;
 
 pub fn summarise(formulated: &Formulated) -> Summary {
-    let own = &formulated.equations;
-    let mechanism = &own.system.mechanism;
-    let owner = |index: usize| own.system.element(own.constraints[index].element).name.clone();
-    let real: Vec<usize> = (0..own.constraints.len()).filter(|&index| !own.constraints[index].is_trivial()).collect();
+    let equations = &formulated.equations;
+    let mechanism = &equations.system.mechanism;
+    let owner = |index: usize| equations.system.element(equations.constraints[index].element).name.clone();
+    let real: Vec<usize> =
+        (0..equations.constraints.len()).filter(|&index| !equations.constraints[index].is_trivial()).collect();
     Summary {
         name: mechanism.name.clone(),
         description: mechanism.description.clone(),
@@ -36,9 +37,9 @@ pub fn summarise(formulated: &Formulated) -> Summary {
         kinematic: formulated.lowered.program.is_driven(),
         solver: solver(&formulated.lowered),
         integrated: (!formulated.lowered.program.is_driven()).then(|| integrated(&formulated.lowered)),
-        coordinates: coordinates(own),
+        coordinates: coordinates(equations),
         constraints: real.iter().map(|&index| owner(index)).collect(),
-        modes: modes(own),
+        modes: modes(equations),
         redundant: formulated
             .redundant
             .iter()
@@ -47,11 +48,11 @@ pub fn summarise(formulated: &Formulated) -> Summary {
             .collect(),
         blocks: blocks(&formulated.lowered),
         trees: TreesSummary {
-            translation: names(own, &own.trees.translation.branches),
-            rotation: names(own, &own.trees.rotation.branches),
+            translation: names(equations, &equations.trees.translation.branches),
+            rotation: names(equations, &equations.trees.rotation.branches),
         },
-        counts: counts(own),
-        solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(own, tree)),
+        counts: counts(equations),
+        solve_tree: formulated.lowered.solve_tree.as_ref().map(|tree| solve_tree(equations, tree)),
     }
 }
 
@@ -99,10 +100,10 @@ fn blocks(lowered: &Lowered) -> Vec<Vec<String>> {
     lowered.blocks.iter().map(names).collect()
 }
 
-fn solve_tree(own: &Equations, tree: &crate::solve::SolveTree) -> SolveTreeSummary {
-    let before: HashSet<ElementId> = own.trees.translation.branches.iter().copied().collect();
+fn solve_tree(equations: &Equations, tree: &crate::solve::SolveTree) -> SolveTreeSummary {
+    let before: HashSet<ElementId> = equations.trees.translation.branches.iter().copied().collect();
     let added = tree.trees.translation.branches.iter().filter(|id| !before.contains(id));
-    let bodies = added.map(|&id| own.system.element(id).name.clone()).collect();
+    let bodies = added.map(|&id| equations.system.element(id).name.clone()).collect();
     let saving = |branch_cost: crate::tape::Cost| 1.0 - tree.cost.nanoseconds() / branch_cost.nanoseconds();
     SolveTreeSummary { bodies, saving: tree.branch_cost.map(saving) }
 }
@@ -110,9 +111,9 @@ fn solve_tree(own: &Equations, tree: &crate::solve::SolveTree) -> SolveTreeSumma
 /// The modes of everything that has some.
 fn modes(equations: &Equations) -> Vec<ModesSummary> {
     let all = equations.system.mechanism.unilaterals.iter().enumerate();
-    let of = |(index, own): (usize, &Unilateral)| {
-        let modes = if equations.is_led(index) { vec!["slides, prescribed by drivers"] } else { own.modes() };
-        ModesSummary { name: own.name.clone(), modes }
+    let of = |(index, unilateral): (usize, &Unilateral)| {
+        let modes = if equations.is_led(index) { vec!["slides, prescribed by drivers"] } else { unilateral.modes() };
+        ModesSummary { name: unilateral.name.clone(), modes }
     };
     all.map(of).collect()
 }
@@ -142,14 +143,14 @@ fn names(equations: &Equations, branches: &[ElementId]) -> Vec<String> {
 const COMPARED: usize = 200;
 
 /// Coordinates and loop equations for the presets, and for the scene's own trees.
-fn counts(own: &Equations) -> Counts {
-    let mechanism = &own.system.mechanism;
+fn counts(counted: &Equations) -> Counts {
+    let mechanism = &counted.system.mechanism;
     let of = |choice: &Coordinates| {
         let small = mechanism.bodies.len() <= COMPARED;
         small.then(|| equations(mechanism, choice).ok().map(|other| count(&other))).flatten()
     };
     Counts {
-        used: count(own),
+        used: count(counted),
         recommended: of(&Coordinates::Recommended),
         absolute: of(&Coordinates::Absolute),
         joint: of(&Coordinates::Joint),

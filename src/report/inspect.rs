@@ -137,8 +137,8 @@ impl Contents {
             return Err(InspectError::Strangers("their GUIDs differ"));
         }
         // FMI 3.0 has more than the program: the time, derivatives of inputs.
-        let described: HashSet<&str> = header.variables.iter().map(|own| own.name.as_str()).collect();
-        if !program.variables.iter().all(|own| described.contains(own.name.as_str())) {
+        let described: HashSet<&str> = header.variables.iter().map(|variable| variable.name.as_str()).collect();
+        if !program.variables.iter().all(|variable| described.contains(variable.name.as_str())) {
             return Err(InspectError::Strangers("their variables differ"));
         }
         let mut scene = None;
@@ -308,7 +308,8 @@ impl InspectedVariable {
 
     /// What values it may have, and when it may change.
     fn remark(&self) -> String {
-        let changes = Some(&self.variability).filter(|own| ["tunable", "discrete"].contains(&own.as_str()));
+        let changes =
+            Some(&self.variability).filter(|variability| ["tunable", "discrete"].contains(&variability.as_str()));
         let parts = [changes.cloned(), between([self.min.clone(), self.max.clone()])];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
@@ -331,8 +332,15 @@ impl fmt::Display for Contents {
             cells!["scene", scene],
         ]);
         facts.extend(self.no_start.iter().map(|why| cells!["start", format!("fails: {why}")]));
-        let variable = |own: &InspectedVariable| {
-            cells![own.causality, own.name, own.unit, own.start(), own.remark(), own.description]
+        let variable = |variable: &InspectedVariable| {
+            cells![
+                variable.causality,
+                variable.name,
+                variable.unit,
+                variable.start(),
+                variable.remark(),
+                variable.description
+            ]
         };
         let table = |rows: Vec<Vec<String>>| {
             let rows = rows.iter().map(|row| row.iter().map(|cell| on_one_line(cell)).collect());

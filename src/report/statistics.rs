@@ -117,7 +117,7 @@ impl Accumulator {
         if all.is_empty() {
             all.extend(values.iter().map(|&value| Accumulator::new(time, value)));
         } else {
-            all.iter_mut().zip(values).for_each(|(own, &value)| own.add(time, value));
+            all.iter_mut().zip(values).for_each(|(statistic, &value)| statistic.add(time, value));
         }
     }
 
@@ -135,7 +135,8 @@ impl Statistics {
     pub fn report(&self) -> Report {
         let row = |VariableFigures { name, unit, min, max, mean, rms, end }: &VariableFigures| {
             let value = |value: f64| number(value, unit);
-            let [[min, first], [max, then]] = [min, max].map(|[own, at]| [value(*own), number(*at, &self.time_unit)]);
+            let [[min, first], [max, then]] =
+                [min, max].map(|[extreme, at]| [value(*extreme), number(*at, &self.time_unit)]);
             row![name, unit, min, first, max, then, value(*mean), value(*rms), value(*end)]
         };
         let at = named("at", &self.time_unit);

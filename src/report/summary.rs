@@ -175,7 +175,7 @@ impl Summary {
             list(f, title, &names)?;
         }
         counted_names(f, "loops", self.constraints.len(), &tally(&self.constraints))?;
-        let modes = self.modes.iter().map(|own| format!("{} ({})", own.name, own.modes.join(", ")));
+        let modes = self.modes.iter().map(|mode| format!("{} ({})", mode.name, mode.modes.join(", ")));
         list(f, "modes", &modes.collect::<Vec<_>>())?;
         counted_names(f, "redundant", self.redundant.len(), &tally(&self.redundant))?;
         if !self.solver.is_empty() {

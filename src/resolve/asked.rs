@@ -27,7 +27,7 @@ impl Scene {
             Asked::Everything => self.every_variable(),
             Asked::These(names) => return self.these(names),
         };
-        let mut there: HashSet<&str> = self.outputs.variables.iter().map(|own| own.text.as_str()).collect();
+        let mut there: HashSet<&str> = self.outputs.variables.iter().map(|variable| variable.text.as_str()).collect();
         let more = more.iter().filter(|name| there.insert(name)).map(|name| Text::from(name.as_str()));
         (self.outputs.variables.iter().cloned().chain(more).collect(), self.outputs.expressions.iter().collect())
     }
@@ -37,11 +37,11 @@ impl Scene {
         let mut there = HashSet::new();
         let (mut variables, mut expressions) = (Vec::new(), Vec::new());
         for name in names.iter().filter(|name| there.insert(name.as_str())) {
-            match self.outputs.expressions.iter().find(|own| own.name.text == *name) {
-                Some(own) => expressions.push(own),
+            match self.outputs.expressions.iter().find(|expression| expression.name.text == *name) {
+                Some(expression) => expressions.push(expression),
                 None => {
-                    let own = self.outputs.variables.iter().find(|own| own.text == *name);
-                    variables.push(own.cloned().unwrap_or_else(|| Text::from(name.as_str())));
+                    let declared = self.outputs.variables.iter().find(|variable| variable.text == *name);
+                    variables.push(declared.cloned().unwrap_or_else(|| Text::from(name.as_str())));
                 }
             }
         }
@@ -50,9 +50,9 @@ impl Scene {
 
     /// Is this the name of an expression, a parameter or an input?
     fn names_a_value(&self, name: &str) -> bool {
-        self.outputs.expressions.iter().any(|own| own.name.text == name)
-            || self.parameters.iter().any(|own| own.name.text == name)
-            || self.inputs.iter().any(|own| own.name.text == name)
+        self.outputs.expressions.iter().any(|expression| expression.name.text == name)
+            || self.parameters.iter().any(|parameter| parameter.name.text == name)
+            || self.inputs.iter().any(|input| input.name.text == name)
     }
 
     fn every_variable(&self) -> Vec<String> {
@@ -60,7 +60,7 @@ impl Scene {
             let known = has.into_iter().filter(|&quantity| self.knows(quantity));
             known.map(|quantity| quantity.of(&owner)).collect::<Vec<_>>()
         };
-        let states = self.states.iter().map(|own| own.name.text.clone());
+        let states = self.states.iter().map(|state| state.name.text.clone());
         let states = states.chain(self.held_names());
         states.chain(self.owners().into_iter().flat_map(of)).collect()
     }
@@ -70,21 +70,21 @@ impl Scene {
     /// # Errors
     /// Everything that is wrong with the scene.
     pub fn variables(&self) -> Result<HashMap<String, Unit>, Faults> {
-        let laws = self.outputs.expressions.iter().chain(&self.signals).map(|own| own.name.text.as_str());
+        let laws = self.outputs.expressions.iter().chain(&self.signals).map(|expression| expression.name.text.as_str());
         let held = self.held_names();
-        let named = laws.chain(self.states.iter().map(|own| own.name.text.as_str()));
+        let named = laws.chain(self.states.iter().map(|state| state.name.text.as_str()));
         let named = named.chain(held.iter().map(String::as_str));
-        let own = self.resolve_asking(&Asked::these(named))?.outputs;
+        let outputs = self.resolve_asking(&Asked::these(named))?.outputs;
         let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
             has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))
         });
-        Ok(of_parts.chain(own.into_iter().map(|output| (output.name, output.unit))).collect())
+        Ok(of_parts.chain(outputs.into_iter().map(|output| (output.name, output.unit))).collect())
     }
 
     /// Sampled values, and when events happened.
     fn held_names(&self) -> Vec<String> {
-        let sampled = self.sampled_values().map(|(_, own)| own.name.text.clone());
-        sampled.chain(self.events.iter().map(|own| format!("events.{}.time", own.name.text))).collect()
+        let sampled = self.sampled_values().map(|(_, value)| value.name.text.clone());
+        sampled.chain(self.events.iter().map(|event| format!("events.{}.time", event.name.text))).collect()
     }
 
     fn owners(&self) -> Vec<(String, Vec<Quantity>)> {

@@ -29,15 +29,15 @@ pub(super) struct Meaning {
 impl Resolver<'_> {
     /// Gives the names of all parameters their meanings, still without values.
     pub(super) fn introduce_parameters(&mut self, declared: &[Option<Unit>], uses: &Uses) {
-        let mut own = 0..;
+        let mut ids = 0..;
         for (index, unit) in declared.iter().enumerate() {
             let follows = uses.get(&index).is_some_and(|uses| !uses.is_empty());
-            let id = if follows { None } else { own.next().map(ParameterId) };
+            let id = if follows { None } else { ids.next().map(ParameterId) };
             let hertz = hertz(unit.as_ref(), None, self.scene.parameters[index].unit.as_ref());
             let unit = unit.as_ref().map(|unit| unit.exponents);
             self.parameters.push(Meaning { id, formula: id.map_or(UNKNOWN, Formula::Parameter), unit, hertz });
         }
-        self.values = vec![f64::NAN; own.start];
+        self.values = vec![f64::NAN; ids.start];
     }
 
     /// The value of a parameter of its own, or what another one is calculated from.
@@ -55,12 +55,17 @@ impl Resolver<'_> {
     }
 
     /// Its limits hold whatever the others are, and it changes in a run if one of these does.
-    pub(super) fn calculated(&mut self, parameter: Parameter, formula: Formula, own: &[Parameter]) -> Calculated {
+    pub(super) fn calculated(
+        &mut self,
+        parameter: Parameter,
+        formula: Formula,
+        parameters: &[Parameter],
+    ) -> Calculated {
         let name = format!("parameter `{}`", parameter.name);
         let limits = [parameter.min.map(Limit::AtLeast), parameter.max.map(Limit::AtMost)];
         limits.into_iter().flatten().for_each(|limit| self.keep_within(name.clone(), &formula, limit));
         let mut tunable = false;
-        formula.visit_parameters(&mut |id| tunable |= own[id.0].tunable);
+        formula.visit_parameters(&mut |id| tunable |= parameters[id.0].tunable);
         Calculated { parameter: Parameter { tunable, ..parameter }, formula }
     }
 
@@ -76,8 +81,8 @@ impl Resolver<'_> {
         for index in order {
             self.evaluate(index, &pending[&index], &uses[&index], units);
         }
-        let own = circle.iter().map(|&index| &scene.parameters[index]);
-        let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), own.value.span)).collect();
+        let parameters = circle.iter().map(|&index| &scene.parameters[index]);
+        let circle: Vec<_> = parameters.map(|parameter| (parameter.name.text.as_str(), parameter.value.span)).collect();
         self.refuse_circle(&circle, "parameters", "give one of them a number");
     }
 

@@ -182,9 +182,9 @@ impl Resolver<'_> {
     }
 
     fn lower_name(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
-        let own = self.own_variable(name, site.context);
+        let variable = self.own_variable(name, site.context);
         match self.named(name) {
-            Some(named) if named.is_number() && own.is_some() => self.refuse(
+            Some(named) if named.is_number() && variable.is_some() => self.refuse(
                 "scene::ambiguous_name",
                 format!(
                     "in {}, `{name}` is both the {}'s own and {} of the scene",
@@ -235,13 +235,13 @@ impl Resolver<'_> {
             }
             Some(Named::Held(id)) => Some(self.held_value(id)),
             Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
-            _ => match (name, own) {
+            _ => match (name, variable) {
                 ("pi", _) => Some((Formula::Number(PI), KnownUnit::Number)),
                 ("t" | "time", _) if site.context.is_constant() => {
                     self.not_constant(&format!("the time `{name}`"), tree, site)
                 }
                 ("t" | "time", _) => Some((Formula::Time, KnownUnit::moving(Some(Exponents::SECOND)))),
-                (_, Some(own)) => self.seen_there(own, tree, site),
+                (_, Some(variable)) => self.seen_there(variable, tree, site),
                 _ if self.scene.event_of_time(name).is_some() => self.lower_event_time(name, tree, site),
                 _ if name.contains('.') => self.lower_variable(name, tree, site),
                 _ => self.unknown_name(name, tree, site),
@@ -307,18 +307,18 @@ impl Resolver<'_> {
             Context::Curve(joint) => (self.scene.joints.get(joint.0)?, Section::Joints, Owner::Joint(joint)),
             _ => return None,
         };
-        let own = part.component(section)?.own;
-        let quantity = own.iter().copied().find(|quantity| quantity.word() == name)?;
+        let quantities = part.component(section)?.own;
+        let quantity = quantities.iter().copied().find(|quantity| quantity.word() == name)?;
         Some(Variable { owner, quantity })
     }
 
     /// A variable of the load that is read, which its law can use by its full name only.
     fn own_by_its_name(&self, name: &str, site: Site<'_>) -> Option<String> {
         let Context::Law(load) = site.context else { return None };
-        let own = &self.scene.loads.get(load.0)?.name.text;
-        let quantity = *self.find_owner(own)?.has.iter().find(|quantity| quantity.word() == name)?;
+        let load_name = &self.scene.loads.get(load.0)?.name.text;
+        let quantity = *self.find_owner(load_name)?.has.iter().find(|quantity| quantity.word() == name)?;
         let variable = Variable { owner: Owner::Load(load), quantity };
-        refusal(variable, site, name).is_none().then(|| format!("{own}.{name}"))
+        refusal(variable, site, name).is_none().then(|| format!("{load_name}.{name}"))
     }
 
     fn lower_variable(&mut self, name: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
@@ -356,7 +356,7 @@ impl Resolver<'_> {
         }
         let ResolvedSignal { formula, known, .. } = self.signals[index].clone()?;
         let (state, held) = self.changing_in(&formula);
-        let used = |kind: &str, own: String| format!("the {kind} `{own}` (in signal `{name}`)");
+        let used = |kind: &str, user: String| format!("the {kind} `{user}` (in signal `{name}`)");
         match (site.context, state, held) {
             (Context::Driver, Some(state), _) => {
                 return self.refuse_in_driver("state", &used("state", state), tree, site);
@@ -371,7 +371,8 @@ impl Resolver<'_> {
         }
         let named =
             |variable| format!("`{}` (in signal `{name}`)", self.called.get(&variable).map_or("", String::as_str));
-        let mut refused = variables(&formula).into_iter().filter_map(|own| refusal(own, site, &named(own)));
+        let mut refused =
+            variables(&formula).into_iter().filter_map(|variable| refusal(variable, site, &named(variable)));
         let Some((code, message, help)) = refused.next() else { return Some((formula, known)) };
         let span = site.text.part(tree.start, tree.end);
         if !self.is_reported(&Text::new(name, span), name) {
@@ -438,11 +439,11 @@ impl Resolver<'_> {
                 .push(Fault::new("scene::not_a_number", message, span).label(format!("a {}", named.word())).help(help));
             return None;
         }
-        if let Some(own) = self.own_by_its_name(name, site) {
+        if let Some(variable) = self.own_by_its_name(name, site) {
             let message = format!("{} uses a name that is not in the scene: `{name}`", site.what);
             let fault =
                 Fault::new("scene::unknown_name", message, span).label("no such parameter, input, state or signal");
-            self.faults.push(fault.help(format!("write `{own}`: it is a variable of the load itself")));
+            self.faults.push(fault.help(format!("write `{variable}`: it is a variable of the load itself")));
             return None;
         }
         let mut known = self.names.all(Named::is_number);
@@ -452,7 +453,7 @@ impl Resolver<'_> {
             [Quantity::Length, Quantity::Rate, Quantity::Angle, Quantity::Omega]
                 .map(Quantity::word)
                 .into_iter()
-                .filter(|own| self.own_variable(own, site.context).is_some()),
+                .filter(|variable| self.own_variable(variable, site.context).is_some()),
         );
         let otherwise = match given.is_empty() {
             true => format!("give it in `[parameters]`: `{name} = 1.0`"),
@@ -491,7 +492,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
             "the rate of a state may depend on states, positions, velocities, accelerations, reactions, forces along springs and actuators, torques of loads, the time `t`, parameters and inputs",
         ),
     };
-    let is_own = matches!(site.context, Context::Law(own) if variable.owner == Owner::Load(own));
+    let is_own = matches!(site.context, Context::Law(load) if variable.owner == Owner::Load(load));
     let refused = match (variable.quantity.class(), variable.owner, variable.quantity) {
         (Class::Position | Class::Velocity | Class::State, ..) => return None,
         (Class::Effort, ..) if is_own => {

@@ -43,8 +43,8 @@ impl Resolver<'_> {
     ) -> Initial {
         let other = |quantity| {
             let variable = Variable { quantity, ..initial.variable };
-            let is_other = |(own, other): &&(&model::Initial, Initial)| {
-                other.variable == variable && (own.known, own.within) == (line.known, line.within)
+            let is_other = |(initial, other): &&(&model::Initial, Initial)| {
+                other.variable == variable && (initial.known, initial.within) == (line.known, line.within)
             };
             all.iter().find(is_other).map(|(_, other)| other.value.clone())
         };

@@ -44,20 +44,21 @@ impl model::Scene {
     /// The name of a sampled value, or of an event's time.
     pub(super) fn held_name(&self, id: InputId) -> Option<String> {
         let event = id.0.checked_sub(self.time_of(0).0).and_then(|event| self.events.get(event));
-        let sampled = self.sampled_values().find(|(own, _)| *own == id).map(|(_, own)| own.name.text.clone());
+        let sampled =
+            self.sampled_values().find(|(candidate, _)| *candidate == id).map(|(_, value)| value.name.text.clone());
         sampled.or_else(|| event.map(|event| format!("events.{}.time", event.name.text)))
     }
 
     /// The event whose time is called so.
     pub(super) fn event_of_time(&self, name: &str) -> Option<(usize, InputId)> {
         let event = name.strip_prefix("events.")?.strip_suffix(".time")?;
-        let place = self.events.iter().position(|own| own.name.text == event)?;
+        let place = self.events.iter().position(|candidate| candidate.name.text == event)?;
         Some((place, self.time_of(place)))
     }
 
     /// The input that says whether a load is there, if an event removes it.
     pub(super) fn presence(&self, load: LoadId) -> Option<InputId> {
-        let place = self.removed().iter().position(|own| *own == load)?;
+        let place = self.removed().iter().position(|removed| *removed == load)?;
         Some(InputId(self.time_of(self.events.len()).0 + place))
     }
 
@@ -106,11 +107,11 @@ impl Resolver<'_> {
             Value::Number(_) => false,
             Value::Text(text) => !matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Expression) | Err(_)),
         });
-        let own = measure.and_then(|start| {
+        let measured = measure.and_then(|start| {
             let what = format!("`start` of sampled value `{}`", value.name.text);
             self.formula_and_unit(start, &what, &ANYTHING, Context::Constant).1
         });
-        let unit = declared.or(own);
+        let unit = declared.or(measured);
         self.held_units.extend(unit.clone().map(|unit| (id, unit)));
         let hertz = hertz(unit.as_ref(), value.start.as_ref(), value.unit.as_ref());
         self.input_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
@@ -124,7 +125,7 @@ impl Resolver<'_> {
         let (mut held, mut samplers) = (Vec::new(), Vec::new());
         let mut ids = scene.sampled_values();
         for (place, sampler) in scene.sampled.iter().enumerate() {
-            let own: Vec<_> = ids.by_ref().take(sampler.values.len()).collect();
+            let input_ids: Vec<_> = ids.by_ref().take(sampler.values.len()).collect();
             let what = format!("`period` of sampler `{}`", sampler.name.text);
             let (period, offset) = self.within(sampler.within, |resolver| {
                 let period = resolver.constant_in(Range::Positive, &sampler.period, &what, &TIME);
@@ -133,7 +134,7 @@ impl Resolver<'_> {
                 (period, offset.unwrap_or(Formula::Number(0.0)))
             });
             let mut writes = Vec::new();
-            for (id, value) in own {
+            for (id, value) in input_ids {
                 let begin = self.within(sampler.within, |resolver| resolver.begin(id, value));
                 if let Formula::Number(start) = begin {
                     inputs[id.0].start = start;
@@ -168,12 +169,12 @@ impl Resolver<'_> {
             return known.clone();
         }
         let scene = self.scene;
-        let (_, value) = scene.sampled_values().find(|(own, _)| *own == id)?;
+        let (_, value) = scene.sampled_values().find(|(candidate, _)| *candidate == id)?;
         let Some(next) = &value.next else {
             let unit = self.input_units[id.0].map(|(exponents, _)| exponents);
             return Some((Formula::Input(id), KnownUnit::moving(unit)));
         };
-        if let Some(first) = self.nexts.pending.iter().position(|own| *own == id) {
+        if let Some(first) = self.nexts.pending.iter().position(|candidate| *candidate == id) {
             self.refuse_circle_of_news(first);
             return None;
         }
@@ -192,10 +193,12 @@ impl Resolver<'_> {
     /// The fault of sampled values whose new values depend on each other.
     fn refuse_circle_of_news(&mut self, first: usize) {
         let scene = self.scene;
-        let value = |id: &InputId| scene.sampled_values().find(|(own, _)| own == id).map(|(_, own)| own);
-        let place = |own: &model::SampledValue| own.next.as_ref().map_or(own.name.span, |next| next.span);
+        let value =
+            |id: &InputId| scene.sampled_values().find(|(candidate, _)| candidate == id).map(|(_, value)| value);
+        let place = |sampled: &model::SampledValue| sampled.next.as_ref().map_or(sampled.name.span, |next| next.span);
         let pending = self.nexts.pending[first..].iter().chain([&self.nexts.pending[first]]);
-        let circle: Vec<_> = pending.filter_map(value).map(|own| (own.name.text.as_str(), place(own))).collect();
+        let circle: Vec<_> =
+            pending.filter_map(value).map(|sampled| (sampled.name.text.as_str(), place(sampled))).collect();
         let help = "use the previous value in one of them: `x` instead of `new(x)`";
         self.refuse_circle(&circle, "new values of sampled values", help);
     }
@@ -208,9 +211,9 @@ impl Resolver<'_> {
         what: &str,
         context: Context,
     ) -> (Formula, KnownUnit) {
-        let (formula, own, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
+        let (formula, unit, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
         let declared = self.held_units.get(&id).cloned();
-        self.must_agree(what, declared.as_ref(), own.as_ref().filter(|_| known != KnownUnit::Number), quantity.span);
+        self.must_agree(what, declared.as_ref(), unit.as_ref().filter(|_| known != KnownUnit::Number), quantity.span);
         let factor = bare_factor(declared.as_ref(), quantity);
         let known = declared.map_or(known, |unit| KnownUnit::moving(Some(unit.exponents)));
         (formula * Formula::Number(factor), known)
@@ -218,14 +221,14 @@ impl Resolver<'_> {
 
     /// What `new(x)` stands for.
     pub(super) fn new_value(&mut self, name: &Text, sampler: Option<usize>, what: &str) -> Next {
-        let own = match self.names.get(&name.text) {
+        let variable = match self.names.get(&name.text) {
             Some(Named::Held(id)) => Some(id),
             _ => None,
         };
         let scene = self.scene;
         let values = sampler.map(|sampler| &scene.sampled[sampler].values[..]).unwrap_or_default();
         let is_here = values.iter().any(|value| value.name.text == name.text);
-        if let (Some(id), Some(sampler), true) = (own, sampler, is_here) {
+        if let (Some(id), Some(sampler), true) = (variable, sampler, is_here) {
             self.used_inputs.insert(id);
             return self.next(id, sampler);
         }
@@ -309,7 +312,7 @@ impl Resolver<'_> {
         let scene = self.scene;
         let Some(Named::Held(id)) = self.names.get(&name.text) else {
             if !self.is_reported(name, &name.text) {
-                let names = scene.sampled_values().map(|(_, own)| own.name.text.as_str());
+                let names = scene.sampled_values().map(|(_, value)| value.name.text.as_str());
                 let known: Vec<&str> = names.collect();
                 let otherwise = match known.is_empty() {
                     true => "the scene has none: define it under `[sampled]`".to_owned(),

@@ -184,7 +184,7 @@ impl Loosening {
     /// An input that is the motion itself is its own law.
     fn followed(&mut self, entries: &[(Text, DocumentNode)], driver: &str) {
         let text = |key: &str| entries.iter().find(|(name, _)| name.text == key).and_then(|(_, node)| node.text());
-        if let (Some(input), Some("position")) = (text("input"), text("as").as_ref().map(|own| own.text.as_str())) {
+        if let (Some(input), Some("position")) = (text("input"), text("as").as_ref().map(|text| text.text.as_str())) {
             let [parameter, output] = [input.text.clone(), input.text];
             self.laws.push(LooseLaw { driver: driver.to_owned(), parameter, output, span: Span::default() });
         }

@@ -262,22 +262,28 @@ impl Resolver<'_> {
         // What a part does not use here may be for its own outputs and its own experiment.
         let is_own = |name: &Text| name.span.end <= scene.source.own_text().len();
         let parameters = scene.parameters.iter().enumerate();
-        let parameters = parameters.filter(|(index, own)| !self.used_parameters.contains(index) && is_own(&own.name));
+        let parameters =
+            parameters.filter(|(index, parameter)| !self.used_parameters.contains(index) && is_own(&parameter.name));
         let is_named = |index| {
             let place = Owner::Place(Place::Ground(index));
             self.used_ground.contains(&index) || self.called.keys().any(|variable| variable.owner == place)
         };
-        let points = scene.ground.iter().enumerate().filter(|(index, own)| own.within == 0 && !is_named(*index));
+        let points = scene.ground.iter().enumerate().filter(|(index, point)| point.within == 0 && !is_named(*index));
         const LAW: &str = "use its name in a load, a driver or an output, or remove it";
         const VALUE: &str = "use it in an expression, or remove it";
         const POINT: &str = "connect a joint, a driver or a load to it, or remove it";
         let unused: Vec<(String, Span, &str)> = inputs
-            .map(|(_, own)| (format!("input `{}`", own.name.text), own.name.span, LAW))
-            .chain(states.map(|(_, own)| (format!("state `{}`", own.name.text), own.name.span, LAW)))
-            .chain(sampled.map(|(_, own)| (format!("sampled value `{}`", own.name.text), own.name.span, LAW)))
-            .chain(signals.map(|(_, own)| (format!("signal `{}`", own.name.text), own.name.span, LAW)))
-            .chain(parameters.map(|(_, own)| (format!("parameter `{}`", own.name.text), own.name.span, VALUE)))
-            .chain(points.map(|(_, own)| (format!("point `ground.{}`", own.name.text), own.name.span, POINT)))
+            .map(|(_, input)| (format!("input `{}`", input.name.text), input.name.span, LAW))
+            .chain(states.map(|(_, state)| (format!("state `{}`", state.name.text), state.name.span, LAW)))
+            .chain(
+                sampled.map(|(_, sampled)| (format!("sampled value `{}`", sampled.name.text), sampled.name.span, LAW)),
+            )
+            .chain(signals.map(|(_, signal)| (format!("signal `{}`", signal.name.text), signal.name.span, LAW)))
+            .chain(
+                parameters
+                    .map(|(_, parameter)| (format!("parameter `{}`", parameter.name.text), parameter.name.span, VALUE)),
+            )
+            .chain(points.map(|(_, point)| (format!("point `ground.{}`", point.name.text), point.name.span, POINT)))
             .collect();
         for (what, span, help) in unused {
             let fault = Fault::warning("scene::unused", format!("nothing uses {what}"), span).label("not used");

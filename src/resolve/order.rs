@@ -27,10 +27,10 @@ impl Resolver<'_> {
     ) -> (HashMap<usize, Pending>, Uses) {
         let (mut pending, mut uses) = (HashMap::new(), Uses::new());
         for (index, value) in values.enumerate() {
-            let Some(own) = parsed(value) else { continue };
+            let Some(expression) = parsed(value) else { continue };
             let used = uses.entry(index).or_default();
-            own.tree.visit_names(&mut |name| used.extend(self.names.get(name).and_then(place)));
-            pending.insert(index, own);
+            expression.tree.visit_names(&mut |name| used.extend(self.names.get(name).and_then(place)));
+            pending.insert(index, expression);
         }
         (pending, uses)
     }

@@ -68,8 +68,11 @@ impl Resolver<'_> {
 
     fn state_output(&mut self, id: StateId, span: Span) -> Output {
         self.used_states.insert(id);
-        let description =
-            self.scene.states.get(id.0).map_or_else(String::new, |own| described(own.description.as_ref(), &own.rate));
+        let description = self
+            .scene
+            .states
+            .get(id.0)
+            .map_or_else(String::new, |state| described(state.description.as_ref(), &state.rate));
         let unit = self.state_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
         Output {
             name: self.state_name(id),
@@ -97,11 +100,11 @@ impl Resolver<'_> {
     fn signal_output(&mut self, index: usize, span: Span) -> Option<Output> {
         self.used_signals.insert(index);
         let ResolvedSignal { formula, known, unit } = self.signals[index].clone()?;
-        let own = &self.scene.signals[index];
-        let description = own.description.as_ref().map(|text| text.text.clone());
+        let signal = &self.scene.signals[index];
+        let description = signal.description.as_ref().map(|text| text.text.clone());
         Some(Output {
-            name: own.name.text.clone(),
-            description: description.unwrap_or_else(|| Resolver::wording_of_signal(own)),
+            name: signal.name.text.clone(),
+            description: description.unwrap_or_else(|| Resolver::wording_of_signal(signal)),
             is_open: unit.is_none() && known != KnownUnit::Number,
             unit: unit.unwrap_or_default(),
             value: formula,
@@ -112,28 +115,28 @@ impl Resolver<'_> {
     fn expression_output(&mut self, output: &model::Signal) -> Output {
         let model::Signal { name, value, unit, description, .. } = output;
         let what = format!("output `{}`", name.text);
-        let (formula, own, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
+        let (formula, formula_unit, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());
-        if let (Some(declared), Some(own)) = (&declared, &own)
-            && !declared.exponents.is_compatible(own.exponents)
+        if let (Some(declared), Some(formula_unit)) = (&declared, &formula_unit)
+            && !declared.exponents.is_compatible(formula_unit.exponents)
         {
             let (problem, span) =
-                (format!("{what} is in `{}`", own.shown()), unit.as_ref().map_or(name.span, |unit| unit.span));
+                (format!("{what} is in `{}`", formula_unit.shown()), unit.as_ref().map_or(name.span, |unit| unit.span));
             self.faults.push(
                 Fault::new(
                     "scene::wrong_unit",
                     format!("{problem}, which cannot be converted to `{}`", declared.shown()),
                     span,
                 )
-                .label(format!("not a unit for `{}`", own.shown()))
+                .label(format!("not a unit for `{}`", formula_unit.shown()))
                 .help("give a unit of the same kind; the expression itself is in SI units"),
             );
         }
         Output {
             name: name.text.clone(),
             description: described(description.as_ref(), value),
-            is_open: declared.is_none() && own.is_none() && known != KnownUnit::Number,
-            unit: declared.or(own).unwrap_or_default(),
+            is_open: declared.is_none() && formula_unit.is_none() && known != KnownUnit::Number,
+            unit: declared.or(formula_unit).unwrap_or_default(),
             value: formula,
             span: name.span,
         }

@@ -32,16 +32,17 @@ impl Resolver<'_> {
             units[index] = unit;
         }
         self.evaluate_in_order(&expressions, &uses, &mut units);
-        let (mut own, mut others) = (Vec::new(), Vec::new());
+        let (mut independent, mut others) = (Vec::new(), Vec::new());
         for (index, (declared, unit)) in declared.iter().zip(units).enumerate() {
             let parameter = self.parameter(index, declared.as_ref(), unit);
             match self.calculated_from(index) {
-                None => own.push(parameter),
+                None => independent.push(parameter),
                 Some(formula) => others.push((parameter, formula)),
             }
         }
-        let others = others.into_iter().map(|(parameter, formula)| self.calculated(parameter, formula, &own)).collect();
-        (own, others)
+        let others =
+            others.into_iter().map(|(parameter, formula)| self.calculated(parameter, formula, &independent)).collect();
+        (independent, others)
     }
 
     /// A parameter whose value is known.
@@ -99,25 +100,29 @@ impl Resolver<'_> {
 
     /// A value in a declared unit: a bare number is in that unit, other quantities are SI or have units of their own.
     fn declared(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (f64, Option<Unit>) {
-        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
-        if let (Some(declared), Some(own)) = (declared, &own)
-            && !declared.exponents.is_compatible(own.exponents)
+        let (formula, formula_unit) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
+        if let (Some(declared), Some(formula_unit)) = (declared, &formula_unit)
+            && !declared.exponents.is_compatible(formula_unit.exponents)
         {
-            self.declared_mismatch(what, declared, own, quantity.span);
+            self.declared_mismatch(what, declared, formula_unit, quantity.span);
         }
         let formula = self.check_finite(formula, quantity, what);
         let value = self.value(&formula) * bare_factor(declared, quantity);
-        (value, declared.cloned().or(own))
+        (value, declared.cloned().or(formula_unit))
     }
 
-    pub(super) fn declared_mismatch(&mut self, what: &str, declared: &Unit, own: &Unit, span: Span) {
-        let is_pure = own.shown().is_empty();
-        let own = if is_pure { "a pure number".to_owned() } else { format!("in `{}`", own.shown()) };
+    pub(super) fn declared_mismatch(&mut self, what: &str, declared: &Unit, unit: &Unit, span: Span) {
+        let is_pure = unit.shown().is_empty();
+        let actual = if is_pure { "a pure number".to_owned() } else { format!("in `{}`", unit.shown()) };
         let declared = declared.shown();
         self.faults.push(
-            Fault::new("scene::wrong_unit", format!("{what} is {own}, which does not agree with `{declared}`"), span)
-                .label(format!("not in `{declared}`"))
-                .help(format!("give a bare number (it is taken in `{declared}`) or a unit of the same kind")),
+            Fault::new(
+                "scene::wrong_unit",
+                format!("{what} is {actual}, which does not agree with `{declared}`"),
+                span,
+            )
+            .label(format!("not in `{declared}`"))
+            .help(format!("give a bare number (it is taken in `{declared}`) or a unit of the same kind")),
         );
     }
 
@@ -133,11 +138,11 @@ impl Resolver<'_> {
         let mut result = [None, None];
         for ((limit, found), name) in limits.into_iter().zip(&mut result).zip(["min", "max"]) {
             let Some(limit) = limit else { continue };
-            let (bound, own) = self.declared(limit, declared, &format!("`{name}` of {what}"));
-            if let (None, Some(unit), Some(own)) = (declared, unit, &own)
-                && !unit.exponents.is_compatible(own.exponents)
+            let (bound, bound_unit) = self.declared(limit, declared, &format!("`{name}` of {what}"));
+            if let (None, Some(unit), Some(bound_unit)) = (declared, unit, &bound_unit)
+                && !unit.exponents.is_compatible(bound_unit.exponents)
             {
-                self.declared_mismatch(&format!("`{name}` of {what}"), unit, own, limit.span);
+                self.declared_mismatch(&format!("`{name}` of {what}"), unit, bound_unit, limit.span);
             }
             let outside = if name == "min" { value < bound } else { value > bound };
             if outside {

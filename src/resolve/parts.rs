@@ -178,21 +178,21 @@ impl<'s> Resolver<'s> {
 
     /// Exactly one of the keys that stand for one another must be there.
     fn one_of(&mut self, reading: &mut PartReading<'_>) {
-        let own: Vec<&Key> = alternatives(reading.component).collect();
-        if own.is_empty() {
+        let keys: Vec<&Key> = alternatives(reading.component).collect();
+        if keys.is_empty() {
             return;
         }
         let all = match reading.component.section {
             Section::Drivers => drivers_keys(|key| matches!(key.need, Need::OneOf(_))),
-            _ => own.iter().map(|key| key.name).collect(),
+            _ => keys.iter().map(|key| key.name).collect(),
         };
         let given: Vec<&str> = all.into_iter().filter(|key| reading.fields.get(key).is_some()).collect();
-        let permitted = |name: &str| own.iter().any(|key| key.name == name);
+        let permitted = |name: &str| keys.iter().any(|key| key.name == name);
         if matches!(given[..], [one] if permitted(one)) {
             return;
         }
         reading.complete = false;
-        let wanted: Vec<String> = own.iter().map(|key| format!("`{}`", key.name)).collect();
+        let wanted: Vec<String> = keys.iter().map(|key| format!("`{}`", key.name)).collect();
         let wanted = wanted.join(" or ");
         let wrong = given.iter().rev().find(|key| given.len() > 1 || !permitted(key));
         let span = wrong.and_then(|key| reading.fields.key_span(key)).unwrap_or(reading.span);
@@ -205,7 +205,7 @@ impl<'s> Resolver<'s> {
                 true => format!("{called} has neither {}", wanted.replace(" or ", " nor ")),
                 false => format!("{called} has both of {wanted}"),
             };
-            Fault::new("scene::torque_target", message, span).help(helps(own.into_iter()).join(", "))
+            Fault::new("scene::torque_target", message, span).help(helps(keys.into_iter()).join(", "))
         };
         self.faults.push(fault.label(format!("{wanted} is needed")));
     }

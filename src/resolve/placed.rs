@@ -59,18 +59,18 @@ impl Resolver<'_> {
         let at = used.at.as_ref().map(|at| self.vector(at, &what("at"), &LENGTH, Context::Constant));
         let angle = used.angle.as_ref().map(|angle| self.constant(angle, &what("angle"), &ANGLE));
         let zero = PartFrame::default();
-        let own =
+        let offset =
             PartFrame { mirror: used.mirror, angle: angle.unwrap_or(zero.angle), at: at.unwrap_or(zero.at), ..zero };
         let Placement { frame: outer, begin } = self.placements[used.within].clone();
-        let begin = own.clone().within(&begin);
+        let begin = offset.clone().within(&begin);
         let on = used.on.as_ref().and_then(|on| match self.names.get(&on.text) {
             Some(Named::Body(body)) => Some(body),
             _ => None,
         });
         let mut frame = match on {
             // It goes where the body goes, which has its left and right exchanged with its own part.
-            Some(_) => own.within(&PartFrame { mirror: outer.mirror, on, ..PartFrame::default() }),
-            None => own.within(&outer),
+            Some(_) => offset.within(&PartFrame { mirror: outer.mirror, on, ..PartFrame::default() }),
+            None => offset.within(&outer),
         };
         frame.origin = self.known_place(&used.origin.text).unwrap_or(frame.origin);
         Placement { frame: Rc::new(frame), begin }
@@ -121,17 +121,17 @@ impl Resolver<'_> {
 
     /// Between which bodies an element's angle is: its own, those of the joint that it moves, the shaft's if it is a cam, or the ground and a body.
     fn ends_of(&self, part: &written::Part, component: &Component) -> Option<[Option<BodyId>; 2]> {
-        let own = self.bodies_between(part);
+        let bodies = self.bodies_between(part);
         let of_joint = |key: &str| match self.names.get(&part.text(key)?.text)? {
             Named::Joint(id) => self.bodies_between(&self.scene.joints[id.0]),
             _ => None,
         };
         let shaft = component.keys.iter().find(|key| matches!(key.form, Form::OtherJoint));
-        if let (Some([cam, _]), Some([a, b])) = (own, shaft.and_then(|key| of_joint(key.name))) {
+        if let (Some([cam, _]), Some([a, b])) = (bodies, shaft.and_then(|key| of_joint(key.name))) {
             return Some(if a == cam { [b, a] } else { [a, b] });
         }
         let on = || Some([self.body_named("ground", part)?, self.body_named(&part.text("on")?.text, part)?]);
-        own.or_else(|| of_joint("joint")).or_else(on)
+        bodies.or_else(|| of_joint("joint")).or_else(on)
     }
 
     fn bodies_between(&self, part: &written::Part) -> Option<[Option<BodyId>; 2]> {

@@ -51,7 +51,7 @@ impl Resolver<'_> {
             values.push((key.name, self.shape_number(key, node, &fields)?));
         }
         let value =
-            |name: &str| values.iter().find(|(own, _)| *own == name).map_or(UNKNOWN, |(_, value)| value.clone());
+            |name: &str| values.iter().find(|(key, _)| *key == name).map_or(UNKNOWN, |(_, value)| value.clone());
         let solid = (component.solid)(&corners, &value);
         self.keep_size(&solid, &owner);
         let mass = self.mass_of_shape(component, &fields, body).map(|density| density * solid.size.clone());
@@ -218,19 +218,19 @@ impl Resolver<'_> {
         let (key, what) = (DENSITY_KEY.name, fields.name_of(DENSITY_KEY.name));
         let quantity = self.faults.quantity(fields.get(key)?, &what)?;
         let (formula, unit) = self.formula_and_unit(&quantity, &what, &ANYTHING, Context::Constant);
-        let own = shape.density;
+        let density = shape.density;
         let exponents = unit.map(|unit| unit.exponents);
         let is = |wanted: Option<Exponents>| wanted.zip(exponents).is_some_and(|(a, b)| a.is_compatible(b));
-        if exponents.is_some() && !is(DENSITY.exponents) && !is(own.exponents) {
+        if exponents.is_some() && !is(DENSITY.exponents) && !is(density.exponents) {
             let found = exponents.map(|exponents| from_exponents(exponents).si).unwrap_or_default();
             let message = format!("{what} must be a density, but is in `{found}`");
-            let help = format!("give it in `kg/m3` with `{}`, or in `{}` without", shape.depth.name, own.si);
+            let help = format!("give it in `kg/m3` with `{}`, or in `{}` without", shape.depth.name, density.si);
             let fault = Fault::new("scene::wrong_unit", message, quantity.span).label("not a density of this shape");
             self.faults.push(fault.help(help));
             return None;
         }
-        let is_per_size = is(own.exponents);
-        let wanted = if is_per_size { own } else { DENSITY };
+        let is_per_size = is(density.exponents);
+        let wanted = if is_per_size { density } else { DENSITY };
         Some((self.check_positive(formula, &quantity, &what, &wanted), is_per_size))
     }
 }

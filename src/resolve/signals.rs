@@ -47,15 +47,15 @@ impl<'s> Resolver<'s> {
                 })
             };
         }
-        let own = circle.iter().map(|&index| &scene.signals[index]);
-        let place = |own: &model::Signal| if own.part.is_some() { own.name.span } else { own.value.span };
-        let help = match own.clone().any(|own| own.part.is_some()) {
+        let signals = circle.iter().map(|&index| &scene.signals[index]);
+        let place = |signal: &model::Signal| if signal.part.is_some() { signal.name.span } else { signal.value.span };
+        let help = match signals.clone().any(|signal| signal.part.is_some()) {
             true => {
                 "give a filter, delay or sampled controller among them its `unit`: it may then depend on its output"
             }
             false => "make one of them independent of the others",
         };
-        let circle: Vec<_> = own.map(|own| (own.name.text.as_str(), place(own))).collect();
+        let circle: Vec<_> = signals.map(|signal| (signal.name.text.as_str(), place(signal))).collect();
         self.refuse_circle(&circle, "signals", help);
         self.hear_of_all();
     }
@@ -74,11 +74,11 @@ impl<'s> Resolver<'s> {
                 (number.map_or(formula, |number| self.finite(number, &what, text.span)), known)
             }
             None => {
-                let (formula, own) = self.formula_and_unit(&signal.value, &what, &ANYTHING, Context::Output);
+                let (formula, formula_unit) = self.formula_and_unit(&signal.value, &what, &ANYTHING, Context::Output);
                 let factor = bare_factor(declared.as_ref(), &signal.value);
-                let hertz = hertz(own.as_ref(), Some(&signal.value), None);
-                let known =
-                    own.map_or(KnownUnit::Number, |unit| KnownUnit::constant(Some(unit.exponents)).in_hertz(hertz));
+                let hertz = hertz(formula_unit.as_ref(), Some(&signal.value), None);
+                let known = formula_unit
+                    .map_or(KnownUnit::Number, |unit| KnownUnit::constant(Some(unit.exponents)).in_hertz(hertz));
                 (formula * Formula::Number(factor), known)
             }
         };
@@ -89,11 +89,11 @@ impl<'s> Resolver<'s> {
             self.faults.push(too_long(&what, "signals", signal.value.span));
             return None;
         }
-        let own = known.unit().map(from_exponents);
-        if let (Some(declared), Some(own)) = (&declared, &own)
-            && !declared.exponents.is_compatible(own.exponents)
+        let formula_unit = known.unit().map(from_exponents);
+        if let (Some(declared), Some(formula_unit)) = (&declared, &formula_unit)
+            && !declared.exponents.is_compatible(formula_unit.exponents)
         {
-            self.declared_mismatch(&what, declared, own, signal.value.span);
+            self.declared_mismatch(&what, declared, formula_unit, signal.value.span);
         }
         let known = match &declared {
             Some(unit) => {
@@ -101,7 +101,7 @@ impl<'s> Resolver<'s> {
             }
             None => known,
         };
-        Some(ResolvedSignal { formula, known, unit: declared.or(own) })
+        Some(ResolvedSignal { formula, known, unit: declared.or(formula_unit) })
     }
 }
 

@@ -29,8 +29,8 @@ impl Resolver<'_> {
         let declared = self.unit(state.unit.as_ref());
         let zero = Quantity::from(0.0);
         let start = state.start.as_ref().unwrap_or(&zero);
-        let (formula, own) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"));
-        let unit = declared.clone().or(own);
+        let (formula, start_unit) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"));
+        let unit = declared.clone().or(start_unit);
         let hertz = hertz(unit.as_ref(), state.start.as_ref(), state.unit.as_ref());
         self.state_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
         let nominal = self.nominal(state, (&formula, declared.as_ref(), unit.as_ref()), &what);
@@ -48,17 +48,17 @@ impl Resolver<'_> {
 
     /// A constant in a declared unit: a bare number is in that unit.
     fn in_unit(&mut self, quantity: &Quantity, declared: Option<&Unit>, what: &str) -> (Formula, Option<Unit>) {
-        let (formula, own) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
-        self.must_agree(what, declared, own.as_ref(), quantity.span);
+        let (formula, formula_unit) = self.formula_and_unit(quantity, what, &ANYTHING, Context::Constant);
+        self.must_agree(what, declared, formula_unit.as_ref(), quantity.span);
         let formula = self.check_finite(formula, quantity, what);
-        (formula * Formula::Number(bare_factor(declared, quantity)), own)
+        (formula * Formula::Number(bare_factor(declared, quantity)), formula_unit)
     }
 
-    pub(super) fn must_agree(&mut self, what: &str, declared: Option<&Unit>, own: Option<&Unit>, span: Span) {
-        if let (Some(declared), Some(own)) = (declared, own)
-            && !declared.exponents.is_compatible(own.exponents)
+    pub(super) fn must_agree(&mut self, what: &str, declared: Option<&Unit>, actual: Option<&Unit>, span: Span) {
+        if let (Some(declared), Some(actual)) = (declared, actual)
+            && !declared.exponents.is_compatible(actual.exponents)
         {
-            self.declared_mismatch(what, declared, own, span);
+            self.declared_mismatch(what, declared, actual, span);
         }
     }
 
@@ -74,8 +74,8 @@ impl Resolver<'_> {
             return if size > 0.0 && size.is_finite() { size } else { 1.0 };
         };
         let what = format!("`nominal` of {what}");
-        let (formula, own) = self.in_unit(nominal, declared, &what);
-        self.must_agree(&what, unit, own.as_ref().filter(|_| declared.is_none()), nominal.span);
+        let (formula, nominal_unit) = self.in_unit(nominal, declared, &what);
+        self.must_agree(&what, unit, nominal_unit.as_ref().filter(|_| declared.is_none()), nominal.span);
         let formula = self.check_positive(formula, nominal, &what, &ANYTHING);
         self.value(&formula)
     }
@@ -92,13 +92,14 @@ impl Resolver<'_> {
 
     fn rate(&mut self, state: &model::State, unit: &Unit) -> Formula {
         let what = format!("`rate` of state `{}`", state.name.text);
-        let (formula, own, known) = self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
+        let (formula, rate_unit, known) = self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
         let wanted = unit.per_second();
-        let differs = |own: &Unit| known != KnownUnit::Number && !own.exponents.is_compatible(wanted.exponents);
-        if let Some(own) = own.filter(|own| !unit.si.is_empty() && differs(own)) {
+        let differs = |actual: &Unit| known != KnownUnit::Number && !actual.exponents.is_compatible(wanted.exponents);
+        if let Some(rate_unit) = rate_unit.filter(|actual| !unit.si.is_empty() && differs(actual)) {
             let wanted = from_exponents(wanted.exponents).si;
-            let own = if own.si.is_empty() { "a pure number".to_owned() } else { format!("in `{}`", own.si) };
-            let message = format!("{what} must be in `{wanted}`, but is {own}");
+            let actual =
+                if rate_unit.si.is_empty() { "a pure number".to_owned() } else { format!("in `{}`", rate_unit.si) };
+            let message = format!("{what} must be in `{wanted}`, but is {actual}");
             let fault = Fault::new("scene::wrong_unit", message, state.rate.span).label(format!("not in `{wanted}`"));
             self.faults.push(fault.help(format!(
                 "the state is in `{}`, so its rate must be in that unit per second; check the units of the parameters",

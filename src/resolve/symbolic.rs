@@ -42,9 +42,9 @@ impl Symbolic {
     /// Names the numbers of a mechanism.
     pub fn new(system: &System, style: Style) -> Symbolic {
         let mechanism = &system.mechanism;
-        let names = mechanism.parameters.iter().map(|own| own.name.clone());
-        let names = names.chain(mechanism.inputs.iter().map(|own| own.name.clone()));
-        let taken = names.chain(mechanism.drivers.iter().map(|own| own.name.clone())).collect();
+        let names = mechanism.parameters.iter().map(|parameter| parameter.name.clone());
+        let names = names.chain(mechanism.inputs.iter().map(|input| input.name.clone()));
+        let taken = names.chain(mechanism.drivers.iter().map(|driver| driver.name.clone())).collect();
         let mut namer = Namer { system, style, mechanism: (**mechanism).clone(), taken, named: Vec::new() };
         namer.gravity();
         namer.bodies();
@@ -105,11 +105,12 @@ impl Namer<'_> {
                 signed: false,
             };
             let mass = body.mass.as_ref().map(|mass| self.number(mass, about("m", "mass", MASS)));
-            let inertia = body.inertia.as_ref().map(|own| self.number(own, about("I", "moment of inertia", INERTIA)));
-            for (point, own) in body.points.iter().enumerate() {
+            let inertia =
+                body.inertia.as_ref().map(|inertia| self.number(inertia, about("I", "moment of inertia", INERTIA)));
+            for (point, data) in body.points.iter().enumerate() {
                 let name = self.mechanism.place_name(Place::Point(id, point));
                 self.mechanism.bodies[index].points[point].at =
-                    self.place(Origin::Arm(id, point), &name, &own.at, ["l", "l"]);
+                    self.place(Origin::Arm(id, point), &name, &data.at, ["l", "l"]);
             }
             let body = &mut self.mechanism.bodies[index];
             (body.mass, body.inertia) = (mass, inertia);
@@ -160,7 +161,10 @@ impl Namer<'_> {
         let name = part.name.clone();
         let keys = part.component().keys;
         for (key, value) in &mut part.values {
-            let measure = keys.iter().find(|own| own.name == *key).map_or(NUMBER, |own| measure(own.form));
+            let measure = keys
+                .iter()
+                .find(|candidate| candidate.name == *key)
+                .map_or(NUMBER, |candidate| measure(candidate.form));
             let letter = letter(key);
             let about = About { owner: Some(&name), suffix: &suffix, letter, what: key, measure, signed: false };
             self.value(value, about);
@@ -185,8 +189,8 @@ impl Namer<'_> {
             KeyValue::Friction(friction) => {
                 friction.coulomb = self.formula(&friction.coulomb, About { letter: "C", ..about });
                 let named = [(&mut friction.velocity, "w"), (&mut friction.radius, "r"), (&mut friction.length, "l")];
-                for (own, letter) in named {
-                    *own = own.as_ref().map(|own| self.formula(own, About { letter, ..about }));
+                for (value, letter) in named {
+                    *value = value.as_ref().map(|formula| self.formula(formula, About { letter, ..about }));
                 }
                 friction.mu = self.formula(&friction.mu, About { letter: "mu", ..about });
                 if friction.ratio != Formula::Number(1.0) {
@@ -196,7 +200,7 @@ impl Namer<'_> {
             KeyValue::Limits(limits) => {
                 let letters = ["min", "max"];
                 for (end, letter) in limits.ends.iter_mut().zip(letters) {
-                    *end = end.as_ref().map(|own| self.formula(own, About { letter, signed: true, ..about }));
+                    *end = end.as_ref().map(|end| self.formula(end, About { letter, signed: true, ..about }));
                 }
                 limits.restitution = self.formula(&limits.restitution, About { letter: "e", ..about });
             }
@@ -253,8 +257,8 @@ impl Namer<'_> {
 
     fn push(&mut self, formula: Formula, value: f64, about: About) -> ParameterId {
         // A mass of the body `m1`, a stiffness of the spring `k13`: they are called so already.
-        let own = about.owner.filter(|own| self.style == Style::Owners && is_numbered(own, about.letter));
-        let mut name = own.map_or_else(|| format!("{}{}", about.letter, about.suffix), str::to_owned);
+        let owner = about.owner.filter(|owner| self.style == Style::Owners && is_numbered(owner, about.letter));
+        let mut name = owner.map_or_else(|| format!("{}{}", about.letter, about.suffix), str::to_owned);
         while !self.is_free(&name) {
             name.push('_');
         }

@@ -122,8 +122,8 @@ impl<'s> Resolver<'s> {
         let made = reading.made(heard).ok()?;
         let states = &mut self.transfers.states[reading.first.0 - self.scene.states.len()..];
         states.iter_mut().zip(&made.states).for_each(|(state, inner)| state.rate = inner.next.clone());
-        let own = self.transfers.samplers.iter_mut().find(|sampler| sampler.name == reading.signal.name.text);
-        if let Some(sampler) = own {
+        let sampler = self.transfers.samplers.iter_mut().find(|sampler| sampler.name == reading.signal.name.text);
+        if let Some(sampler) = sampler {
             sampler.writes = writes(reading, &made);
         }
         Some(())
@@ -164,16 +164,16 @@ impl<'s> Resolver<'s> {
 
     /// Exactly one of the keys that stand for one another must be there.
     fn one_of_these(&mut self, reading: &TransferReading<'_>) -> Option<()> {
-        let own = || reading.transfer.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)));
-        let given: Vec<&Key> = own().filter(|key| reading.is_there(key.name)).collect();
-        if own().count() == 0 || given.len() == 1 {
+        let alternatives = || reading.transfer.keys.iter().filter(|key| matches!(key.need, Need::OneOf(_)));
+        let given: Vec<&Key> = alternatives().filter(|key| reading.is_there(key.name)).collect();
+        if alternatives().count() == 0 || given.len() == 1 {
             return Some(());
         }
-        let names: Vec<String> = own().map(|key| format!("`{}`", key.name)).collect();
+        let names: Vec<String> = alternatives().map(|key| format!("`{}`", key.name)).collect();
         let names = names.join(" or ");
         let found = if given.is_empty() { "neither" } else { "both" };
         let problem = format!("has {found} of {names}");
-        let helps: Vec<String> = own().map(|key| format!("`{}`: {}", key.name, key.about)).collect();
+        let helps: Vec<String> = alternatives().map(|key| format!("`{}`: {}", key.name, key.about)).collect();
         let key = given.get(1).map_or("", |key| key.name);
         self.refuse_keys(reading, key, &problem, &helps.join(", "));
         None
@@ -236,16 +236,16 @@ impl<'s> Resolver<'s> {
         };
         for &(key, like) in reading.transfer.terms {
             let span = reading.fields.key_span(key);
-            let own = match reading.units.iter().find(|(own, ..)| *own == key) {
-                Some((_, own, _)) => *own,
+            let unit = match reading.units.iter().find(|(candidate, ..)| *candidate == key) {
+                Some((_, unit, _)) => *unit,
                 None if key == reading.transfer.hears.name => heard,
                 None => continue,
             };
             let (term, other) = match like {
                 Like::Gain(_) | Like::Heard if waits => continue,
-                Like::Given | Like::Rate => (own, known),
-                Like::Heard => (own, heard),
-                Like::Gain(seconds) => (gained(own, heard, seconds), known),
+                Like::Given | Like::Rate => (unit, known),
+                Like::Heard => (unit, heard),
+                Like::Gain(seconds) => (gained(unit, heard, seconds), known),
             };
             match dimension::join(other, term) {
                 Ok(joined) if like != Like::Heard => known = joined,
@@ -352,7 +352,8 @@ impl<'s> Resolver<'s> {
     }
 
     fn usual_size(&self, reading: &TransferReading<'_>, made: &TransferParts) -> f64 {
-        let value = |key: &str| reading.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone());
+        let value =
+            |key: &str| reading.values.iter().find(|(candidate, _)| *candidate == key).map(|(_, value)| value.clone());
         let sizes = [value(NOMINAL.name), made.size.clone(), value("start")];
         let sizes = sizes.into_iter().flatten().map(|size| self.value(&size).abs());
         sizes.into_iter().find(|size| *size > 0.0 && size.is_finite()).unwrap_or(1.0)

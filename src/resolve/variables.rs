@@ -36,15 +36,16 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
     let rubs = component.keys.iter().all(|key| !matches!(key.form, Form::Record(Record::Friction(..))))
         && component.rubs.is_some();
     let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
-    let is_one_sided = !is_free && (limits.is_some() || component.variables.iter().any(|own| impulses.contains(own)));
+    let is_one_sided =
+        !is_free && (limits.is_some() || component.variables.iter().any(|variable| impulses.contains(variable)));
     let has = |quantity: &Quantity| match quantity.aspect() {
         Aspect::OneSided(Contact::Sliding) => sticks || rubs,
         Aspect::OneSided(Contact::Mode) => sticks || rubs || is_one_sided,
         Aspect::OneSided(_) => !is_free,
         _ => true,
     };
-    let own = component.variables.iter().copied().filter(has);
-    Some((component.words(), own.chain([Quantity::Power]).collect()))
+    let quantities = component.variables.iter().copied().filter(has);
+    Some((component.words(), quantities.chain([Quantity::Power]).collect()))
 }
 
 /// An owner of variables, what to call it, and what it has.

@@ -51,19 +51,19 @@ impl Logged {
     /// What has happened in an instance that records it, since this was last asked.
     pub fn taken(instance: &mut Instance) -> Vec<Logged> {
         let record = instance.take_record();
-        record.iter().flat_map(|own| Logged::all(instance.model(), own)).collect()
+        record.iter().flat_map(|happening| Logged::all(instance.model(), happening)).collect()
     }
 
     /// What there is to say of something that has happened at an instant.
-    fn all(model: &Model, own: &Happening) -> Vec<Logged> {
+    fn all(model: &Model, happening: &Happening) -> Vec<Logged> {
         let program = model.program();
-        let entry = |name: &str, what| Logged { time: own.time(), name: name.to_owned(), what };
-        let events = own.due.iter().filter_map(|&index| program.instants.events.get(index));
+        let entry = |name: &str, what| Logged { time: happening.time(), name: name.to_owned(), what };
+        let events = happening.due.iter().filter_map(|&index| program.instants.events.get(index));
         let mut all: Vec<Logged> = events.map(|event| entry(&event.name, What::Event)).collect();
-        let ([before, after], [came, goes]) = (own.closed(model), own.directions(model));
+        let ([before, after], [came, goes]) = (happening.closed(model), happening.directions(model));
         for (index, contact) in program.instants.contacts().iter().enumerate() {
-            if own.hit.contains(&index) {
-                let impulse = own.after.parameters()[contact.closed as usize + 1];
+            if happening.hit.contains(&index) {
+                let impulse = happening.after.parameters()[contact.closed as usize + 1];
                 let angular = program.constraints[contact.constraint as usize].is_angle();
                 all.push(entry(&contact.name, What::Impact { impulse, angular }));
             }

@@ -80,7 +80,7 @@ impl Lookup {
     ];
 
     fn named(name: &str) -> Option<Lookup> {
-        Lookup::NAMES.iter().find(|(own, _)| *own == name).map(|(_, lookup)| *lookup)
+        Lookup::NAMES.iter().find(|(spelling, _)| *spelling == name).map(|(_, lookup)| *lookup)
     }
 }
 

@@ -284,7 +284,7 @@ impl Load {
     }
 
     pub(crate) fn is(&self, kind: &str) -> bool {
-        self.0.text("type").is_some_and(|own| own.text == kind)
+        self.0.text("type").is_some_and(|text| text.text == kind)
     }
 }
 

@@ -242,10 +242,10 @@ fn unknown(text: &Text, start: usize, end: usize) -> Fault {
 fn explained(word: &str) -> Option<String> {
     let is = |other: &&str| other.to_lowercase() == word.to_lowercase();
     let meant = |(_, unit): &(&[&str], &str)| format!("write `{unit}` for `{word}`");
-    if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(|own| own == &word)) {
+    if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(|candidate| candidate == &word)) {
         return Some((*what).to_owned());
     }
-    if let Some(found) = OTHERWISE.iter().find(|(words, _)| words.iter().any(|own| own == &word)) {
+    if let Some(found) = OTHERWISE.iter().find(|(words, _)| words.iter().any(|candidate| candidate == &word)) {
         return Some(meant(found));
     }
     if word.chars().count() < 3 {
@@ -254,9 +254,11 @@ fn explained(word: &str) -> Option<String> {
     if let Some((_, what)) = UNKNOWN.iter().find(|(words, _)| words.iter().any(&is)) {
         return Some((*what).to_owned());
     }
-    let long = || OTHERWISE.iter().flat_map(|(words, _)| words.iter().copied()).filter(|own| own.chars().count() > 4);
+    let long = || {
+        OTHERWISE.iter().flat_map(|(words, _)| words.iter().copied()).filter(|candidate| candidate.chars().count() > 4)
+    };
     let near = suggest::nearest(word, long());
-    OTHERWISE.iter().find(|(words, _)| words.iter().any(|own| is(own) || near == Some(*own))).map(meant)
+    OTHERWISE.iter().find(|(words, _)| words.iter().any(|word| is(word) || near == Some(*word))).map(meant)
 }
 
 /// Is a word a unit, or clearly meant as one? `t` is the time.

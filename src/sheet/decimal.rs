@@ -24,19 +24,19 @@ impl Decimal {
         match found {
             [Some(point), Some(comma)] => {
                 let (later, earlier) = if point > comma { (point, comma) } else { (comma, point) };
-                let (own, other) = (later.2.trim(), earlier.2.trim());
+                let (later_number, other) = (later.2.trim(), earlier.2.trim());
                 fault(
                     later,
                     format!(
-                        "`{own}` has another decimal sign than `{other}` in line {}; use the same in the whole file",
+                        "`{later_number}` has another decimal sign than `{other}` in line {}; use the same in the whole file",
                         earlier.0
                     ),
                 )
             }
             [None, Some(comma)] if !is_sure => {
-                let (own, bare) = (comma.2.trim(), comma.2.trim().replace(',', ""));
-                let point = own.replacen(',', ".", 1);
-                fault(comma, format!("`{own}` could be {bare} or {point}: write it with a decimal point"))
+                let (comma_number, bare) = (comma.2.trim(), comma.2.trim().replace(',', ""));
+                let point = comma_number.replacen(',', ".", 1);
+                fault(comma, format!("`{comma_number}` could be {bare} or {point}: write it with a decimal point"))
             }
             [None, Some(_)] => Ok(Decimal::Comma),
             [_, None] => Ok(Decimal::Point),

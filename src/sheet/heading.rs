@@ -63,22 +63,24 @@ impl Heading {
     ///
     /// # Errors
     /// As above; and a variable's own name that ends with another unit than the SI unit of its numbers.
-    pub fn of_variable(&self, own: impl Fn(&str) -> Option<Unit>) -> Result<Named, SheetError> {
-        if let Some(own) = own(&self.text) {
+    pub fn of_variable(&self, unit_of: impl Fn(&str) -> Option<Unit>) -> Result<Named, SheetError> {
+        if let Some(known_unit) = unit_of(&self.text) {
             let named = (self.text.clone(), None);
             if let Some(named) = self.with_unit_below(Some(&named))? {
                 return Ok(named);
             }
             let said = self.last_word().map(|(_, unit)| unit);
-            return match said.filter(|unit| factor(unit) != 1.0 && !own.si.is_empty() && unit.is_compatible(&own)) {
-                Some(unit) => Err(self.unclear(&unit, &own)),
+            return match said
+                .filter(|unit| factor(unit) != 1.0 && !known_unit.si.is_empty() && unit.is_compatible(&known_unit))
+            {
+                Some(unit) => Err(self.unclear(&unit, &known_unit)),
                 None => Ok(named),
             };
         }
         if let Some(marked) = self.marked()? {
             return Ok(self.with_unit_below(Some(&marked))?.unwrap_or(marked));
         }
-        let last = self.last_word().filter(|(name, _)| own(name).is_some());
+        let last = self.last_word().filter(|(name, _)| unit_of(name).is_some());
         let named = last.map_or_else(|| (self.text.clone(), None), |(name, unit)| (name, Some(unit)));
         Ok(self.with_unit_below(Some(&named))?.unwrap_or(named))
     }
@@ -316,14 +318,14 @@ mod tests {
 
     #[test]
     fn names_of_variables_keep_their_ends() {
-        let own = |name: &str| match name {
+        let unit_of = |name: &str| match name {
             "x_cm" | "rod.x" => Some(Unit::length()),
             "share_mm" => Some(Unit::default()),
             "force_s" => Some(Unit::time()),
             _ => None,
         };
         let read =
-            |text: &str| heading(text).of_variable(own).map(|(name, unit)| (name, unit.map(|unit| factor(&unit))));
+            |text: &str| heading(text).of_variable(unit_of).map(|(name, unit)| (name, unit.map(|unit| factor(&unit))));
         assert_eq!(read("x_cm [m]"), Ok(("x_cm".to_owned(), Some(1.0))));
         assert_eq!(read("rod.x_cm"), Ok(("rod.x".to_owned(), Some(0.01))));
         assert_eq!(read("rod.x (mm)"), Ok(("rod.x".to_owned(), Some(1e-3))));

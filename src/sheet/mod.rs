@@ -152,8 +152,8 @@ fn rows(lines: &SheetLines) -> Result<Vec<Row>, SheetError> {
 fn commented(lines: &SheetLines, width: usize) -> Option<Row> {
     let (line, comment) = lines.comment.as_ref()?;
     // What cannot be read as a row is a comment and nothing else.
-    let own = lines.only(*line, comment).ok()?;
-    rows(&own).ok()?.into_iter().next().filter(|row| row.cells.len() == width && row.is_words())
+    let cells = lines.only(*line, comment).ok()?;
+    rows(&cells).ok()?.into_iter().next().filter(|row| row.cells.len() == width && row.is_words())
 }
 
 /// Is it one, alone or with its unit?

@@ -95,9 +95,9 @@ fn weak(mass: &[SparseRow], heaviest: f64, accepted: &BTreeSet<usize>) -> Vec<We
     while let Some((_, index)) = left.pop_first() {
         let mut row = std::mem::take(&mut rows[index]);
         let mut pivot = row.remove(&index).unwrap_or_default();
-        let own = diagonal(mass, index);
-        let poor = own <= LIGHT * heaviest || pivot <= POOR * own;
-        let is_zero = pivot <= ZERO * own.max(ZERO * heaviest);
+        let inertia = diagonal(mass, index);
+        let poor = inertia <= LIGHT * heaviest || pivot <= POOR * inertia;
+        let is_zero = pivot <= ZERO * inertia.max(ZERO * heaviest);
         if (poor && !accepted.contains(&index)) || is_zero {
             found.push(Weak { coordinate: index, motion: motion(index, &steps, &followers), is_zero });
             if found.len() == most {

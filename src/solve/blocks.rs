@@ -131,7 +131,7 @@ impl Loops {
 
     /// Reciprocal pivots of the loop equations: they grow towards a singular configuration.
     pub fn reciprocal_pivots(&self, arena: &mut Arena) -> Vec<Expr> {
-        self.blocks.iter().flat_map(|own| own.factor.reciprocal_pivots(arena, own.masses)).collect()
+        self.blocks.iter().flat_map(|block| block.factor.reciprocal_pivots(arena, block.masses)).collect()
     }
 }
 
@@ -143,7 +143,7 @@ impl Factorised {
         pose: &State,
     ) -> Result<Self, Obstacle> {
         let values = typical(pose);
-        let place = |column: usize| block.columns.iter().position(|&own| own as usize == column);
+        let place = |column: usize| block.columns.iter().position(|&candidate| candidate as usize == column);
         let (mut jacobian, mut before) = (Vec::new(), Vec::new());
         for (place_of_row, &row) in block.rows.iter().enumerate() {
             let mut inner = Vec::new();
@@ -155,7 +155,7 @@ impl Factorised {
             }
             jacobian.push(inner);
         }
-        let own: Vec<f64> = match block.repeats() {
+        let weights: Vec<f64> = match block.repeats() {
             true => {
                 jacobian = transposed(&jacobian, block.columns.len());
                 block.rows.iter().map(|&row| 1.0 / equations.constraints[row as usize].scale(length)).collect()
@@ -163,14 +163,14 @@ impl Factorised {
             false => block.columns.iter().map(|&column| scales[column as usize]).collect(),
         };
         let arena = &mut equations.system.arena;
-        let mass = unit_masses(arena, &own);
+        let mass = unit_masses(arena, &weights);
         let system =
-            EliminationSystem { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &own, values: &values };
+            EliminationSystem { mass: &mass, jacobian: &jacobian, diagonal: &[], scales: &weights, values: &values };
         let factor = Factorisation::new(arena, &system).map_err(|obstacle| match obstacle {
             Obstacle::Undetermined(index) => Obstacle::Undetermined(block.columns[index] as usize),
             Obstacle::TooLarge => obstacle,
         })?;
-        Ok(Factorised { block: block.clone(), factor, before, masses: own.len() })
+        Ok(Factorised { block: block.clone(), factor, before, masses: weights.len() })
     }
 }
 

@@ -94,7 +94,7 @@ pub fn impose_in_every_pose(
     let rows: Vec<usize> = block.rows.iter().map(|&row| row as usize).chain(trivial).collect();
     let single: Vec<BTreeMap<usize, Expr>> = rows.iter().map(|&row| BTreeMap::from([(row, Expr::ONE)])).collect();
     let reactions = reactions(equations, &single, length);
-    let place = |column: usize| block.columns.iter().position(|&own| own as usize == column);
+    let place = |column: usize| block.columns.iter().position(|&candidate| candidate as usize == column);
     let entries = |&row: &usize| -> Vec<(usize, Expr)> {
         let jacobian = equations.constraints[row].jacobian.iter();
         jacobian.filter_map(|&(column, entry)| Some((place(column)?, entry))).collect()

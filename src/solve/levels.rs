@@ -65,7 +65,7 @@ impl Levels {
         let coordinates = equations.coordinates.len();
         let read: Vec<Vec<Expr>> = all.iter().map(|law| law.reads(&mut equations.system.arena)).collect();
         let mut sums = solved_sums(&mut equations.system.arena, &read.concat(), coordinates).into_iter();
-        let sums = read.iter().map(|own| sums.by_ref().take(own.len()).collect()).collect();
+        let sums = read.iter().map(|terms| sums.by_ref().take(terms.len()).collect()).collect();
         let responses = all.iter().map(|law| {
             let column = column_of(equations, law.row());
             let mut response = response(&mut equations.system.arena, &column);
@@ -113,10 +113,14 @@ impl Levels {
             sum.slopes.iter().fold(rest, |total, &(index, slope)| arena.add_product(total, slope, solution[index]))
         };
         let rest = |sum: &AffineSum| if impact { Expr::ZERO } else { sum.rest };
-        let at_rest = self.sums.iter().map(|own| own.iter().map(|sum| at(sum, without, rest(sum))).collect()).collect();
-        let changes = self.sums.iter().map(|own| {
+        let at_rest = self
+            .sums
+            .iter()
+            .map(|contact_sums| contact_sums.iter().map(|sum| at(sum, without, rest(sum))).collect())
+            .collect();
+        let changes = self.sums.iter().map(|contact_sums| {
             let of = |sum: &AffineSum| self.responses.iter().map(|response| at(sum, response, Expr::ZERO)).collect();
-            own.iter().map(of).collect()
+            contact_sums.iter().map(of).collect()
         });
         let changes = changes.collect();
         (at_rest, changes)
@@ -206,9 +210,9 @@ impl MultiplierLaw {
             MultiplierLaw::Load(load) => (Expr::ONE, load.at(arena, sums)),
         };
         let slope = |level: usize| {
-            let own = factors.iter().zip(changes);
+            let products = factors.iter().zip(changes);
             let slope =
-                own.fold(Expr::ZERO, |total, (&factor, change)| arena.add_product(total, factor, change[level]));
+                products.fold(Expr::ZERO, |total, (&factor, change)| arena.add_product(total, factor, change[level]));
             arena.multiply(share, slope)
         };
         let slopes = (0..count).map(slope).collect();
@@ -226,15 +230,15 @@ impl Pressing {
         match self {
             Pressing::Sum(signed) => {
                 let factors: Vec<Expr> = signed.iter().map(|(sign, _)| *sign).collect();
-                let own = factors.iter().zip(sums);
-                let pressing = own.fold(Expr::ZERO, |total, (&sign, &sum)| arena.add_product(total, sign, sum));
+                let products = factors.iter().zip(sums);
+                let pressing = products.fold(Expr::ZERO, |total, (&sign, &sum)| arena.add_product(total, sign, sum));
                 (pressing, factors)
             }
             Pressing::Sizes(vectors) => {
                 let (mut total, mut factors, mut rest) = (Expr::ZERO, Vec::new(), sums);
                 for vector in vectors {
-                    let (own, others) = rest.split_at(vector.len());
-                    let (size, along) = direction_of(arena, own);
+                    let (components, others) = rest.split_at(vector.len());
+                    let (size, along) = direction_of(arena, components);
                     total = arena.add(total, size);
                     factors.extend(along);
                     rest = others;
@@ -306,8 +310,8 @@ fn column_of(equations: &mut Equations, row: usize) -> Vec<Expr> {
     let reactions = equations.dynamics().reactions.clone();
     let arena = &mut equations.system.arena;
     let entry = |entries: &Vec<(usize, Expr)>| {
-        let own = entries.iter().find(|(index, _)| *index == row);
-        own.map_or(Expr::ZERO, |&(_, entry)| arena.negate(entry))
+        let entry = entries.iter().find(|(index, _)| *index == row);
+        entry.map_or(Expr::ZERO, |&(_, entry)| arena.negate(entry))
     };
     reactions.iter().map(entry).collect()
 }

@@ -140,14 +140,14 @@ fn in_other_trees(equations: &mut Equations, other: &mut Equations, length: f64)
 fn imposed_rows(equations: &Equations, other: &mut Equations) -> Vec<LoopRow> {
     // The equations of one chord in one graph have the same order for all trees; those of its coupling are separate.
     let kind = |row: &Constraint| (row.element, row.held == Held::Angle, row.coupled.is_empty());
-    let mut own: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
+    let mut by_kind: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
     for (index, constraint) in equations.constraints.iter().enumerate().rev() {
-        own.entry(kind(constraint)).or_default().push(index);
+        by_kind.entry(kind(constraint)).or_default().push(index);
     }
     let mut rows = Vec::new();
     let Equations { constraints, system, .. } = other;
     for constraint in &*constraints {
-        let branch = own.get_mut(&kind(constraint)).and_then(Vec::pop);
+        let branch = by_kind.get_mut(&kind(constraint)).and_then(Vec::pop);
         if branch.is_none_or(|index| equations.constraints[index].is_imposed()) && !constraint.is_trivial() {
             let diagonal = constraint.multiplier_diagonal(&mut system.arena);
             rows.push(LoopRow { jacobian: constraint.jacobian.clone(), gamma: constraint.gamma, branch, diagonal });

@@ -238,8 +238,8 @@ impl<'w, 'a> TapeWriter<'w, 'a> {
         let arena = &self.assembler.arena;
         arena.node(expr).operands().flat_map(move |operand| {
             let factors = self.is_fused(operand).then(|| arena.node(operand).operands());
-            let own = factors.is_none().then_some(operand);
-            factors.into_iter().flatten().chain(own)
+            let single = factors.is_none().then_some(operand);
+            factors.into_iter().flatten().chain(single)
         })
     }
 
@@ -305,13 +305,13 @@ impl<'w, 'a> TapeWriter<'w, 'a> {
         let partner =
             self.assembler.arena.existing(ExprNode::Unary(other, angle)).filter(|p| self.number(*p).is_some());
         let a = self.register(angle);
-        let (own, beside) = (self.allocate(), self.allocate());
-        self.set_place(expr, own);
+        let (place, beside) = (self.allocate(), self.allocate());
+        self.set_place(expr, place);
         match partner {
             Some(partner) => self.set_place(partner, beside),
             None => self.free.push(beside),
         }
-        let (target, c) = if function == Unary::Sin { (own, beside) } else { (beside, own) };
+        let (target, c) = if function == Unary::Sin { (place, beside) } else { (beside, place) };
         self.tape.push(Instruction { operation: Operation::SinCos, target, a, b: 0, c });
     }
 

@@ -82,7 +82,7 @@ fn check_record<D>(record: &GraphRecord<D>, graph: &LinearGraph<D>, tree: &Tree<
     };
     let same = |rows: &[EdgeRow], owners: &[ElementId], expected: Vec<Vec<(ElementId, i8)>>| {
         for ((row, owner), expected) in rows.iter().zip(owners).zip(expected) {
-            assert_eq!(record.own(row).element, *owner);
+            assert_eq!(record.edge_of(row).element, *owner);
             assert_eq!(edges(row), expected.into_iter().chain([(*owner, 1)]).collect());
         }
     };

@@ -35,8 +35,8 @@ pub fn rows_of(model: &Model, state: &State, imposed: &[usize]) -> Vec<SparseRow
 pub(crate) fn closed(model: &Model, state: &State) -> Vec<usize> {
     let masks = &model.program().instants.masks;
     let is_open = |row: usize| {
-        let own = masks.iter().find(|(own, _)| *own as usize == row);
-        own.is_some_and(|(_, parameter)| state.parameters()[*parameter as usize] == 0.0)
+        let mask = masks.iter().find(|(masked, _)| *masked as usize == row);
+        mask.is_some_and(|(_, parameter)| state.parameters()[*parameter as usize] == 0.0)
     };
     model.active().iter().copied().filter(|&row| !is_open(row)).collect()
 }

@@ -71,8 +71,8 @@ impl ContactValues {
         for index in 0..self.ahead.zero.len() {
             let margin = self.choices.includes(index).then(|| self.margin(context, index, &sizes)).flatten();
             let margin = margin.filter(|_| !self.is_idle(context, index));
-            let zero = margin.filter(|own| own.value <= self.rounding(context, index, own.moves, own.size));
-            self.ahead.zero[index] = zero.map(|own| own.value);
+            let zero = margin.filter(|margin| margin.value <= self.rounding(context, index, margin.moves, margin.size));
+            self.ahead.zero[index] = zero.map(|margin| margin.value);
         }
         self.ahead.zero.iter().any(Option::is_some)
     }

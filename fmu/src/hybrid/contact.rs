@@ -233,9 +233,9 @@ impl ContactValues {
 
     /// True if something has hit, or is in another mode than before.
     pub fn has_changed(&self, data: &Contacts, state: &State, index: usize) -> bool {
-        let own = &data.all[index];
+        let contact = &data.all[index];
         let same = |parameter: usize| self.began[parameter] == state.parameters()[parameter];
-        self.hit[index] || !same(own.closed as usize) || own.slip.is_some() && !same(own.direction())
+        self.hit[index] || !same(contact.closed as usize) || contact.slip.is_some() && !same(contact.direction())
     }
 
     /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Coulomb's law for impulses: what rubs there sticks, or slips against no more than mu
@@ -433,7 +433,7 @@ impl ContactValues {
         self.halt(context, &turns);
         self.redundant.fill(false);
         self.choose(context, &turns).or_else(|failure| {
-            let slips = |(index, own): (usize, &Contact)| own.slip.is_some() && turns(index);
+            let slips = |(index, contact): (usize, &Contact)| contact.slip.is_some() && turns(index);
             let none_fits = matches!(failure, Failure::Contact { why: NO_MODE, .. });
             match none_fits && context.data.all.iter().enumerate().any(slips) {
                 true => self.choose(context, |_| false).map_err(|_| failure),
@@ -570,10 +570,10 @@ impl ContactValues {
     /// True if other parts hold everything that neither sticks nor slips, or takes its full share at rest: it would be held twice if it stuck, too.
     fn is_idle_held(&mut self, context: &mut Place) -> bool {
         let count = self.gaps.len();
-        let idle = |own: &Self, context: &Place, index: usize| {
+        let idle = |choices: &Self, context: &Place, index: usize| {
             let (is_slip, direction) = (context.slip(index).is_some(), context.direction(index));
             is_slip
-                && own.choices.includes(index)
+                && choices.choices.includes(index)
                 && context.rubs(index)
                 && !context.is_closed(index)
                 && direction.abs() != 1.0
@@ -641,8 +641,8 @@ impl ContactValues {
     }
 
     /// True for what has stuck or been closed, and has not been found to change.
-    fn stays(&self, own: &Contact, turns: bool) -> bool {
-        self.kept[own.closed as usize] != 0.0 && !turns
+    fn stays(&self, contact: &Contact, turns: bool) -> bool {
+        self.kept[contact.closed as usize] != 0.0 && !turns
     }
 
     /// How many frictions at rest begin to slide. Between its two limits friction at rest may stay there or slide: it stays as long as any way of sharing the load permits. Without a larger limit at rest, or alone,
@@ -650,7 +650,7 @@ impl ContactValues {
     fn count_moving(&self, context: &Place) -> usize {
         let frictions = || self.choices.concerned().filter(|&index| context.slip(index).is_some());
         let shares = frictions().nth(1).is_some() && frictions().any(|index| self.restitutions[index] != 1.0);
-        let size = self.accelerations.iter().fold(0.0, |most, own| maximum(most, own.abs()));
+        let size = self.accelerations.iter().fold(0.0, |most, value| maximum(most, value.abs()));
         let begins = |index: &usize| {
             let slides = context.rubs(*index) && !context.is_closed(*index) && self.rests(context, *index);
             slides && self.accelerations[*index].abs() > CANCELLED * maximum(size, context.scale(*index))
@@ -679,7 +679,7 @@ impl ContactValues {
     /// True for what begins to move against its mode.
     fn is_against(&self, context: &Place, index: usize) -> bool {
         let margin = self.margin(context, index, &self.sizes(context));
-        margin.is_some_and(|own| own.moves && own.value < -CANCELLED * own.begins)
+        margin.is_some_and(|margin| margin.moves && margin.value < -CANCELLED * margin.begins)
     }
 
     /// True if what is open does not go in, what is closed presses, and friction obeys its law, within rounding errors: of the accelerations that there are if something may only begin to move, else
@@ -731,7 +731,7 @@ impl ContactValues {
 
     /// What has been found to slip is where the method has its force, to within the tolerance.
     pub(super) fn slack(&self, context: &Place, index: usize) -> f64 {
-        let size = self.accelerations.iter().fold(0.0, |most, own| maximum(most, own.abs()));
+        let size = self.accelerations.iter().fold(0.0, |most, value| maximum(most, value.abs()));
         self.found() * maximum(size, context.scale(index))
     }
 
@@ -896,6 +896,6 @@ pub(crate) fn is_closed(data: &Contacts, state: &State, index: usize) -> bool {
 
 /// 1 or -1 while something slips that way in a state, else 0.
 pub(crate) fn direction(data: &Contacts, state: &State, index: usize) -> f64 {
-    let own = &data.all[index];
-    if own.slip.is_some() { state.parameters()[own.direction()] } else { 0.0 }
+    let contact = &data.all[index];
+    if contact.slip.is_some() { state.parameters()[contact.direction()] } else { 0.0 }
 }

@@ -94,7 +94,7 @@ impl Choices {
 
     /// True for what is undecided.
     pub fn includes(&self, index: usize) -> bool {
-        self.concerned().any(|own| own == index)
+        self.concerned().any(|concerned| concerned == index)
     }
 
     /// Sets one of the combinations among the parameters; false if it is the same as another one, because nothing rubs at what is open.

@@ -95,9 +95,9 @@ impl ContactValues {
     /// True if the accelerations are those of the reference, as far as an instant that was found knows them.
     fn is_reference(&self) -> bool {
         let size = self.reference.iter().chain(&self.solved[..self.reference.len()]);
-        let size = size.fold(0.0, |most, own| maximum(most, own.abs()));
+        let size = size.fold(0.0, |most, value| maximum(most, value.abs()));
         let mut pairs = self.reference.iter().zip(&self.solved);
-        pairs.all(|(own, other)| (own - other).abs() <= self.found() * size)
+        pairs.all(|(value, other)| (value - other).abs() <= self.found() * size)
     }
 
     /// The friction of a contact, if it follows from what presses.

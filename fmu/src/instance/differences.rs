@@ -93,10 +93,10 @@ impl Instance {
     pub(super) fn set_differenced(&mut self, input: usize, value: f64) -> bool {
         let Some(place) = self.followed(input).filter(|&place| !self.now.followed[place].given) else { return false };
         let (time, running) = (self.time(), self.is_running());
-        let own = &mut self.now.followed[place];
-        own.changed |= running && value != own.value;
-        own.value = value;
-        let polynomial = own.polynomial(time);
+        let followed = &mut self.now.followed[place];
+        followed.changed |= running && value != followed.value;
+        followed.value = value;
+        let polynomial = followed.polynomial(time);
         self.set_polynomial(input, polynomial);
         true
     }
@@ -113,18 +113,18 @@ impl Instance {
 
     /// Are there inputs of which an importer's communication points must be remembered?
     pub(crate) fn has_differences(&self) -> bool {
-        self.now.followed.iter().any(|own| !own.given)
+        self.now.followed.iter().any(|followed| !followed.given)
     }
 
     /// To be called where a communication step of an importer begins: what was not set has the value that was set before. Gives an input that jumps here.
     pub(crate) fn note_inputs(&mut self) -> Option<usize> {
         let (time, mut jumps) = (self.time(), None);
         for place in 0..self.now.followed.len() {
-            let (own, input) = (self.now.followed[place], self.model.followed()[place]);
-            if !own.given {
+            let (followed, input) = (self.now.followed[place], self.model.followed()[place]);
+            if !followed.given {
                 self.catch_up();
-                self.set_differenced(input, own.value);
-                jumps = jumps.or(own.jumps(time).then_some(input));
+                self.set_differenced(input, followed.value);
+                jumps = jumps.or(followed.jumps(time).then_some(input));
                 self.now.followed[place].remember(time);
             }
         }
@@ -133,7 +133,7 @@ impl Instance {
 
     /// An input that a driver follows and that has changed since the start, though nobody has ever given its derivatives.
     pub(crate) fn without_derivatives(&self) -> Option<usize> {
-        let place = self.now.followed.iter().position(|own| own.changed && !own.given)?;
+        let place = self.now.followed.iter().position(|followed| followed.changed && !followed.given)?;
         self.model.followed().get(place).copied()
     }
 }
@@ -144,14 +144,14 @@ mod tests {
 
     /// What is taken of an input at the last of these points.
     fn taken(points: &[[f64; 2]]) -> [f64; 3] {
-        let mut own = Followed::new(points[0][1]);
+        let mut followed = Followed::new(points[0][1]);
         let mut polynomial = [f64::NAN; 3];
         for &[time, value] in points {
-            own.value = value;
-            polynomial = own.polynomial(time);
-            own.remember(time);
+            followed.value = value;
+            polynomial = followed.polynomial(time);
+            followed.remember(time);
         }
-        assert!(own.is_sound());
+        assert!(followed.is_sound());
         polynomial
     }
 
@@ -182,12 +182,12 @@ mod tests {
 
     #[test]
     fn a_step_that_is_repeated_remembers_its_beginning_once() {
-        let mut own = Followed::new(0.0);
+        let mut followed = Followed::new(0.0);
         [(0.0, 0.0), (1.0, 7.0), (1.0, 1.0), (2.0, 4.0)].into_iter().for_each(|(time, value)| {
-            own.value = value;
-            own.remember(time);
+            followed.value = value;
+            followed.remember(time);
         });
-        own.value = 9.0;
-        assert_eq!((own.known, own.polynomial(3.0)), (3, [9.0, 6.0, 2.0]));
+        followed.value = 9.0;
+        assert_eq!((followed.known, followed.polynomial(3.0)), (3, [9.0, 6.0, 2.0]));
     }
 }

@@ -70,12 +70,12 @@ impl Instance {
             return Ok(());
         }
         let mechanical = self.model.mechanical();
-        let (pairs, own) = states.split_at(2 * mechanical);
+        let (pairs, scene_states) = states.split_at(2 * mechanical);
         for (index, pair) in pairs.chunks_exact(2).enumerate() {
             self.now.state.positions_mut()[index] = pair[0];
             self.now.state.rates_mut()[index] = pair[1];
         }
-        self.now.state.rates_mut()[mechanical..].copy_from_slice(own);
+        self.now.state.rates_mut()[mechanical..].copy_from_slice(scene_states);
         Ok(())
     }
 
@@ -214,9 +214,9 @@ impl Instance {
 
 /// Pairs of positions and rates, or of their derivatives, for each coordinate of the mechanism; then the rates of what follows them.
 fn interleave(mechanical: usize, [positions, rates]: [&[f64]; 2], states: &mut [f64]) {
-    let (pairs, own) = states.split_at_mut(2 * mechanical);
+    let (pairs, scene_states) = states.split_at_mut(2 * mechanical);
     for (pair, (position, rate)) in pairs.chunks_exact_mut(2).zip(positions.iter().zip(rates)) {
         pair.copy_from_slice(&[*position, *rate]);
     }
-    own.copy_from_slice(&rates[mechanical..]);
+    scene_states.copy_from_slice(&rates[mechanical..]);
 }

@@ -193,9 +193,9 @@ impl Limits {
 /// The places of a polynomial, as many behind as that and the others ahead, in units of their distance, and the weight of each for the value in between.
 fn weights(behind: usize) -> [(f64, f64); PLACES] {
     let place = |index: usize| index as f64 + 0.5 - behind as f64;
-    std::array::from_fn(|own| {
-        let others = (0..PLACES).filter(|&other| other != own);
-        (place(own), others.map(|other| place(other) / (place(other) - place(own))).product())
+    std::array::from_fn(|index| {
+        let others = (0..PLACES).filter(|&other| other != index);
+        (place(index), others.map(|other| place(other) / (place(other) - place(index))).product())
     })
 }
 

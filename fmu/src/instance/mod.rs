@@ -149,7 +149,7 @@ impl Instance {
     /// What the solver has done so far.
     pub fn statistics(&self) -> Statistics {
         let mut statistics = self.stepper.statistics();
-        statistics.work += self.instants.as_ref().map_or(0, |own| own.work(self.model.program()));
+        statistics.work += self.instants.as_ref().map_or(0, |instants| instants.work(self.model.program()));
         statistics
     }
 
@@ -451,7 +451,7 @@ impl Instance {
             self.behind = true;
         } else {
             let deadline = match &self.instants {
-                Some(own) => own.deadline,
+                Some(instants) => instants.deadline,
                 None => Deadline::after(self.model.program().experiment.budget),
             };
             let settings = Settings { deadline, ..self.settings() };
@@ -521,9 +521,9 @@ impl Instance {
 
     /// No step goes beyond this time, if there is one. A communication point that rounding errors have taken behind the stop is the stop.
     fn limit(&self) -> Option<f64> {
-        let own = self.instants.as_ref();
-        let tick = own.map(|own| own.limit).filter(|limit| limit.is_finite());
-        let stop = self.now.stop.map(|stop| own.map_or(stop, |own| maximum(stop, own.target)));
+        let instants = self.instants.as_ref();
+        let tick = instants.map(|instants| instants.limit).filter(|limit| limit.is_finite());
+        let stop = self.now.stop.map(|stop| instants.map_or(stop, |instants| maximum(stop, instants.target)));
         match (stop, tick) {
             (Some(stop), Some(tick)) => Some(stop.min(tick)),
             (stop, tick) => stop.or(tick),
@@ -625,8 +625,9 @@ impl Instance {
     /// A failure of the search for the start: it may come from what was set here.
     fn unlike_the_scene(&self, cause: Failure) -> InstanceError {
         let (program, state) = (self.model.program(), &self.now.state);
-        let parameters = program.parameters.iter().map(|own| (&own.name, own.start)).zip(state.parameters());
-        let inputs = program.inputs.iter().map(|own| (&own.name, own.start)).zip(state.inputs());
+        let parameters =
+            program.parameters.iter().map(|parameter| (&parameter.name, parameter.start)).zip(state.parameters());
+        let inputs = program.inputs.iter().map(|input| (&input.name, input.start)).zip(state.inputs());
         let changed = parameters.chain(inputs).filter(|((_, start), now)| start != *now);
         let set: Vec<_> = changed.map(|((name, start), &now)| (name.clone(), start, now)).collect();
         if set.is_empty() { InstanceError::Solver(cause) } else { InstanceError::Start { set, cause } }
@@ -757,8 +758,8 @@ impl Instance {
         self.computed = Computed::default();
         self.behind = false;
         self.stepper.forget();
-        if let Some(own) = &mut self.instants {
-            own.forget();
+        if let Some(instants) = &mut self.instants {
+            instants.forget();
         }
     }
 }

@@ -131,11 +131,11 @@ impl Along {
         let mut found = vec![Vec::with_capacity(self.columns); tape.results.len()];
         for lanes in &mut self.tangents {
             self.machine.run_tangents(tape, lanes);
-            for (own, &register) in found.iter_mut().zip(&tape.results) {
-                own.extend(lanes[register as usize]);
+            for (lane, &register) in found.iter_mut().zip(&tape.results) {
+                lane.extend(lanes[register as usize]);
             }
         }
-        found.iter_mut().for_each(|own| own.truncate(self.columns));
+        found.iter_mut().for_each(|lane| lane.truncate(self.columns));
         let values = tape.results.iter().map(|&register| self.machine.registers()[register as usize]).collect();
         (values, found)
     }
@@ -175,7 +175,7 @@ impl Columns {
             let time = columns.split_off(columns.len() - size);
             for (column, shift) in columns.chunks_mut(size.max(1)).zip(moves) {
                 let changes = time.iter().zip(after).map(|(by_time, after)| (by_time - after) * shift);
-                column.iter_mut().zip(changes).for_each(|(own, change)| *own += change);
+                column.iter_mut().zip(changes).for_each(|(value, change)| *value += change);
             }
         };
         of(&mut self.positions, self.n, rates);
@@ -195,11 +195,11 @@ impl Passage<'_> {
         let [before, after] = [&first.before, &last.after].map(|state| self.accelerations(state));
         columns.push(first.before.rates(), &before[..n]);
         let moves = self.moves(first, columns)?;
-        if let Some(other) = happened[1..].iter().find(|own| own.is_first()) {
+        if let Some(other) = happened[1..].iter().find(|happening| happening.is_first()) {
             return Err(PassageError::Together { first: self.names(first), other: self.names(other) });
         }
-        for own in happened {
-            self.jump(own, columns)?;
+        for happening in happened {
+            self.jump(happening, columns)?;
         }
         columns.move_on(&moves, [last.after.rates(), &after[..n]]);
         let all = [&columns.positions, &columns.rates, &columns.held_values];
@@ -214,9 +214,9 @@ impl Passage<'_> {
     /// # Errors
     /// What holds wherever it stands begins at rest, and slides or turns with other values.
     pub fn begin(&self, state: &State, columns: &mut Columns) -> Result<(), PassageError> {
-        let own = columns.clone();
+        let before = columns.clone();
         let count = self.parameters.len();
-        let (_, begin) = self.along(state, &own, false).run(&self.model.program().instants.begin);
+        let (_, begin) = self.along(state, &before, false).run(&self.model.program().instants.begin);
         for (place, tangents) in begin.iter().enumerate() {
             (0..count).for_each(|column| columns.held_values[column * columns.held + place] = tangents[column]);
         }
@@ -245,10 +245,9 @@ impl Passage<'_> {
     fn hold(&self, state: &State, which: &[bool], columns: &mut Columns) {
         let Some(data) = &self.model.program().instants.contacts else { return };
         let first = self.model.layout().parameters();
-        let places = data
-            .all
-            .iter()
-            .map(|contact| self.held.iter().position(|&own| Some(own) == contact.place().map(|place| first + place)));
+        let places = data.all.iter().map(|contact| {
+            self.held.iter().position(|&input| Some(input) == contact.place().map(|place| first + place))
+        });
         let places: Vec<(usize, usize)> = places
             .enumerate()
             .filter(|(index, _)| which[*index])
@@ -266,12 +265,13 @@ impl Passage<'_> {
     }
 
     /// What has happened, by its names.
-    fn names(&self, own: &Happening) -> String {
+    fn names(&self, happening: &Happening) -> String {
         let instants = &self.model.program().instants;
-        let samplers = own.ticks.iter().map(|&index| format!("a sample time of `{}`", instants.samplers[index].name));
+        let samplers =
+            happening.ticks.iter().map(|&index| format!("a sample time of `{}`", instants.samplers[index].name));
         let events = instants.events.iter().map(|event| &event.name);
         let names: Vec<&String> = events.chain(instants.contacts().iter().map(|contact| &contact.name)).collect();
-        let due = own.due.iter().map(|&index| match names.get(index) {
+        let due = happening.due.iter().map(|&index| match names.get(index) {
             Some(name) => format!("`{name}`"),
             None => "a change of sign of a normal force".to_owned(),
         });
@@ -316,18 +316,19 @@ impl Passage<'_> {
                     }
                 }
             }
-            let own = |all: &[f64], size: usize| all[column * size..][..size].to_vec();
+            let lanes = |all: &[f64], size: usize| all[column * size..][..size].to_vec();
             let (n, held) = (columns.n, columns.held);
-            let places = (layout.positions()..).zip(own(&columns.positions, n));
-            let rates = (layout.rates()..).zip(own(&columns.rates, n));
-            let held = self.held.iter().copied().zip(own(&columns.held_values, held));
+            let places = (layout.positions()..).zip(lanes(&columns.positions, n));
+            let rates = (layout.rates()..).zip(lanes(&columns.rates, n));
+            let held = self.held.iter().copied().zip(lanes(&columns.held_values, held));
             places.chain(rates).chain(held).for_each(|(register, tangent)| set(register, tangent));
         }
         for lanes in &mut along.tangents {
             along.machine.run_tangents(&tapes.parameters, lanes);
             if solved {
                 along.machine.run_tangents(&tapes.acceleration, lanes);
-                let found: Vec<Lane> = tapes.acceleration.results.iter().map(|&own| lanes[own as usize]).collect();
+                let found: Vec<Lane> =
+                    tapes.acceleration.results.iter().map(|&register| lanes[register as usize]).collect();
                 lanes[results.clone()].copy_from_slice(&found);
             }
         }
@@ -335,33 +336,33 @@ impl Passage<'_> {
     }
 
     /// How the instant moves with each parameter; the last column is the direction of time.
-    fn moves(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, PassageError> {
+    fn moves(&self, happening: &Happening, columns: &Columns) -> Result<Vec<f64>, PassageError> {
         let still = vec![0.0; self.parameters.len()];
-        if !own.ticks.is_empty() {
-            return self.ticks(own, columns);
+        if !happening.ticks.is_empty() {
+            return self.ticks(happening, columns);
         }
         // What happens at the start, or where an input jumps, does so at that time.
-        let (Some([length, reached]), Some(&event)) = (own.seen, own.due.first()) else { return Ok(still) };
-        if own.due.len() > 1 {
-            return Err(PassageError::Order { names: self.names(own) });
+        let (Some([length, reached]), Some(&event)) = (happening.seen, happening.due.first()) else { return Ok(still) };
+        if happening.due.len() > 1 {
+            return Err(PassageError::Order { names: self.names(happening) });
         }
-        let (value, mut changes) = self.excess(own, columns, event);
+        let (value, mut changes) = self.excess(happening, columns, event);
         if value.abs() > JUMPED * reached {
-            return Err(PassageError::Jumps { names: self.names(own) });
+            return Err(PassageError::Jumps { names: self.names(happening) });
         }
         let speed = changes.pop().unwrap_or_default();
         // Written so that what is not a number grazes, too.
         let crosses = speed.abs() * length > self.tolerance.sqrt() * reached;
         if !crosses {
-            return Err(PassageError::Touched { names: self.names(own) });
+            return Err(PassageError::Touched { names: self.names(happening) });
         }
         Ok(changes.into_iter().map(|change| -change / speed).collect())
     }
 
     /// By how much an event or a contact exceeds what it begins to hold at, with its changes.
-    fn excess(&self, own: &Happening, columns: &Columns, event: usize) -> (f64, Vec<f64>) {
+    fn excess(&self, happening: &Happening, columns: &Columns, event: usize) -> (f64, Vec<f64>) {
         let instants = &self.model.program().instants;
-        let mut along = self.along(&own.before, columns, true);
+        let mut along = self.along(&happening.before, columns, true);
         if event < instants.events.len() {
             let (values, changes) = along.run(&instants.sides);
             let [one, other] = [2 * event, 2 * event + 1];
@@ -378,11 +379,11 @@ impl Passage<'_> {
             return of(along.run(&data.pressing), index - data.all.len(), 1.0);
         };
         let reactions = self.model.layout().reactions();
-        let (reaction, closed) = (reactions + contact.constraint as usize, own.closed(self.model)[0][index]);
+        let (reaction, closed) = (reactions + contact.constraint as usize, happening.closed(self.model)[0][index]);
         match &contact.slip {
             None if closed => along.register(reaction),
             None => of(along.run(if contact.of_rate { &data.rates } else { &data.gaps }), index, -1.0),
-            Some(_) if !closed => of(along.run(&data.rates), index, -own.directions(self.model)[0][index]),
+            Some(_) if !closed => of(along.run(&data.rates), index, -happening.directions(self.model)[0][index]),
             Some(slip) => {
                 let share = of(along.run(&data.restitutions), index, 1.0);
                 let level = along.register(reactions + slip.level as usize);
@@ -395,41 +396,43 @@ impl Passage<'_> {
     }
 
     /// How the time of a tick moves with each parameter: that of offset + k period.
-    fn ticks(&self, own: &Happening, columns: &Columns) -> Result<Vec<f64>, PassageError> {
-        let (values, changes) = self.along(&own.before, columns, false).run(&self.model.program().instants.clocks);
+    fn ticks(&self, happening: &Happening, columns: &Columns) -> Result<Vec<f64>, PassageError> {
+        let (values, changes) =
+            self.along(&happening.before, columns, false).run(&self.model.program().instants.clocks);
         let count = self.parameters.len();
         let moved = |&sampler: &usize| -> Vec<f64> {
             let [period, offset] = [2 * sampler, 2 * sampler + 1];
-            let number = Clock { period: values[period], offset: values[offset] }.number(own.before.time());
+            let number = Clock { period: values[period], offset: values[offset] }.number(happening.before.time());
             (0..count).map(|column| changes[offset][column] + number * changes[period][column]).collect()
         };
-        let all: Vec<Vec<f64>> = own.ticks.iter().map(moved).collect();
+        let all: Vec<Vec<f64>> = happening.ticks.iter().map(moved).collect();
         let Some((first, others)) = all.split_first() else { return Ok(vec![0.0; count]) };
         let is_same = |other: &Vec<f64>| {
             first.iter().zip(other).all(|(one, other)| (one - other).abs() <= CANCELLED * (one.abs() + other.abs()))
         };
         match others.iter().all(is_same) {
             true => Ok(first.clone()),
-            false => Err(PassageError::Ticks { names: self.names(own) }),
+            false => Err(PassageError::Ticks { names: self.names(happening) }),
         }
     }
 
     /// What happens to the state itself.
-    fn jump(&self, own: &Happening, columns: &mut Columns) -> Result<(), PassageError> {
+    fn jump(&self, happening: &Happening, columns: &mut Columns) -> Result<(), PassageError> {
         let instants = &self.model.program().instants;
-        let ticking = own.ticks.iter().flat_map(|&index| &instants.samplers[index].writes);
-        let events = own.due.iter().filter_map(|&index| instants.events.get(index)).flat_map(|event| &event.writes);
+        let ticking = happening.ticks.iter().flat_map(|&index| &instants.samplers[index].writes);
+        let events =
+            happening.due.iter().filter_map(|&index| instants.events.get(index)).flat_map(|event| &event.writes);
         let writes: Vec<Write> = ticking.chain(events).copied().collect();
         let written = match writes.is_empty() {
             true => Vec::new(),
-            false => self.along(&own.before, columns, true).run(&instants.written).1,
+            false => self.along(&happening.before, columns, true).run(&instants.written).1,
         };
-        if let (Some(data), false) = (&instants.contacts, own.hit.is_empty()) {
-            self.strike(own, data, columns)?;
+        if let (Some(data), false) = (&instants.contacts, happening.hit.is_empty()) {
+            self.strike(happening, data, columns)?;
         }
-        let [before, after] = own.closed(self.model);
+        let [before, after] = happening.closed(self.model);
         let caught: Vec<bool> = before.iter().zip(after).map(|(before, after)| after && !before).collect();
-        self.hold(&own.before, &caught, columns);
+        self.hold(&happening.before, &caught, columns);
         for write in writes {
             for (column, tangent) in written[write.result as usize].iter().enumerate() {
                 columns.held_values[column * columns.held + write.held as usize] = *tangent;
@@ -439,10 +442,10 @@ impl Passage<'_> {
     }
 
     /// An impact: rates change by what makes those that hit leave with their share of the speed.
-    fn strike(&self, own: &Happening, data: &Contacts, columns: &mut Columns) -> Result<(), PassageError> {
+    fn strike(&self, happening: &Happening, data: &Contacts, columns: &mut Columns) -> Result<(), PassageError> {
         let events = self.model.program().instants.events.len();
-        let &[index] = own.hit.as_slice() else {
-            let names: Vec<String> = own.hit.iter().map(|&index| format!("`{}`", data.all[index].name)).collect();
+        let &[index] = happening.hit.as_slice() else {
+            let names: Vec<String> = happening.hit.iter().map(|&index| format!("`{}`", data.all[index].name)).collect();
             return Err(PassageError::Impacts { names: names.join(" and ") });
         };
         let name = &data.all[index].name;
@@ -450,21 +453,21 @@ impl Passage<'_> {
         if let Some(other) = data.all.iter().find(rubs) {
             return Err(PassageError::Rubs { name: name.clone(), other: other.name.clone() });
         }
-        if own.due != [index + events] {
-            return Err(PassageError::ImpactBeside { others: self.names(own), name: name.clone() });
+        if happening.due != [index + events] {
+            return Err(PassageError::ImpactBeside { others: self.names(happening), name: name.clone() });
         }
-        let mut state = own.before.clone();
-        for (contact, &pressing) in data.all.iter().zip(&own.pressing) {
+        let mut state = happening.before.clone();
+        for (contact, &pressing) in data.all.iter().zip(&happening.pressing) {
             state.parameters_mut()[contact.closed as usize] = f64::from(u8::from(pressing));
         }
         let mut along = self.along(&state, columns, false);
         let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
-        if shares[index] > 0.0 && own.closed(self.model)[1][index] {
+        if shares[index] > 0.0 && happening.closed(self.model)[1][index] {
             return Err(PassageError::BouncesEnd { name: name.clone() });
         }
         let (model, layout) = (self.model, self.model.layout());
         let mut asked = vec![0.0; model.program().constraints.len()];
-        for (place, contact) in data.all.iter().enumerate().filter(|(place, _)| own.pressing[*place]) {
+        for (place, contact) in data.all.iter().enumerate().filter(|(place, _)| happening.pressing[*place]) {
             let (share, share_change) = match place == index {
                 true => (shares[place], share_changes[place].clone()),
                 false => (0.0, vec![0.0; along.columns]),

@@ -196,7 +196,7 @@ impl Variational {
             self.tangents.fill(ZERO);
             for (place, &register) in four.iter().enumerate() {
                 self.tangents[register][place] = 1.0;
-                let parameter = self.registers.iter().position(|own| *own == register);
+                let parameter = self.registers.iter().position(|parameter_register| *parameter_register == register);
                 let changes = parameter.map(|column| held_of((&self.held, &self.held_values), column));
                 for (held, tangent) in changes.into_iter().flatten() {
                     self.tangents[held][place] = tangent;
@@ -315,8 +315,8 @@ fn direction<'a>(
     [positions, rates]: [&'a [f64]; 2],
 ) -> impl Iterator<Item = (usize, f64)> + use<'a> {
     let (layout, n) = (model.layout(), model.coordinates());
-    let own = |first: usize, all: &'a [f64]| (first..).zip(all[column * n..][..n].iter().copied());
-    once((register, 1.0)).chain(own(layout.positions(), positions)).chain(own(layout.rates(), rates))
+    let changes_of = |first: usize, all: &'a [f64]| (first..).zip(all[column * n..][..n].iter().copied());
+    once((register, 1.0)).chain(changes_of(layout.positions(), positions)).chain(changes_of(layout.rates(), rates))
 }
 
 impl Instance {

@@ -73,7 +73,7 @@ impl Comparisons {
 
     /// The motion goes on from elsewhere.
     pub fn forget(&mut self) {
-        self.all.iter_mut().for_each(|own| own.ends = 0);
+        self.all.iter_mut().for_each(|pair| pair.ends = 0);
     }
 
     /// Since when sides stay together, and which coordinate that accelerates; once.
@@ -93,7 +93,7 @@ impl Comparisons {
         self.load(context, run, [0.0; 2], 0);
         let tape = &context.model.program().tapes.laws.tape;
         context.machine.run(tape);
-        let near = self.all.iter().any(|own| (1e-300..APART).contains(&context.machine.result(tape, own.law).abs()));
+        let near = self.all.iter().any(|pair| (1e-300..APART).contains(&context.machine.result(tape, pair.law).abs()));
         if near {
             self.measure(context);
         }
@@ -111,17 +111,17 @@ impl Comparisons {
     fn measure(&mut self, context: &mut Context) {
         let Context { model, machine, .. } = context;
         let tape = &model.program().tapes.laws.tape;
-        self.all.iter_mut().for_each(|own| own.size = 0.0);
+        self.all.iter_mut().for_each(|law| law.size = 0.0);
         for direction in 0..DIRECTIONS {
             self.tangents.fill(0.0);
             for register in moving(model) {
                 self.tangents[register] = sign(register, direction) * machine.registers()[register];
             }
             machine.differentiate(tape, &mut self.tangents, &mut self.changes);
-            for own in &mut self.all {
-                let size = self.changes[own.law].abs();
-                if size > own.size {
-                    (own.size, own.direction) = (size, direction);
+            for law in &mut self.all {
+                let size = self.changes[law.law].abs();
+                if size > law.size {
+                    (law.size, law.direction) = (size, direction);
                 }
             }
         }

@@ -119,8 +119,8 @@ impl Elimination {
         let place = self.solved.len();
         for holder in std::mem::take(&mut self.holders[solved.column]) {
             let before = &mut self.solved[holder];
-            let Ok(own) = before.rest.binary_search_by_key(&solved.column, |entry| entry.0) else { continue };
-            let (_, factor) = before.rest.remove(own);
+            let Ok(place) = before.rest.binary_search_by_key(&solved.column, |entry| entry.0) else { continue };
+            let (_, factor) = before.rest.remove(place);
             before.rest = less(&before.rest, factor, &solved.rest);
             before.shares = less(&before.shares, factor, &solved.shares);
             solved.rest.iter().for_each(|(column, _)| self.holders[*column].push(holder));
@@ -234,13 +234,13 @@ mod tests {
             assert!(size(&combined(&row.shares)) < 1e-12 && size(&row.rest) < 1e-12, "{row:?}");
         }
         for solved in &found.solved {
-            let own = less(&combined(&solved.shares), 1.0, &solved.rest);
+            let combined_row = less(&combined(&solved.shares), 1.0, &solved.rest);
             let [(column, one), rest @ ..] =
-                &own.iter().copied().filter(|(_, value)| value.abs() > 1e-12).collect::<Vec<_>>()[..]
+                &combined_row.iter().copied().filter(|(_, value)| value.abs() > 1e-12).collect::<Vec<_>>()[..]
             else {
-                panic!("{own:?}")
+                panic!("{combined_row:?}")
             };
-            assert!(*column == solved.column && (one - 1.0).abs() < 1e-12 && rest.is_empty(), "{own:?}");
+            assert!(*column == solved.column && (one - 1.0).abs() < 1e-12 && rest.is_empty(), "{combined_row:?}");
             assert!(solved.rest.iter().all(|(column, _)| found.solved_for(*column).is_none()), "{solved:?}");
         }
         let free = (0..unknowns).filter(|column| found.solved_for(*column).is_none());

@@ -211,22 +211,22 @@ impl Factors {
             let inverse = 1.0 / pivot;
             self.diagonal[column] = inverse;
             let range = first[column]..first[column + 1];
-            let (own, others) = self.entries.split_at_mut(range.end);
-            let (own, rows) = (&mut own[range.start..], &rows[range.clone()]);
+            let (entries, others) = self.entries.split_at_mut(range.end);
+            let (entries, rows) = (&mut entries[range.start..], &rows[range.clone()]);
             let mut targets = &products[first_product[column]..first_product[column + 1]];
-            for upper in 0..own.len() {
-                let value = own[upper];
+            for upper in 0..entries.len() {
+                let value = entries[upper];
                 let factor = value * inverse;
                 let product = value * factor;
                 self.diagonal[rows[upper] as usize] -= product;
                 self.sizes[rows[upper] as usize] += product.abs();
-                let below = &own[upper + 1..];
+                let below = &entries[upper + 1..];
                 let (now, later) = targets.split_at(below.len());
                 for (target, entry) in now.iter().zip(below) {
                     others[*target as usize - range.end] -= *entry * factor;
                 }
                 targets = later;
-                own[upper] = factor;
+                entries[upper] = factor;
             }
         }
         for (factor, &entry) in self.by_rows.iter_mut().zip(&self.pattern.turned) {
@@ -242,21 +242,22 @@ impl Factors {
         let Pattern { first, rows, first_product, products, .. } = &self.pattern;
         for column in (0..self.diagonal.len()).rev().filter(|&column| self.wanted[column]) {
             let range = first[column]..first[column + 1];
-            let (own, others) = self.inverse.split_at_mut(range.end);
-            let (own, rows, factors) = (&mut own[range.start..], &rows[range.clone()], &self.entries[range.clone()]);
+            let (entries, others) = self.inverse.split_at_mut(range.end);
+            let (current, rows, factors) =
+                (&mut entries[range.start..], &rows[range.clone()], &self.entries[range.clone()]);
             let mut sources = &products[first_product[column]..first_product[column + 1]];
-            for ((entry, row), factor) in own.iter_mut().zip(rows).zip(factors) {
+            for ((entry, row), factor) in current.iter_mut().zip(rows).zip(factors) {
                 *entry = -(*factor * self.inverse_diagonal[*row as usize]);
             }
-            for upper in 0..own.len() {
-                for lower in upper + 1..own.len() {
+            for upper in 0..current.len() {
+                for lower in upper + 1..current.len() {
                     let entry = others[sources[lower - upper - 1] as usize - range.end];
-                    own[lower] -= factors[upper] * entry;
-                    own[upper] -= factors[lower] * entry;
+                    current[lower] -= factors[upper] * entry;
+                    current[upper] -= factors[lower] * entry;
                 }
-                sources = &sources[own.len() - upper - 1..];
+                sources = &sources[current.len() - upper - 1..];
             }
-            let products = factors.iter().zip(&*own);
+            let products = factors.iter().zip(&*current);
             self.inverse_diagonal[column] =
                 products.fold(self.diagonal[column], |sum, (factor, entry)| sum - *factor * *entry);
         }

@@ -241,8 +241,8 @@ impl SparseBlock {
             if self.by_rows { (self.rows.len(), self.columns.len()) } else { (self.columns.len(), self.rows.len()) };
         let mut crossing: Vec<Vec<(usize, f64)>> = vec![Vec::new(); others];
         for &(row, column, value) in &self.entries {
-            let (own, other) = if self.by_rows { (row, column) } else { (column, row) };
-            crossing[other].push((own, value));
+            let (to, other) = if self.by_rows { (row, column) } else { (column, row) };
+            crossing[other].push((to, value));
         }
         let mut normal: Vec<SparseRow> = (0..size).map(|index| SparseRow::from([(index, damping * damping)])).collect();
         for line in crossing {
@@ -280,11 +280,11 @@ fn decompose(rows: usize, columns: usize, entries: &[Entry], dense: usize) -> Ve
             set.push(row);
         }
     }
-    let mut own: Vec<Vec<Entry>> = vec![Vec::new(); columns];
+    let mut blocks: Vec<Vec<Entry>> = vec![Vec::new(); columns];
     for &(row, column, value) in entries.iter().filter(|entry| entry.2 != 0.0) {
-        own[sets.root(column)].push((row_place[row], column_place[column], value));
+        blocks[sets.root(column)].push((row_place[row], column_place[column], value));
     }
-    let blocks = members.into_iter().zip(own).filter(|((rows, _), _)| !rows.is_empty());
+    let blocks = members.into_iter().zip(blocks).filter(|((rows, _), _)| !rows.is_empty());
     blocks.filter_map(|((rows, columns), entries)| block(rows, columns, entries, dense)).collect()
 }
 

@@ -221,11 +221,11 @@ impl<N: Number> Recursion<N> {
         let (mut carried, one) = (Carried::default(), N::all(1.0));
         let mut next = sides.len();
         for k in (0..limbs.len()).rev() {
-            let (limb, joint, own) = (&limbs[k], &mut joints[k], derivative(k));
+            let (limb, joint, derivative_here) = (&limbs[k], &mut joints[k], derivative(k));
             let follows = limbs.get(k + 1).filter(|child| child.parent == Some(k));
-            let c = follows.map_or([N::ZERO; 2], |child| product(child.begin, own));
+            let c = follows.map_or([N::ZERO; 2], |child| product(child.begin, derivative_here));
             let [qx, qy] = carried.times(c);
-            let (mut pivot, [mx, my]) = (limb.inertia - dot(c, [qx, qy]), product(limb.carried, own));
+            let (mut pivot, [mx, my]) = (limb.inertia - dot(c, [qx, qy]), product(limb.carried, derivative_here));
             let mut r = [mx - qx, my - qy];
             if joint.forks {
                 let Branches { carried: others, moved, over } = std::mem::take(&mut factored[k]);
@@ -374,10 +374,10 @@ mod tests {
         let mut limbs: Vec<Limb> = (0..COUNT).map(limb).collect();
         let mut masses = [0.0; COUNT];
         for k in (0..COUNT).rev() {
-            let (own, at) = (1.5 + wave(k, 2.3), [wave(k, 0.4), wave(k, 3.1)]);
-            masses[k] += own;
-            limbs[k].inertia += 0.3 + own * dot(at, at);
-            limbs[k].carried = sum(limbs[k].carried, at.map(|part| own * part));
+            let (mass, at) = (1.5 + wave(k, 2.3), [wave(k, 0.4), wave(k, 3.1)]);
+            masses[k] += mass;
+            limbs[k].inertia += 0.3 + mass * dot(at, at);
+            limbs[k].carried = sum(limbs[k].carried, at.map(|part| mass * part));
             if let Some(parent) = limbs[k].parent {
                 let (begin, mass) = (limbs[k].begin, masses[k]);
                 masses[parent] += mass;
@@ -421,8 +421,8 @@ mod tests {
         for k in 0..COUNT {
             let others = (0..COUNT).fold([0.5, -0.5], |force, l| sum(force, product(all[k][l], arm(l))));
             // The last one is a line, which has its mass along it.
-            let own = if k + 1 == COUNT { arm(k).map(|part| limbs[k].inertia * part) } else { [0.0; 2] };
-            let expected = sum(others, own);
+            let inertia = if k + 1 == COUNT { arm(k).map(|part| limbs[k].inertia * part) } else { [0.0; 2] };
+            let expected = sum(others, inertia);
             assert!((fx[k] - expected[0]).abs() + (fy[k] - expected[1]).abs() < 1e-11, "{k}");
         }
     }

@@ -202,7 +202,7 @@ impl Program {
             row.is_some_and(|row| row.role == Role::OneSided)
         };
         let masks = self.instants.masks.iter().all(|(row, parameter)| is_masked(row) && is_parameter(*parameter));
-        let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|own| is_parameter(*own));
+        let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|event| is_parameter(*event));
         if !masks || !removes {
             return Err(Fault::Reference { name: "what does not always hold".to_owned() });
         }
@@ -289,9 +289,10 @@ impl Program {
     fn every_tape(&self) -> impl Iterator<Item = &Tape> {
         let (tapes, initial) = (&self.tapes, &self.initial);
         let contacts = self.instants.contacts.iter();
-        let contacts = contacts.flat_map(|own| {
-            let of_gaps = [&own.gaps, &own.rates, &own.accelerations, &own.restitutions, &own.impact];
-            of_gaps.into_iter().chain([&own.pressing, &own.locks])
+        let contacts = contacts.flat_map(|contact| {
+            let of_gaps =
+                [&contact.gaps, &contact.rates, &contact.accelerations, &contact.restitutions, &contact.impact];
+            of_gaps.into_iter().chain([&contact.pressing, &contact.locks])
         });
         [
             &tapes.parameters,

@@ -63,8 +63,8 @@ impl Crossing {
         let combinations = here.found.dependent.iter().map(combination).collect();
         let mut defect = 0.0;
         for (place, known) in study.defects_together(&here).into_iter().enumerate() {
-            let own = known.unwrap_or_else(|| study.defect(&here, place));
-            defect = math::maximum(defect, own.abs());
+            let defect_here = known.unwrap_or_else(|| study.defect(&here, place));
+            defect = math::maximum(defect, defect_here.abs());
         }
         let Study { changes, columns, .. } = study;
         Some(Self { imposed: changes.imposed, combinations, columns, defect })
@@ -169,8 +169,9 @@ impl Pose {
         let vector = |column: usize| &vectors[column * free.len()..][..free.len()];
         let moved: Vec<f64> = columns.iter().map(|&column| self.moved(column, shift)).collect();
         let (row, largest) = (&self.found.dependent[place], size(&self.found.dependent[place]));
-        let slope =
-            |column: usize| row.rest.iter().find(|(own, _)| *own == column).map_or(0.0, |(_, value)| value / largest);
+        let slope = |column: usize| {
+            row.rest.iter().find(|(other, _)| *other == column).map_or(0.0, |(_, value)| value / largest)
+        };
         let mut sloping = DVector::from_iterator(free.len(), free.iter().map(|&free| slope(free) / self.lengths[free]));
         let (mut bend, mut left) = (DMatrix::zeros(free.len(), free.len()), self.value(place));
         left += row.rest.iter().map(|(column, value)| value / largest * shift[*column]).sum::<f64>();
@@ -289,7 +290,8 @@ impl<'a> Study<'a> {
     fn rows(&mut self, state: &State) -> Vec<EntryList> {
         let (x, mut state, mut entries) = (scaled(self.model, state), state.clone(), Vec::new());
         self.loops(&mut state).jacobian(&x, &mut entries);
-        let mut rows: Vec<EntryList> = self.columns.iter().map(|own| EntryList::with_capacity(own.len() + 1)).collect();
+        let mut rows: Vec<EntryList> =
+            self.columns.iter().map(|column| EntryList::with_capacity(column.len() + 1)).collect();
         entries.iter().for_each(|&(row, column, value)| rows[row].push((column, value)));
         rows.iter_mut().for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
         rows

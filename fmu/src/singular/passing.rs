@@ -76,7 +76,8 @@ pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
     passage.bodies = turning.map(String::from).collect();
     let coordinates = program.coordinates.iter().zip(state.positions()).take(model.mechanical());
-    let largest = coordinates.fold(1.0, |most, (own, place)| math::maximum(most, place.abs() / own.scale));
+    let largest =
+        coordinates.fold(1.0, |most, (coordinate, place)| math::maximum(most, place.abs() / coordinate.scale));
     passage.defect = if found.defect > ROUNDING * f64::EPSILON * largest { found.defect } else { 0.0 };
     passage
 }

@@ -27,7 +27,7 @@ impl<V: Real, const D: usize> Tangent<V, D> {
     /// This value, with derivatives from those of this number.
     #[inline(always)]
     fn of(&self, value: V, of: impl Fn(V) -> V) -> Self {
-        self.with(self, value, |own, _| of(own))
+        self.with(self, value, |tangent, _| of(tangent))
     }
 }
 

@@ -135,8 +135,8 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
 
     /// Takes the coefficients over.
     pub fn fill(&mut self, coefficients: &[N]) {
-        let Store { tape, factors, coefficients: own, .. } = &mut self.store;
-        own.copy_from_slice(coefficients);
+        let Store { tape, factors, coefficients: results, .. } = &mut self.store;
+        results.copy_from_slice(coefficients);
         for (factor, term) in factors.iter_mut().zip(&tape.terms) {
             *factor = coefficients[term.factor as usize];
         }

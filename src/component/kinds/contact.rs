@@ -155,10 +155,10 @@ fn slip_on_circle(part: &Part, system: &mut System) -> Coupling {
     let heading = Port::Heading(part.between.map(|place| system.t_node(place)));
     let mut terms = vec![CouplingTerm { factor: system.arena.add(circle, radius), port: heading }];
     let ground = system.r_node(None);
-    for (body, own) in part.bodies().into_iter().zip([circle, radius]) {
-        if body.is_some() && own != Expr::ZERO {
+    for (body, offset) in part.bodies().into_iter().zip([circle, radius]) {
+        if body.is_some() && offset != Expr::ZERO {
             let port = Port::Angle([ground, system.r_node(body)]);
-            terms.push(CouplingTerm { factor: system.arena.negate(own), port });
+            terms.push(CouplingTerm { factor: system.arena.negate(offset), port });
         }
     }
     Coupling { terms, offset: Expr::ZERO }

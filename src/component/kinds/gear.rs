@@ -50,9 +50,9 @@ pub(crate) fn first_turn(part: &Part, system: &mut System) -> Option<Coupling> {
 
 /// The torque of the mesh on the first wheel is ratio times that on the second, which is the reaction.
 fn law(part: &Part) -> Option<Friction> {
-    let own = part.friction()?;
+    let friction = part.friction()?;
     let ratio = constant::apply(Function::One(Unary::Abs), vec![part.key("ratio")]);
-    Some(Friction { mu: own.mu.clone() * ratio, ..own.clone() })
+    Some(Friction { mu: friction.mu.clone() * ratio, ..friction.clone() })
 }
 
 fn placed(placed: &mut Placed<'_>) {

@@ -43,7 +43,7 @@ pub(crate) const SCREW: Component = Component {
 
 /// Lead by turn at the radius of the thread: the slope of its helix.
 fn slope(part: &Part) -> Formula {
-    let radius = part.friction().and_then(|own| own.radius.clone()).unwrap_or(Formula::Number(1.0));
+    let radius = part.friction().and_then(|friction| friction.radius.clone()).unwrap_or(Formula::Number(1.0));
     part.key("lead") / (Formula::Number(std::f64::consts::TAU) * radius)
 }
 
@@ -55,7 +55,7 @@ fn secant(part: &Part) -> Formula {
 
 /// The way along the helix: s sin + radius theta cos of its slope.
 fn thread_slide(part: &Part, system: &mut System) -> Option<Coupling> {
-    let radius = part.friction().and_then(|own| own.radius.clone()).unwrap_or(Formula::Number(1.0));
+    let radius = part.friction().and_then(|friction| friction.radius.clone()).unwrap_or(Formula::Number(1.0));
     let factors = [slope(part) / secant(part), radius / secant(part)].map(|factor| system.value(&factor));
     let terms = rack::slide_by_turn(system, part, |_| Expr::ZERO).terms;
     let terms = terms.into_iter().zip(factors).map(|(term, factor)| CouplingTerm { factor, port: term.port }).collect();
@@ -64,8 +64,8 @@ fn thread_slide(part: &Part, system: &mut System) -> Option<Coupling> {
 
 /// What presses on the thread is the force on the nut by the cosine of its slope.
 fn law(part: &Part) -> Option<Friction> {
-    let own = part.friction()?;
-    Some(Friction { mu: own.mu.clone() * secant(part), ..own.clone() })
+    let friction = part.friction()?;
+    Some(Friction { mu: friction.mu.clone() * secant(part), ..friction.clone() })
 }
 
 fn placed(placed: &mut Placed<'_>) {

@@ -46,12 +46,12 @@ fn made(given: &TransferKeys<'_>) -> Result<TransferParts, Flaw> {
     let states = (0..order).map(|row| {
         let heard = signed(row % 2 == 0, given.heard.clone());
         let part = |column: usize| signed(column <= row && (row - column) % 2 == 1, given.state(column));
-        let sum = (0..order).map(part).fold(heard, |sum, own| sum + own);
+        let sum = (0..order).map(part).fold(heard, |sum, index| sum + index);
         let rate = Formula::Number((2 * row + 1) as f64) * sum / time.clone();
         let start = if row == 0 { given.value_or("start", 0.0) } else { Formula::Number(0.0) };
         Inner::new(&format!("legendre_{row}"), "state of the delay", start, rate)
     });
-    let output = (1..order).fold(given.state(0), |sum, own| sum + given.state(own));
+    let output = (1..order).fold(given.state(0), |sum, index| sum + given.state(index));
     Ok(TransferParts::of_states(output, states.collect()))
 }
 

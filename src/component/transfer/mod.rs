@@ -58,7 +58,7 @@ pub(crate) struct TransferKeys<'g> {
 impl TransferKeys<'_> {
     /// The value of a key, if it is there.
     fn value(&self, key: &str) -> Option<Formula> {
-        self.values.iter().find(|(own, _)| *own == key).map(|(_, value)| value.clone())
+        self.values.iter().find(|(name, _)| *name == key).map(|(_, value)| value.clone())
     }
 
     fn value_or(&self, key: &str, otherwise: f64) -> Formula {
@@ -147,8 +147,8 @@ pub(crate) const NOMINAL: Key = Key::default(
 impl Transfer {
     /// The keys of its own and those that all kinds have.
     pub fn all_keys(&self) -> Vec<Key> {
-        let own = std::iter::once(self.hears).chain(self.keys.iter().copied());
-        own.chain([NOMINAL, SIGNAL_UNIT, DESCRIPTION]).collect()
+        let keys = std::iter::once(self.hears).chain(self.keys.iter().copied());
+        keys.chain([NOMINAL, SIGNAL_UNIT, DESCRIPTION]).collect()
     }
 }
 

@@ -135,9 +135,9 @@ fn sampled(given: &TransferKeys<'_>, period: &Formula, winds_up: bool) -> Transf
     let mut sampled = vec![Inner::new("output", "its output:", zero(), zero())];
     let mut wanted = proportional(given);
     if let Some(integral) = given.value("integral") {
-        let own = given.sampled(1);
-        wanted = wanted + own.clone();
-        let next = own + integral * period.clone() * given.heard.clone();
+        let integral_value = given.sampled(1);
+        wanted = wanted + integral_value.clone();
+        let next = integral_value + integral * period.clone() * given.heard.clone();
         sampled.push(Inner::new("integral", "integral part of", given.value_or("start", 0.0), next));
     }
     if let Some(derivative) = given.value("derivative") {

@@ -62,8 +62,9 @@ impl Kinematics {
             let before = kinematics.steps[parent.index()].as_ref();
             let (depth, angles, frame) = before.map_or((0, 0, FrameId::WORLD), |s| (s.depth, s.angles, s.frame));
             let slides = before.map_or(0, |s| s.slides) + row.motion.len();
-            let turned = across.position.frames().find(|&own| own != FrameId::WORLD && own != frame);
-            let (angles, frame) = turned.map_or((angles, frame), |own| (angles + 1, own));
+            let turned =
+                across.position.frames().find(|&turned_frame| turned_frame != FrameId::WORLD && turned_frame != frame);
+            let (angles, frame) = turned.map_or((angles, frame), |turned_frame| (angles + 1, turned_frame));
             kinematics.steps[node.index()] = Some(PathEnd { parent, depth: depth + 1, slides, angles, frame, across });
         }
         kinematics

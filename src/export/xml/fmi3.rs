@@ -58,16 +58,17 @@ impl<'a> Fmi3Description<'a> {
     fn new(description: &'a Description) -> Self {
         let Description { variables, followed, indicators, .. } = description;
         let references = References::new(variables.len(), followed.clone(), *indicators);
-        let mut own: Vec<ScalarVariable> = followed.iter().flat_map(|&input| derivatives(&variables[input])).collect();
-        own.extend((1..=*indicators).map(|number| {
+        let mut derivatives: Vec<ScalarVariable> =
+            followed.iter().flat_map(|&input| derivatives(&variables[input])).collect();
+        derivatives.extend((1..=*indicators).map(|number| {
             let about = "changes sign where a law switches to another piece";
             let name = format!("event_indicator_{number}");
             ScalarVariable::new(name, about.to_owned(), Unit::default(), Causality::Local)
         }));
         let time = variables.iter().position(|variable| variable.causality == Causality::Independent);
         let independent = || ScalarVariable::new("time".into(), "time".into(), Unit::time(), Causality::Independent);
-        own.extend(time.is_none().then(independent));
-        for variable in &mut own {
+        derivatives.extend(time.is_none().then(independent));
+        for variable in &mut derivatives {
             // Names of the scene come first.
             while variables.iter().any(|other| other.name == variable.name) {
                 variable.name.push('_');
@@ -75,7 +76,7 @@ impl<'a> Fmi3Description<'a> {
         }
         Self {
             description,
-            own,
+            own: derivatives,
             time: time.map_or(references.time(), reference),
             references,
             moved: moved(description, description.exchange_with_rates),
@@ -113,17 +114,19 @@ impl<'a> Fmi3Description<'a> {
     fn variables(&self, out: &mut Out) -> io::Result<()> {
         let Description { variables, followed, .. } = self.description;
         for (place, variable) in variables.iter().chain(&self.own).enumerate() {
-            let own = place.checked_sub(variables.len());
-            let derivative_of = match (own, variable.causality) {
+            let index = place.checked_sub(variables.len());
+            let derivative_of = match (index, variable.causality) {
                 // The rate of an input is followed by its derivative.
-                (Some(own), Causality::Input { .. }) if own % INPUT_ORDERS == 0 => Some(followed[own / INPUT_ORDERS]),
+                (Some(index), Causality::Input { .. }) if index % INPUT_ORDERS == 0 => {
+                    Some(followed[index / INPUT_ORDERS])
+                }
                 (Some(_), Causality::Input { .. }) => Some(place - 1),
                 _ => variable.derivative_of,
             };
             let mut attributes = named(reference(place), variable);
             attributes.extend(initial(variable));
             // Event indicators are for Model Exchange.
-            let intermediate = variable.flows() && own.is_none();
+            let intermediate = variable.flows() && index.is_none();
             attributes.extend(intermediate.then(|| ("intermediateUpdate", "true".into())));
             attributes.extend(values(variable));
             attributes.extend(derivative_of.map(|state| ("derivative", reference(state).to_string())));

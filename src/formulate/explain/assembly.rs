@@ -237,19 +237,20 @@ fn is_free(model: &Model, state: &State, machine: &mut Machine, index: usize) ->
     let initial = &model.program().initial;
     let loops = jacobian(model, state);
     let columns = loops.ncols();
-    let mut own = vec![DVector::zeros(columns); initial.positions.len()];
+    let mut jacobian_rows = vec![DVector::zeros(columns); initial.positions.len()];
     let tape = &initial.position_jacobian;
     machine.run(&tape.tape);
     for (&(row, column), value) in tape.entries.iter().zip(tape.tape.results(machine.registers())) {
         // Inputs that are integrated are given.
         if (column as usize) < columns {
-            own[row as usize][column as usize] += value;
+            jacobian_rows[row as usize][column as usize] += value;
         }
     }
-    let known = (0..own.len()).filter(|&row| initial.positions[row].known).map(|row| own[row].transpose());
+    let known =
+        (0..jacobian_rows.len()).filter(|&row| initial.positions[row].known).map(|row| jacobian_rows[row].transpose());
     let rows: Vec<_> = loops.row_iter().map(|row| row.into_owned()).chain(known).collect();
     let scales = DVector::from_iterator(columns, model.program().coordinates.iter().map(|coordinate| coordinate.scale));
-    let mut gradient = own[index].component_mul(&scales);
+    let mut gradient = jacobian_rows[index].component_mul(&scales);
     let whole = gradient.norm();
     // A mechanism that drivers alone move has no coordinate that could change it.
     if whole == 0.0 {

@@ -32,11 +32,11 @@ pub fn check(system: &System, trees: &Trees) -> Result<(), Vec<Fault>> {
 pub fn check_written(equations: &Equations) -> Result<(), Vec<Fault>> {
     let mut total = 0;
     for (index, body) in equations.system.mechanism.bodies.iter().enumerate() {
-        let own = equations.moving(BodyId(index));
-        total += own * own;
+        let size = equations.moving(BodyId(index));
+        total += size * size;
         if total > TERMS {
             let message = format!(
-                "the position of `{}` depends on {own} coordinates, and so do the positions of many other bodies",
+                "the position of `{}` depends on {size} coordinates, and so do the positions of many other bodies",
                 body.name
             );
             let help = "written-out equations are possible for chains of up to about 250 bodies; `check`, `simulate` and `export` do not write them out";
@@ -113,11 +113,11 @@ impl Angles {
     fn check(&self, system: &System) -> Result<(), Fault> {
         let mut total = 0;
         for (index, body) in system.mechanism.bodies.iter().enumerate() {
-            let own = self.of(system, Some(BodyId(index)));
-            total += own * own;
+            let size = self.of(system, Some(BodyId(index)));
+            total += size * size;
             if total > TERMS {
                 let message = format!(
-                    "the angle of `{}` is the sum of {own} coordinates, and so are the angles of many other bodies",
+                    "the angle of `{}` is the sum of {size} coordinates, and so are the angles of many other bodies",
                     body.name
                 );
                 return Err(too_large(&message, body.span)
@@ -132,12 +132,12 @@ impl Angles {
 /// Coordinates on the circuits of all chords with a reaction space.
 fn loops(system: &System, trees: &Trees, angles: &Angles) -> Result<(), Fault> {
     let nodes = system.translation.nodes();
-    let (mut before, mut depth, mut own) = (vec![0; nodes], vec![0_usize; nodes], vec![0_usize; nodes]);
+    let (mut before, mut depth, mut free) = (vec![0; nodes], vec![0_usize; nodes], vec![0_usize; nodes]);
     for (node, parent, branch, _) in Topology::new(&system.translation, &trees.translation).outward() {
         before[node.index()] = parent.index();
         depth[node.index()] = depth[parent.index()] + 1;
         let turning = system.element(branch).translation.as_ref().map_or(0, |row| angles.of(system, frame(row)));
-        own[node.index()] = free_directions(system, branch) + turning;
+        free[node.index()] = free_directions(system, branch) + turning;
     }
     let mut total = 0;
     for &chord in &trees.translation.chords {
@@ -147,7 +147,7 @@ fn loops(system: &System, trees: &Trees, angles: &Angles) -> Result<(), Fault> {
         let mut circuit = 0;
         while a != b {
             let deeper = if depth[a] >= depth[b] { &mut a } else { &mut b };
-            circuit += own[*deeper];
+            circuit += free[*deeper];
             *deeper = before[*deeper];
         }
         total += row.reaction.len() * circuit;

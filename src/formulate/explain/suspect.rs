@@ -45,8 +45,8 @@ pub fn suspect(equations: &Equations, length: f64) -> Option<Suspect> {
             bodies.sort();
             bodies
         };
-        let own = ends(&mechanism.joints[index]);
-        mechanism.joints[..index].iter().find(|joint| ends(joint) == own)
+        let between = ends(&mechanism.joints[index]);
+        mechanism.joints[..index].iter().find(|joint| ends(joint) == between)
     };
     let joints = || (0..mechanism.joints.len()).rev();
     let second = joints().filter_map(|index| {
@@ -104,7 +104,7 @@ fn opened_by(mechanism: &Mechanism, length: f64) -> Vec<&Part> {
     if !(2..=MOST_DRIVERS).contains(&count) {
         return Vec::new();
     }
-    let without = |index: usize| mechanism.without_drivers(&[], |own| own.owner == Owner::Driver(DriverId(index))).0;
+    let without = |index: usize| mechanism.without_drivers(&[], |part| part.owner == Owner::Driver(DriverId(index))).0;
     let closes = |index: &usize| Start::find(&without(*index).kinematic(), length).is_some();
     (0..count).filter(closes).map(|index| &mechanism.drivers[index]).collect()
 }

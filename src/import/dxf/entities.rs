@@ -256,7 +256,7 @@ impl<'a> Record<'a> {
     }
 
     fn numbers(&self, file: &Rc<str>, code: i32) -> Fallible<Vec<f64>> {
-        let own = self.groups.iter().filter(|pair| pair.code == code);
+        let pairs = self.groups.iter().filter(|pair| pair.code == code);
         let number = |pair: &Pair| match pair.value.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
@@ -264,7 +264,7 @@ impl<'a> Record<'a> {
                 Err(Refusal::new(format!("`{}` of {} must be a finite number", pair.value, self.kind)).at(&place))
             }
         };
-        own.map(number).collect()
+        pairs.map(number).collect()
     }
 
     fn number(&self, file: &Rc<str>, code: i32, default: f64) -> Fallible<f64> {
@@ -304,11 +304,11 @@ impl<'a> DxfReader<'a> {
                     open = Some((record.text(2).unwrap_or_default().to_lowercase(), base, Vec::new()));
                 }
                 ("ENDBLK", _) => {
-                    if let Some((name, base, own)) = open.take() {
-                        self.blocks.insert(name, (own, base));
+                    if let Some((name, base, records)) = open.take() {
+                        self.blocks.insert(name, (records, base));
                     }
                 }
-                (_, Some((.., own))) => own.push(record),
+                (_, Some((.., records))) => records.push(record),
                 (_, None) => {}
             }
         }
@@ -327,7 +327,7 @@ impl<'a> DxfReader<'a> {
         let mut index = 0;
         while let Some(record) = records.get(index) {
             index += 1;
-            let vertices = records[index..].iter().take_while(|own| own.kind == "VERTEX").count();
+            let vertices = records[index..].iter().take_while(|record| record.kind == "VERTEX").count();
             let corners = &records[index..index + vertices];
             if record.kind == "POLYLINE" {
                 index += vertices;
@@ -336,10 +336,10 @@ impl<'a> DxfReader<'a> {
             if self.count > MOST {
                 return Err(Refusal::new(format!("it has more than {MOST} entities")).at(&self.place(record.line)));
             }
-            let own = record.text(8).unwrap_or("0");
-            let layer = outer.filter(|_| own == "0").unwrap_or(own).to_owned();
+            let layer_name = record.text(8).unwrap_or("0");
+            let layer = outer.filter(|_| layer_name == "0").unwrap_or(layer_name).to_owned();
             self.layers.insert(layer.clone());
-            if record.flags(67) == 1 || self.hidden.contains(&own.to_lowercase()) {
+            if record.flags(67) == 1 || self.hidden.contains(&layer_name.to_lowercase()) {
                 *self.skipped.entry("entity on a hidden layer or in paper space".to_owned()).or_default() += 1;
                 continue;
             }
@@ -409,8 +409,9 @@ impl<'a> DxfReader<'a> {
                 outline(corners, bulges, record.flags(70) & 1 == 1)
             }
             "POLYLINE" => {
-                let corners = vertices.iter().map(|own| own.point(&file, 10)).collect::<Fallible<Vec<_>>>()?;
-                let bulges = vertices.iter().map(|own| own.number(&file, 42, 0.0)).collect::<Fallible<Vec<_>>>()?;
+                let corners = vertices.iter().map(|vertex| vertex.point(&file, 10)).collect::<Fallible<Vec<_>>>()?;
+                let bulges =
+                    vertices.iter().map(|vertex| vertex.number(&file, 42, 0.0)).collect::<Fallible<Vec<_>>>()?;
                 outline(corners, bulges, record.flags(70) & 1 == 1)
             }
             "ARC" => {
@@ -482,12 +483,12 @@ impl<'a> DxfReader<'a> {
                 .at(&place)
                 .help("explode the array into single blocks"));
         }
-        let Some((own, base)) = self.blocks.remove(&name) else {
+        let Some((records, base)) = self.blocks.remove(&name) else {
             return Err(Refusal::new(format!("block `{name}` is not defined, or contains itself")).at(&place));
         };
         let [x, y] = [record.number(&file, 41, 1.0)?, record.number(&file, 42, 1.0)?];
         if (x.abs() - y.abs()).abs() > 1e-9 * x.abs() || x == 0.0 {
-            self.blocks.insert(name.clone(), (own, base));
+            self.blocks.insert(name.clone(), (records, base));
             return Err(Refusal::new(format!("block `{name}` is scaled by {x} and {y}: circles would be ellipses"))
                 .at(&place)
                 .help("scale it alike in both directions"));
@@ -497,8 +498,8 @@ impl<'a> DxfReader<'a> {
         let turned = Placement { x: [x * cosine, x * sine], y: [-y * sine, y * cosine], at };
         let based = Placement { x: [1.0, 0.0], y: [0.0, 1.0], at: base.map(|part| -part) };
         let inner = placement.after(&turned).after(&based);
-        let found = self.entities(&own, &inner, Some(layer), depth + 1);
-        self.blocks.insert(name, (own, base));
+        let found = self.entities(&records, &inner, Some(layer), depth + 1);
+        self.blocks.insert(name, (records, base));
         Ok(found?.into_iter().flat_map(flattened).collect())
     }
 }

@@ -124,7 +124,7 @@ impl<'a> Sketch<'a> {
         let mut sketch = Sketch {
             drawing,
             options,
-            has_links: drawing.entities.iter().any(|own| LayerRole::of(&own.layer, options) == LayerRole::Links),
+            has_links: drawing.entities.iter().any(|entity| LayerRole::of(&entity.layer, options) == LayerRole::Links),
             bodies: Vec::new(),
             pins: Vec::new(),
             grounded: Vec::new(),
@@ -271,10 +271,10 @@ impl<'a> Sketch<'a> {
             matches!(name.as_str(), "ground" | "pivot")
         };
         let drawn = self.drawing.entities.iter();
-        let own = drawn
+        let marks = drawn
             .filter(|entity| self.role(entity) == LayerRole::Ground || is_block(entity))
             .filter_map(DrawnEntity::centre);
-        given.chain(own).collect()
+        given.chain(marks).collect()
     }
 
     fn ground(&mut self) -> Fallible<()> {
@@ -304,7 +304,7 @@ impl<'a> Sketch<'a> {
                     .help(format!("the pins are {}", list())));
             }
         }
-        if !self.grounded.iter().any(|own| *own) && self.guides.is_empty() {
+        if !self.grounded.iter().any(|grounded| *grounded) && self.guides.is_empty() {
             return Err(Refusal::new(
                 "nothing is fixed to the ground: no pin has a point, circle or line of a layer GROUND",
             )
@@ -392,13 +392,13 @@ impl<'a> Sketch<'a> {
         let pins: Vec<Pin> = pins.chain(tracers).collect();
         let links = self.bodies.iter().map(|body| {
             let places = pins.iter().enumerate().filter(|(_, pin)| body.has(pin.at, self.snap)).map(|(index, _)| index);
-            let own = body.uniform(density, self.options.dxf.plate);
+            let uniform = body.uniform(density, self.options.dxf.plate);
             ImportedLink {
                 name: body.name.clone(),
                 pins: places.collect(),
-                mass: Some(own.mass),
-                inertia: Some(own.inertia),
-                centre: Some(own.centre),
+                mass: Some(uniform.mass),
+                inertia: Some(uniform.inertia),
+                centre: Some(uniform.centre),
             }
         });
         let links = links.collect();

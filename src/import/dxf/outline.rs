@@ -140,14 +140,14 @@ pub fn wire(outlines: &[Outline], density: f64) -> Uniform {
     let [u, v] = outlines.iter().find_map(|outline| outline.corners.first().copied()).unwrap_or_default();
     let mut sum = [0.0; 4];
     for outline in outlines {
-        let own = outline.integral(|([x, y], [dx, dy])| {
+        let integral = outline.integral(|([x, y], [dx, dy])| {
             let (x, y, length) = (x - u, y - v, dx.hypot(dy));
             [length, x * length, y * length, (x * x + y * y) * length]
         });
-        sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += density * own);
+        sum.iter_mut().zip(integral).for_each(|(sum, integral)| *sum += density * integral);
     }
-    let own = uniform(sum);
-    Uniform { centre: [own.centre[0] + u, own.centre[1] + v], ..own }
+    let line_mass = uniform(sum);
+    Uniform { centre: [line_mass.centre[0] + u, line_mass.centre[1] + v], ..line_mass }
 }
 
 /// A plate of so many kg/m2 in closed outlines, those inside others and holes left out, by Green's formula.
@@ -156,25 +156,25 @@ pub fn plate(outlines: &[Outline], holes: &[([f64; 2], f64)], density: f64) -> U
     let [u, v] = closed.first().and_then(|outline| outline.corners.first().copied()).unwrap_or_default();
     let mut sum = [0.0; 4];
     for (index, outline) in closed.iter().enumerate() {
-        let own = outline.integral(|([x, y], [dx, dy])| {
+        let integral = outline.integral(|([x, y], [dx, dy])| {
             let (x, y) = (x - u, y - v);
             [0.5 * (x * dy - y * dx), 0.5 * x * x * dy, -0.5 * y * y * dx, (x * x * x * dy - y * y * y * dx) / 3.0]
         });
         let around = closed
             .iter()
             .enumerate()
-            .filter(|(other, own)| *other != index && own.surrounds(outline.corners[0]))
+            .filter(|(other, hole)| *other != index && hole.surrounds(outline.corners[0]))
             .count();
-        let sign = own[0].signum() * if around % 2 == 1 { -1.0 } else { 1.0 };
-        sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += sign * density * own);
+        let sign = integral[0].signum() * if around % 2 == 1 { -1.0 } else { 1.0 };
+        sum.iter_mut().zip(integral).for_each(|(sum, integral)| *sum += sign * density * integral);
     }
     for (at, radius) in holes.iter().filter(|(at, _)| closed.iter().any(|outline| outline.surrounds(*at))) {
         let (x, y, mass) = (at[0] - u, at[1] - v, density * std::f64::consts::PI * radius * radius);
-        let own = [mass, mass * x, mass * y, mass * (x * x + y * y + radius * radius / 2.0)];
-        sum.iter_mut().zip(own).for_each(|(sum, own)| *sum -= own);
+        let integral = [mass, mass * x, mass * y, mass * (x * x + y * y + radius * radius / 2.0)];
+        sum.iter_mut().zip(integral).for_each(|(sum, integral)| *sum -= integral);
     }
-    let own = uniform(sum);
-    Uniform { centre: [own.centre[0] + u, own.centre[1] + v], ..own }
+    let plate_mass = uniform(sum);
+    Uniform { centre: [plate_mass.centre[0] + u, plate_mass.centre[1] + v], ..plate_mass }
 }
 
 #[cfg(test)]
@@ -195,19 +195,19 @@ mod tests {
             bulges: vec![0.0, 1.0, 0.0, 1.0],
             closed: true,
         };
-        let own = plate(std::slice::from_ref(&outline), &[], 3.0);
+        let mass = plate(std::slice::from_ref(&outline), &[], 3.0);
         assert!(
-            close(own.mass, 3.0 * (2.0 + PI / 4.0)) && close(own.centre[0], 5.0) && close(own.centre[1], 7.5),
-            "{own:?}"
+            close(mass.mass, 3.0 * (2.0 + PI / 4.0)) && close(mass.centre[0], 5.0) && close(mass.centre[1], 7.5),
+            "{mass:?}"
         );
         // A half disc's centre is 4 r/(3 pi) from its side; about the disc's centre it has m r^2/2.
         let (half, r) = (3.0 * PI / 8.0, 0.5);
         let beside = 4.0 * r / (3.0 * PI);
         let discs = 2.0 * (half * r * r / 2.0 - half * beside * beside + half * (1.0 + beside) * (1.0 + beside));
-        assert!(close(own.inertia, 6.0 * (4.0 + 1.0) / 12.0 + discs), "{own:?}");
+        assert!(close(mass.inertia, 6.0 * (4.0 + 1.0) / 12.0 + discs), "{mass:?}");
         let holed = plate(&[outline], &[([5.0, 7.5], 0.25)], 3.0);
         let hole = 3.0 * PI / 16.0;
-        assert!(close(holed.mass, own.mass - hole) && close(holed.inertia, own.inertia - hole / 32.0), "{holed:?}");
+        assert!(close(holed.mass, mass.mass - hole) && close(holed.inertia, mass.inertia - hole / 32.0), "{holed:?}");
     }
 
     /// A hole in the round end of a bar, about the middle of the arc's chord.
@@ -230,16 +230,17 @@ mod tests {
             ] {
                 assert_eq!(bar.surrounds(turned(at)), inside, "{at:?} {turn}");
             }
-            let own = plate(std::slice::from_ref(&bar), &[(turned([100.0, 0.0]), 2.0), (turned([0.0, 0.0]), 2.0)], 1.0);
-            assert!(close(own.mass, 1000.0 + 25.0 * PI - 8.0 * PI), "{own:?}");
+            let mass =
+                plate(std::slice::from_ref(&bar), &[(turned([100.0, 0.0]), 2.0), (turned([0.0, 0.0]), 2.0)], 1.0);
+            assert!(close(mass.mass, 1000.0 + 25.0 * PI - 8.0 * PI), "{mass:?}");
         }
     }
 
     #[test]
     fn an_arc_of_wire_has_its_length_and_centre() {
         let arc = Outline { corners: vec![[1.0, 0.0], [0.0, 1.0]], bulges: vec![(PI / 8.0).tan()], closed: false };
-        let own = wire(std::slice::from_ref(&arc), 2.0);
-        assert!(close(own.mass, PI) && close(own.centre[0], 2.0 / PI) && close(own.centre[1], 2.0 / PI), "{own:?}");
+        let mass = wire(std::slice::from_ref(&arc), 2.0);
+        assert!(close(mass.mass, PI) && close(mass.centre[0], 2.0 / PI) && close(mass.centre[1], 2.0 / PI), "{mass:?}");
         let (on, off) = (arc.distance([0.5f64.sqrt(), 0.5f64.sqrt()]), arc.distance([-1.0, 0.0]));
         assert!(on < 1e-15 && close(off, 2f64.sqrt()), "{on} {off}");
     }

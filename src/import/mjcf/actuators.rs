@@ -54,19 +54,20 @@ impl<'a> MjcfReader<'a> {
 
     /// How many numbers a keyframe's `act` has for an actuator.
     fn states_of(&self, element: &'a Element) -> Fallible<usize> {
-        let own = self.defaults.of(element, &element.name, None)?;
-        let has = |name: &str, without: &str| own.attribute(name).is_some_and(|own| own.value != without);
+        let resolved = self.defaults.of(element, &element.name, None)?;
+        let has =
+            |name: &str, without: &str| resolved.attribute(name).is_some_and(|attribute| attribute.value != without);
         Ok(match element.name.as_str() {
             "muscle" | "intvelocity" | "cylinder" => 1,
-            "general" | "plugin" if has("dyntype", "none") => own.number("actdim", 1.0)?.max(1.0) as usize,
-            "position" if own.number("timeconst", 0.0)? > 0.0 => 1,
+            "general" | "plugin" if has("dyntype", "none") => resolved.number("actdim", 1.0)?.max(1.0) as usize,
+            "position" if resolved.number("timeconst", 0.0)? > 0.0 => 1,
             _ => 0,
         })
     }
 
     fn actuator(&mut self, element: &'a Element) -> Fallible<()> {
         let kind = element.name.as_str();
-        let own = self.defaults.of(element, kind, None)?;
+        let resolved = self.defaults.of(element, kind, None)?;
         let shared = self.defaults.of_any(element, KINDS)?;
         if !self.enabled.actuation {
             element.mark();
@@ -76,19 +77,21 @@ impl<'a> MjcfReader<'a> {
         }
         let law = match kind {
             "motor" => Some(ActuatorLaw::direct(1.0, [0.0; 3])),
-            "position" => Some(self.position(&own)?),
+            "position" => Some(self.position(&resolved)?),
             "velocity" => {
-                let kv = own.number("kv", 1.0)?;
+                let kv = resolved.number("kv", 1.0)?;
                 Some(ActuatorLaw::direct(kv, [0.0, 0.0, -kv]))
             }
             "intvelocity" => {
-                let (kp, kv) = (own.number("kp", 1.0)?, own.number("kv", 0.0)?);
-                let range = own.range("actrange", "actlimited", self.settings.autolimits)?;
+                let (kp, kv) = (resolved.number("kp", 1.0)?, resolved.number("kv", 0.0)?);
+                let range = resolved.range("actrange", "actlimited", self.settings.autolimits)?;
                 let activation = Activation::Integrator(range, 0.0);
                 Some(ActuatorLaw { activation, ..ActuatorLaw::direct(kp, [0.0, -kp, -kv]) })
             }
-            "damper" => Some(ActuatorLaw { rate_gain: -own.number("kv", 1.0)?, ..ActuatorLaw::direct(0.0, [0.0; 3]) }),
-            "general" => self.general(&own)?,
+            "damper" => {
+                Some(ActuatorLaw { rate_gain: -resolved.number("kv", 1.0)?, ..ActuatorLaw::direct(0.0, [0.0; 3]) })
+            }
+            "general" => self.general(&resolved)?,
             _ => None,
         };
         let Some(law) = law else {
@@ -101,15 +104,15 @@ impl<'a> MjcfReader<'a> {
             "general" => Some("gainprm"),
             _ => Some("kp"),
         };
-        if leading.is_some_and(|name| own.attribute(name).is_none())
-            && let Some(other) = own.foreign(&shared, LAWS)
+        if leading.is_some_and(|name| resolved.attribute(name).is_none())
+            && let Some(other) = resolved.foreign(&shared, LAWS)
         {
             let why = format!("{} has `{other}` from the default of another kind of actuator", element.called());
             return Err(element.refuse(why).help(format!("write it in a default of <{kind}>, or at the actuator")));
         }
         let Some(transmission) = self.transmission(element)? else { return Ok(()) };
         let gear = shared.some("gear", [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?[0];
-        let control = match self.inherited(element, &own, &transmission)? {
+        let control = match self.inherited(element, &resolved, &transmission)? {
             Some(range) => Some(range),
             None if kind == "damper" => shared.array::<2>("ctrlrange")?,
             None => shared.range("ctrlrange", "ctrllimited", self.settings.autolimits)?,
@@ -125,35 +128,35 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn position(&self, own: &Resolved) -> Fallible<ActuatorLaw> {
-        let (kp, kv) = (own.number("kp", 1.0)?, own.number("kv", 0.0)?);
-        let time = own.number("timeconst", 0.0)?;
+    fn position(&self, resolved: &Resolved) -> Fallible<ActuatorLaw> {
+        let (kp, kv) = (resolved.number("kp", 1.0)?, resolved.number("kv", 0.0)?);
+        let time = resolved.number("timeconst", 0.0)?;
         let activation = if time > 0.0 { Activation::Filter(time, None, 0.0) } else { Activation::Direct };
         Ok(ActuatorLaw { activation, ..ActuatorLaw::direct(kp, [0.0, -kp, -kv]) })
     }
 
     /// Gain and bias that are constant or affine, dynamics that are none, an integrator or a filter.
-    fn general(&self, own: &Resolved) -> Fallible<Option<ActuatorLaw>> {
+    fn general(&self, resolved: &Resolved) -> Fallible<Option<ActuatorLaw>> {
         let numbers = |name: &str, default: [f64; 3]| -> Fallible<[f64; 3]> {
-            let Some(own) = own.attribute(name) else { return Ok(default) };
+            let Some(attribute) = resolved.attribute(name) else { return Ok(default) };
             let mut values = default;
-            values.iter_mut().zip(own.numbers()?).for_each(|(value, number)| *value = number);
+            values.iter_mut().zip(attribute.numbers()?).for_each(|(value, number)| *value = number);
             Ok(values)
         };
         let (gain, bias) = (numbers("gainprm", [1.0, 0.0, 0.0])?, numbers("biasprm", [0.0; 3])?);
         let time = numbers("dynprm", [1.0, 0.0, 0.0])?[0];
-        let range = own.range("actrange", "actlimited", self.settings.autolimits)?;
-        let gain = match own.get("gaintype").unwrap_or("fixed") {
+        let range = resolved.range("actrange", "actlimited", self.settings.autolimits)?;
+        let gain = match resolved.get("gaintype").unwrap_or("fixed") {
             "fixed" => Some([gain[0], 0.0]),
             "affine" if gain[1] == 0.0 => Some([gain[0], gain[2]]),
             _ => None,
         };
-        let bias = match own.get("biastype").unwrap_or("none") {
+        let bias = match resolved.get("biastype").unwrap_or("none") {
             "none" => Some([0.0; 3]),
             "affine" => Some(bias),
             _ => None,
         };
-        let activation = match own.get("dyntype").unwrap_or("none") {
+        let activation = match resolved.get("dyntype").unwrap_or("none") {
             "none" => Some(Activation::Direct),
             "integrator" => Some(Activation::Integrator(range, 0.0)),
             "filter" | "filterexact" if time > 0.0 => Some(Activation::Filter(time, range, 0.0)),
@@ -207,10 +210,10 @@ impl<'a> MjcfReader<'a> {
     fn inherited(
         &self,
         element: &'a Element,
-        own: &Resolved,
+        resolved: &Resolved,
         transmission: &Transmission,
     ) -> Fallible<Option<[f64; 2]>> {
-        let scale = own.number("inheritrange", 0.0)?;
+        let scale = resolved.number("inheritrange", 0.0)?;
         let Transmission::Joints(terms) = transmission else { return Ok(None) };
         if scale == 0.0 {
             return Ok(None);

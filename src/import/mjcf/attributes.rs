@@ -231,7 +231,7 @@ fn key(parent: &str, name: &str) -> String {
 
 /// The rows that an element has; a default has those of all that it is a default of.
 fn rows<'a>(parent: &'a str, name: &'a str) -> impl Iterator<Item = &'static Row> + 'a {
-    let own = key(parent, name);
+    let row_key = key(parent, name);
     ROWS.iter().filter(move |(key, _)| {
         let of_default = match (parent == "default", name) {
             (true, "equality" | "tendon") => key.starts_with(&format!("{name}/")),
@@ -239,7 +239,7 @@ fn rows<'a>(parent: &'a str, name: &'a str) -> impl Iterator<Item = &'static Row
             (true, _) => key.strip_prefix("actuator/") == Some(name),
             (false, _) => false,
         };
-        *key == own || of_default
+        *key == row_key || of_default
     })
 }
 
@@ -281,7 +281,7 @@ pub fn class_of(path: &[&str], attribute: &str) -> Option<AttributeClass> {
     let parent = path.len().checked_sub(2).map_or("", |index| path[index]);
     let classes = [AttributeClass::Exact, AttributeClass::Approximated, AttributeClass::Idle, AttributeClass::Refused];
     rows(parent, name).find_map(|(_, lists)| {
-        let at = lists.iter().position(|list| list.split_whitespace().any(|own| own == attribute))?;
+        let at = lists.iter().position(|list| list.split_whitespace().any(|word| word == attribute))?;
         Some(classes[at])
     })
 }

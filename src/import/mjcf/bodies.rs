@@ -43,8 +43,8 @@ impl<'a> MjcfReader<'a> {
                 _ => {}
             }
             if child.name == "frame" {
-                let own = self.defaults.of(child, "frame", None)?;
-                let pose = within.pose * own.pose(&self.settings.angles)?;
+                let resolved = self.defaults.of(child, "frame", None)?;
+                let pose = within.pose * resolved.pose(&self.settings.angles)?;
                 self.children(
                     child,
                     &Within { body: within.body, pose, class: child.get("childclass").or(within.class) },
@@ -58,14 +58,14 @@ impl<'a> MjcfReader<'a> {
     }
 
     fn body(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
-        let own = self.defaults.of(element, "body", None)?;
-        let pose = within.pose * own.pose(&self.settings.angles)?;
+        let resolved = self.defaults.of(element, "body", None)?;
+        let pose = within.pose * resolved.pose(&self.settings.angles)?;
         let name = element.get("name").unwrap_or_default();
         let number = self.model.bodies.len();
         if !name.is_empty() && self.body_names.insert(name.to_owned(), number).is_some() {
             return Err(element.refuse(format!("two bodies have the name `{name}`")));
         }
-        let compensated = element.attribute("gravcomp").map_or(Ok(0.0), |own| own.number())?;
+        let compensated = element.attribute("gravcomp").map_or(Ok(0.0), |attribute| attribute.number())?;
         if compensated != 0.0 && compensated != 1.0 {
             self.refuse_or_leave(
                 element,
@@ -108,13 +108,13 @@ impl<'a> MjcfReader<'a> {
 
     /// Mass, mass centre and inertia as given.
     fn inertial(&self, element: &'a Element) -> Fallible<BodyMass> {
-        let own = self.defaults.of(element, "inertial", None)?;
-        let mass = own.attribute("mass").ok_or_else(|| element.refuse("<inertial> has no `mass`"))?.number()?;
+        let resolved = self.defaults.of(element, "inertial", None)?;
+        let mass = resolved.attribute("mass").ok_or_else(|| element.refuse("<inertial> has no `mass`"))?.number()?;
         if mass < 0.0 {
             return Err(element.refuse(format!("`mass` is {mass}, but must not be negative")));
         }
-        let pose = own.pose(&self.settings.angles)?;
-        let tensor = match (own.array::<6>("fullinertia")?, own.array::<3>("diaginertia")?) {
+        let pose = resolved.pose(&self.settings.angles)?;
+        let tensor = match (resolved.array::<6>("fullinertia")?, resolved.array::<3>("diaginertia")?) {
             (Some([xx, yy, zz, xy, xz, yz]), None) => Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
             (None, Some(moments)) => Matrix3::from_diagonal(&Vector3::from(moments)),
             (None, None) => Matrix3::zeros(),
@@ -133,14 +133,14 @@ impl<'a> MjcfReader<'a> {
                 sum = sum.with(&self.mass_of_geoms(child, &Within { body: within.body, pose, class }, body)?);
             }
             if child.name == "geom" {
-                let own = self.defaults.of(child, "geom", within.class)?;
-                let group = own.number("group", 0.0)?;
+                let resolved = self.defaults.of(child, "geom", within.class)?;
+                let group = resolved.number("group", 0.0)?;
                 if group < self.settings.groups[0] || group > self.settings.groups[1] {
                     continue;
                 }
-                let geom = geometry::read(&own, &self.settings.angles)?;
+                let geom = geometry::read(&resolved, &self.settings.angles)?;
                 let named = if body.is_empty() { "(without a name)" } else { body };
-                if let Some(mass) = geometry::mass(&own, &geom, named)? {
+                if let Some(mass) = geometry::mass(&resolved, &geom, named)? {
                     sum = sum.with(&mass.moved(&within.pose));
                 }
             }
@@ -149,18 +149,19 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// The bounds and the balance of the compiler.
-    fn bounded(&self, mut own: BodyMass) -> BodyMass {
-        own.mass = own.mass.max(self.settings.least_mass);
-        let principal = SymmetricEigen::new(own.tensor);
+    fn bounded(&self, mut mass: BodyMass) -> BodyMass {
+        mass.mass = mass.mass.max(self.settings.least_mass);
+        let principal = SymmetricEigen::new(mass.tensor);
         let mut moments = principal.eigenvalues.map(|moment| moment.max(self.settings.least_inertia));
         let unbalanced = 2.0 * moments.max() > moments.sum();
         if unbalanced && self.settings.balance {
             moments = Vector3::repeat(moments.sum() / 3.0);
         }
         if moments != principal.eigenvalues {
-            own.tensor = principal.eigenvectors * Matrix3::from_diagonal(&moments) * principal.eigenvectors.transpose();
+            mass.tensor =
+                principal.eigenvectors * Matrix3::from_diagonal(&moments) * principal.eigenvectors.transpose();
         }
-        own
+        mass
     }
 
     fn joint(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
@@ -174,8 +175,8 @@ impl<'a> MjcfReader<'a> {
         }
         let free = element.name == "freejoint";
         let class = if free { None } else { within.class };
-        let own = self.defaults.of(element, if free { "freejoint" } else { "joint" }, class)?;
-        let kind = match own.get("type").unwrap_or(if free { "free" } else { "hinge" }) {
+        let resolved = self.defaults.of(element, if free { "freejoint" } else { "joint" }, class)?;
+        let kind = match resolved.get("type").unwrap_or(if free { "free" } else { "hinge" }) {
             "hinge" => JointMotion::Hinge,
             "slide" => JointMotion::Slide,
             "ball" => JointMotion::Ball,
@@ -184,11 +185,11 @@ impl<'a> MjcfReader<'a> {
         };
         let mut joint = SpatialJoint::new(name, &element.place, kind, within.body);
         if matches!(kind, JointMotion::Hinge | JointMotion::Slide) {
-            self.one_coordinate(&own, within, &mut joint)?;
+            self.one_coordinate(&resolved, within, &mut joint)?;
         }
-        joint.laws.damping = if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 };
-        joint.laws.friction = if self.enabled.frictionloss { own.number("frictionloss", 0.0)? } else { 0.0 };
-        joint.laws.armature = own.number("armature", 0.0)?;
+        joint.laws.damping = if self.enabled.damper { resolved.number("damping", 0.0)? } else { 0.0 };
+        joint.laws.friction = if self.enabled.frictionloss { resolved.number("frictionloss", 0.0)? } else { 0.0 };
+        joint.laws.armature = resolved.number("armature", 0.0)?;
         for (key, value) in
             [("damping", joint.laws.damping), ("frictionloss", joint.laws.friction), ("armature", joint.laws.armature)]
         {
@@ -211,42 +212,42 @@ impl<'a> MjcfReader<'a> {
         }
         let index = self.model.joints.len();
         self.model.bodies[within.body].joints.push(index);
-        self.relaxed_joints.push(own.number("springref", 0.0)? * unit_of(kind, self.settings.angles.unit));
+        self.relaxed_joints.push(resolved.number("springref", 0.0)? * unit_of(kind, self.settings.angles.unit));
         self.model.joints.push(joint);
         Ok(())
     }
 
     /// A hinge or a slide: axis, zero, spring, range.
-    fn one_coordinate(&self, own: &Resolved, within: &Within, joint: &mut SpatialJoint) -> Fallible<()> {
-        let called = own.element.called();
+    fn one_coordinate(&self, resolved: &Resolved, within: &Within, joint: &mut SpatialJoint) -> Fallible<()> {
+        let called = resolved.element.called();
         let unit = unit_of(joint.kind, self.settings.angles.unit);
-        let at = own.array::<3>("pos")?.unwrap_or_default();
+        let at = resolved.array::<3>("pos")?.unwrap_or_default();
         joint.anchor = within.pose * Point3::from(at);
-        let axis = Vector3::from(own.some("axis", [0.0, 0.0, 1.0])?);
+        let axis = Vector3::from(resolved.some("axis", [0.0, 0.0, 1.0])?);
         joint.axis = within.pose.rotation
             * axis
                 .try_normalize(1e-12)
-                .ok_or_else(|| own.element.refuse(format!("{called}: `axis` has the length zero")))?;
-        joint.zero = own.number("ref", 0.0)? * unit;
-        let stiffness = own.number("stiffness", 0.0)?;
-        let relaxed = own.number("springref", 0.0)? * unit;
+                .ok_or_else(|| resolved.element.refuse(format!("{called}: `axis` has the length zero")))?;
+        joint.zero = resolved.number("ref", 0.0)? * unit;
+        let stiffness = resolved.number("stiffness", 0.0)?;
+        let relaxed = resolved.number("springref", 0.0)? * unit;
         if stiffness != 0.0 && self.enabled.spring {
             joint.laws.spring = Some([stiffness, relaxed - joint.zero]);
         }
-        let range = own.range("range", "limited", self.settings.autolimits)?;
+        let range = resolved.range("range", "limited", self.settings.autolimits)?;
         joint.laws.range =
             range.filter(|_| self.enabled.limit).map(|range| range.map(|value| value * unit - joint.zero));
-        joint.effort = own.range("actuatorfrcrange", "actuatorfrclimited", self.settings.autolimits)?;
+        joint.effort = resolved.range("actuatorfrcrange", "actuatorfrclimited", self.settings.autolimits)?;
         Ok(())
     }
 
     fn geom(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
-        let own = self.defaults.of(element, "geom", within.class)?;
-        let geom = geometry::read(&own, &self.settings.angles)?;
+        let resolved = self.defaults.of(element, "geom", within.class)?;
+        let geom = geometry::read(&resolved, &self.settings.angles)?;
         // Their mass has been read where it counts; a mesh that is not a contact shape has no other part in the motion.
-        ["mass", "density", "shellinertia", "group"].iter().for_each(|name| _ = own.get(name));
-        let friction = own.some("friction", [1.0, 0.005, 0.0001])?[0];
-        let number = |name: &str, default: f64| own.number(name, default);
+        ["mass", "density", "shellinertia", "group"].iter().for_each(|name| _ = resolved.get(name));
+        let friction = resolved.some("friction", [1.0, 0.005, 0.0001])?[0];
+        let number = |name: &str, default: f64| resolved.number(name, default);
         let contact = ContactGeom {
             name: element.get("name").unwrap_or_default().to_owned(),
             body: within.body,
@@ -268,10 +269,10 @@ impl<'a> MjcfReader<'a> {
     }
 
     fn site(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
-        let own = self.defaults.of(element, "site", within.class)?;
-        let pose = match own.array::<6>("fromto")? {
+        let resolved = self.defaults.of(element, "site", within.class)?;
+        let pose = match resolved.array::<6>("fromto")? {
             Some([a, b, c, d, e, f]) => Isometry3::translation((a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0),
-            None => own.pose(&self.settings.angles)?,
+            None => resolved.pose(&self.settings.angles)?,
         };
         let pose = within.pose * pose;
         if let Some(name) = element.get("name") {

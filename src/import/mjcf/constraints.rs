@@ -14,8 +14,8 @@ impl<'a> MjcfReader<'a> {
     pub fn constraints(&mut self, root: &'a Element) -> Fallible<()> {
         for section in root.all("equality") {
             for element in &section.children {
-                let own = self.defaults.of(element, "equality", None)?;
-                let active = own.get("active") != Some("false");
+                let resolved = self.defaults.of(element, "equality", None)?;
+                let active = resolved.get("active") != Some("false");
                 if !active || !self.enabled.equality {
                     element.mark();
                     self.report.idle(format!("{}, which is not active", element.called()));
@@ -58,25 +58,25 @@ impl<'a> MjcfReader<'a> {
     }
 
     pub fn world(&self, body: usize) -> Isometry3<f64> {
-        let own = &self.model.bodies[body];
-        if body == 0 { Isometry3::identity() } else { self.world(own.parent) * own.pose }
+        let body_data = &self.model.bodies[body];
+        if body == 0 { Isometry3::identity() } else { self.world(body_data.parent) * body_data.pose }
     }
 
     /// The pose of a body where the springs of all joints are relaxed.
     fn relaxed_world(&self, body: usize) -> Isometry3<f64> {
-        let own = &self.model.bodies[body];
+        let body_data = &self.model.bodies[body];
         if body == 0 {
             return Isometry3::identity();
         }
-        let one = own
+        let one = body_data
             .joints
             .iter()
             .filter(|&&joint| matches!(self.model.joints[joint].kind, JointMotion::Hinge | JointMotion::Slide));
         let moved = one.fold(Isometry3::identity(), |pose, &joint| {
-            let own = &self.model.joints[joint];
-            pose * own.motion(self.relaxed_joints[joint] - own.zero)
+            let joint_data = &self.model.joints[joint];
+            pose * joint_data.motion(self.relaxed_joints[joint] - joint_data.zero)
         });
-        self.relaxed_world(own.parent) * own.pose * moved
+        self.relaxed_world(body_data.parent) * body_data.pose * moved
     }
 
     fn sites_of(&self, element: &'a Element) -> Fallible<Option<[PlacedSite; 2]>> {
@@ -112,12 +112,12 @@ impl<'a> MjcfReader<'a> {
             None => {
                 element.must("body1")?;
                 let [first, second] = [self.body_of(element, "body1")?, self.body_of(element, "body2")?];
-                let given = element.attribute("relpose").map(|own| own.array::<7>()).transpose()?;
+                let given = element.attribute("relpose").map(|attribute| attribute.array::<7>()).transpose()?;
                 let given = given.and_then(|[x, y, z, w, i, j, k]| {
                     let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12)?;
                     Some(Isometry3::from_parts(Translation3::new(x, y, z), turn))
                 });
-                element.attribute("anchor").map(|own| own.value());
+                element.attribute("anchor").map(|attribute| attribute.value());
                 ([first, second], given.unwrap_or_else(|| self.world(first).inverse() * self.world(second)))
             }
         };
@@ -146,10 +146,10 @@ impl<'a> MjcfReader<'a> {
         let joint = self.joint_named(element, element.must("joint1")?)?;
         let leader = element.get("joint2").map(|name| self.joint_named(element, name)).transpose()?;
         let mut factors = [0.0, 1.0, 0.0, 0.0, 0.0];
-        if let Some(own) = element.attribute("polycoef") {
-            let given = own.numbers()?;
+        if let Some(attribute) = element.attribute("polycoef") {
+            let given = attribute.numbers()?;
             if given.len() > 5 {
-                return Err(Refusal::new("`polycoef` has at most 5 numbers").at(&own.place));
+                return Err(Refusal::new("`polycoef` has at most 5 numbers").at(&attribute.place));
             }
             factors.iter_mut().zip(given).for_each(|(factor, number)| *factor = number);
         }
@@ -166,7 +166,7 @@ impl<'a> MjcfReader<'a> {
         if factors[2..].iter().any(|factor| *factor != 0.0) && leader.is_some() {
             let called =
                 if name.is_empty() { "a joint equality".to_owned() } else { format!("joint equality `{name}`") };
-            let text = element.attribute("polycoef").map_or("", |own| &own.value);
+            let text = element.attribute("polycoef").map_or("", |attribute| &attribute.value);
             self.refuse_or_leave(element, "equality", format!("{called} is not linear: its polycoef is {text}"));
             return Ok(());
         }
@@ -189,8 +189,8 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// The lengths between which a tendon is relaxed; by default its length in the reference configuration.
-    fn relaxed(&self, own: &super::resolve::Resolved, length: f64) -> Fallible<[f64; 2]> {
-        let Some(attribute) = own.attribute("springlength") else { return Ok([length; 2]) };
+    fn relaxed(&self, resolved: &super::resolve::Resolved, length: f64) -> Fallible<[f64; 2]> {
+        let Some(attribute) = resolved.attribute("springlength") else { return Ok([length; 2]) };
         match attribute.numbers()?[..] {
             // What MuJoCo takes for no length.
             [-1.0] | [-1.0, -1.0] => Ok([length; 2]),
@@ -205,7 +205,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     fn fixed_tendon(&mut self, element: &'a Element) -> Fallible<()> {
-        let own = self.defaults.of(element, "tendon", None)?;
+        let resolved = self.defaults.of(element, "tendon", None)?;
         let mut terms = Vec::new();
         for child in element.all("joint") {
             let joint = self.joint_named(child, child.must("joint")?)?;
@@ -219,9 +219,9 @@ impl<'a> MjcfReader<'a> {
         let tendon = Tendon {
             name: element.get("name").unwrap_or_default().to_owned(),
             terms,
-            stiffness: if self.enabled.spring { own.number("stiffness", 0.0)? } else { 0.0 },
-            damping: if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 },
-            relaxed: self.relaxed(&own, length)?,
+            stiffness: if self.enabled.spring { resolved.number("stiffness", 0.0)? } else { 0.0 },
+            damping: if self.enabled.damper { resolved.number("damping", 0.0)? } else { 0.0 },
+            relaxed: self.relaxed(&resolved, length)?,
         };
         if tendon.stiffness != 0.0 || tendon.damping != 0.0 {
             self.model.tendons.push(tendon.clone());
@@ -231,7 +231,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     fn spatial_tendon(&mut self, element: &'a Element) -> Fallible<()> {
-        let own = self.defaults.of(element, "tendon", None)?;
+        let resolved = self.defaults.of(element, "tendon", None)?;
         let sites: Vec<&Element> = element.all("site").collect();
         let name = element.get("name").unwrap_or_default();
         let [first, second] = sites[..] else {
@@ -253,7 +253,7 @@ impl<'a> MjcfReader<'a> {
         let ends = [self.site_named(first, first.must("site")?)?, self.site_named(second, second.must("site")?)?];
         let places = ends.map(|(body, pose)| self.relaxed_world(body) * Point3::from(pose.translation.vector));
         let length = (places[1] - places[0]).norm();
-        let range = own.range("range", "limited", self.settings.autolimits)?.filter(|_| self.enabled.limit);
+        let range = resolved.range("range", "limited", self.settings.autolimits)?.filter(|_| self.enabled.limit);
         if range.is_some_and(|range| range[0] > 0.0) {
             self.refuse_or_leave(
                 element,
@@ -265,9 +265,9 @@ impl<'a> MjcfReader<'a> {
         let spring = PointSpring {
             name: name.to_owned(),
             ends: points.clone(),
-            stiffness: if self.enabled.spring { own.number("stiffness", 0.0)? } else { 0.0 },
-            damping: if self.enabled.damper { own.number("damping", 0.0)? } else { 0.0 },
-            relaxed: self.relaxed(&own, length)?,
+            stiffness: if self.enabled.spring { resolved.number("stiffness", 0.0)? } else { 0.0 },
+            damping: if self.enabled.damper { resolved.number("damping", 0.0)? } else { 0.0 },
+            relaxed: self.relaxed(&resolved, length)?,
             longest: range.map(|range| range[1]),
         };
         self.spatial_tendons.insert(name.to_owned(), points);

@@ -54,10 +54,15 @@ impl<'a> MjcfReader<'a> {
                 excluded.push([element.must("body1")?, element.must("body2")?]);
             }
             for element in section.all("pair") {
-                let own = self.defaults.of(element, "pair", None)?;
+                let resolved = self.defaults.of(element, "pair", None)?;
                 let geoms = [element.must("geom1")?, element.must("geom2")?];
-                let condim = own.number("condim", 3.0)?;
-                pairs.push((geoms, own.attribute("friction").map(|own| own.numbers()).transpose()?, condim, element));
+                let condim = resolved.number("condim", 3.0)?;
+                pairs.push((
+                    geoms,
+                    resolved.attribute("friction").map(|attribute| attribute.numbers()).transpose()?,
+                    condim,
+                    element,
+                ));
             }
         }
         if !self.enabled.contact || self.options.contacts == ContactChoice::None {
@@ -69,7 +74,7 @@ impl<'a> MjcfReader<'a> {
                 known.ok_or_else(|| element.refuse(format!("{}: there is no geom `{name}`", element.called())))
             };
             let (first, second) = (find(names[0])?, find(names[1])?);
-            let given = friction.and_then(|own| own.first().copied());
+            let given = friction.and_then(|friction| friction.first().copied());
             let mu = given.unwrap_or(self.geoms[first].friction.max(self.geoms[second].friction));
             self.touch(first, second, if condim == 1.0 { 0.0 } else { mu });
         }
@@ -95,8 +100,8 @@ impl<'a> MjcfReader<'a> {
 
     /// The body that a body is fixed to.
     fn mover(&self, body: usize) -> usize {
-        let own = &self.model.bodies[body];
-        if body == 0 || !own.joints.is_empty() { body } else { self.mover(own.parent) }
+        let body_data = &self.model.bodies[body];
+        if body == 0 || !body_data.joints.is_empty() { body } else { self.mover(body_data.parent) }
     }
 
     /// The friction of two geoms that may touch: filtered by their types, by bodies that are one, by parents and exclusions.

@@ -80,19 +80,19 @@ pub fn read(geom: &Resolved, angles: &AngleUnits) -> Fallible<Geom> {
 ///
 /// # Errors
 /// A volume in another file, a negative mass, a shell of an ellipsoid.
-pub fn mass(geom: &Resolved, own: &Geom, body: &str) -> Fallible<Option<BodyMass>> {
+pub fn mass(geom: &Resolved, shape: &Geom, body: &str) -> Fallible<Option<BodyMass>> {
     let given = geom.attribute("mass").map(|mass| mass.number()).transpose()?;
     let density = geom.number("density", DENSITY)?;
     let shell = geom.flag("shellinertia", false)?;
-    if own.shape == GeomShape::Plane || given == Some(0.0) || given.is_none() && density == 0.0 {
+    if shape.shape == GeomShape::Plane || given == Some(0.0) || given.is_none() && density == 0.0 {
         return Ok(None);
     }
     if given.unwrap_or(density) < 0.0 {
         return Err(geom.element.refuse(format!("{} has a negative mass or density", geom.element.called())));
     }
-    let uniform = if shell { shell_of(own.shape) } else { solid_of(own.shape) };
+    let uniform = if shell { shell_of(shape.shape) } else { solid_of(shape.shape) };
     let Some((volume, moments)) = uniform else {
-        let what = if own.shape == GeomShape::File {
+        let what = if shape.shape == GeomShape::File {
             "the volume of a mesh or height field is in another file"
         } else {
             "the shell of an ellipsoid is not computed"
@@ -105,7 +105,7 @@ pub fn mass(geom: &Resolved, own: &Geom, body: &str) -> Fallible<Option<BodyMass
     let mass = given.unwrap_or(density * volume);
     let tensor = Matrix3::from_diagonal(&Vector3::from(moments.map(|moment| moment * mass)));
     let own_frame = BodyMass { mass, centre: Vector3::zeros(), tensor };
-    Ok(Some(own_frame.moved(&own.pose)))
+    Ok(Some(own_frame.moved(&shape.pose)))
 }
 
 /// Volume, and moments of inertia for the unit of mass.
@@ -155,8 +155,8 @@ fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
         }
         GeomShape::Capsule(r, half) => {
             // A hemisphere's centre is r/2 from its great circle; about that circle's centre its moments are those of the sphere.
-            let own = [2.0 / 3.0 * r * r; 3];
-            let (area, about_centre) = diagonal(2.0 * PI * r * r, own);
+            let moments = [2.0 / 3.0 * r * r; 3];
+            let (area, about_centre) = diagonal(2.0 * PI * r * r, moments);
             let about_mass = about_centre - steiner(area, Vector3::new(0.0, 0.0, r / 2.0));
             let ends =
                 [1.0, -1.0].map(|side| beside((area, about_mass), Vector3::new(0.0, 0.0, side * (half + r / 2.0))));
@@ -172,8 +172,8 @@ fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
                 moments[v] = half[u] * half[u] / 3.0;
                 let mut offset = Vector3::zeros();
                 offset[normal] = half[normal];
-                let own = diagonal(4.0 * half[u] * half[v], moments);
-                [beside(own, offset), beside(own, -offset)]
+                let face = diagonal(4.0 * half[u] * half[v], moments);
+                [beside(face, offset), beside(face, -offset)]
             };
             (0..3).flat_map(face).collect()
         }

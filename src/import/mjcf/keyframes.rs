@@ -23,11 +23,16 @@ impl<'a> MjcfReader<'a> {
         let keys: Vec<&Element> = root.all("keyframe").flat_map(|section| section.all("key")).collect();
         let key = match &self.options.key {
             Some(wanted) => {
-                let named = keys.iter().position(|key| key.attribute("name").is_some_and(|own| own.value == *wanted));
+                let named = keys
+                    .iter()
+                    .position(|key| key.attribute("name").is_some_and(|attribute| attribute.value == *wanted));
                 let index = named.or_else(|| wanted.parse::<usize>().ok().filter(|index| *index < keys.len()));
                 Some(index.ok_or_else(|| {
-                    let names: Vec<&str> =
-                        keys.iter().filter_map(|key| key.attribute("name")).map(|own| own.value.as_str()).collect();
+                    let names: Vec<&str> = keys
+                        .iter()
+                        .filter_map(|key| key.attribute("name"))
+                        .map(|attribute| attribute.value.as_str())
+                        .collect();
                     Refusal::new(format!("--key {wanted}: the file has no such keyframe")).help(format!(
                         "it has {} keyframes, from 0; their names are {}",
                         keys.len(),
@@ -43,7 +48,7 @@ impl<'a> MjcfReader<'a> {
             Some(index) => {
                 let element = keys[index];
                 self.start(element)?;
-                let name = element.attribute("name").map_or(index.to_string(), |own| own.value.clone());
+                let name = element.attribute("name").map_or(index.to_string(), |attribute| attribute.value.clone());
                 self.report.note(format!("the motion starts from keyframe `{name}`"));
             }
             None if keys.len() > 1 => {
@@ -56,13 +61,13 @@ impl<'a> MjcfReader<'a> {
 
     fn start(&mut self, key: &'a Element) -> Fallible<()> {
         let numbers = |name: &str, count: usize| -> Fallible<Option<Vec<f64>>> {
-            let Some(own) = key.attribute(name) else { return Ok(None) };
-            let numbers = own.numbers()?;
+            let Some(attribute) = key.attribute(name) else { return Ok(None) };
+            let numbers = attribute.numbers()?;
             match numbers.len() == count {
                 true => Ok(Some(numbers)),
                 false => {
                     Err(Refusal::new(format!("`{name}` has {} numbers, but the model has {count}", numbers.len()))
-                        .at(&own.place))
+                        .at(&attribute.place))
                 }
             }
         };
@@ -75,21 +80,21 @@ impl<'a> MjcfReader<'a> {
         let (mut position, mut velocity) = (0, 0);
         for &joint in &order {
             let [width, rates] = self.model.joints[joint].kind.widths();
-            if let Some(own) = qpos.as_ref().map(|own| &own[position..position + width]) {
-                self.place_joint(joint, own);
+            if let Some(values) = qpos.as_ref().map(|all| &all[position..position + width]) {
+                self.place_joint(joint, values);
             }
-            if let Some(own) = qvel.as_ref().map(|own| &own[velocity..velocity + rates]) {
-                self.move_joint(joint, own);
+            if let Some(values) = qvel.as_ref().map(|all| &all[velocity..velocity + rates]) {
+                self.move_joint(joint, values);
             }
             (position, velocity) = (position + width, velocity + rates);
         }
         // Actuators that are left out have their numbers, too.
         let mut state = 0;
         for (index, &(actuator, states)) in self.controls.iter().enumerate() {
-            if let Some(actuator) = actuator.map(|own| &mut self.model.actuators[own]) {
-                actuator.start = ctrl.as_ref().map_or(0.0, |own| own[index]);
+            if let Some(actuator) = actuator.map(|index| &mut self.model.actuators[index]) {
+                actuator.start = ctrl.as_ref().map_or(0.0, |values| values[index]);
                 if let Activation::Integrator(_, start) | Activation::Filter(_, _, start) = &mut actuator.activation {
-                    *start = act.as_ref().map_or(0.0, |own| own[state]);
+                    *start = act.as_ref().map_or(0.0, |values| values[state]);
                 }
             }
             state += states;
@@ -97,9 +102,9 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn place_joint(&mut self, joint: usize, own: &[f64]) {
+    fn place_joint(&mut self, joint: usize, values: &[f64]) {
         let joint = &mut self.model.joints[joint];
-        match (joint.kind, own) {
+        match (joint.kind, values) {
             (JointMotion::Free, &[x, y, z, w, i, j, k]) => {
                 let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12).unwrap_or_default();
                 let pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
@@ -110,9 +115,9 @@ impl<'a> MjcfReader<'a> {
         }
     }
 
-    fn move_joint(&mut self, joint: usize, own: &[f64]) {
+    fn move_joint(&mut self, joint: usize, values: &[f64]) {
         let joint = &mut self.model.joints[joint];
-        match (joint.kind, own) {
+        match (joint.kind, values) {
             // The angular velocity is in the axes of the body.
             (JointMotion::Free, &[x, y, z, p, q, r]) => {
                 if let Some((pose, velocity, omega)) = &mut joint.free {

@@ -88,8 +88,8 @@ pub fn read(
     let enabled = enabled(root)?;
     let mut gravity = Vector3::new(0.0, 0.0, -9.81);
     for option in root.all("option") {
-        if let Some(own) = option.attribute("gravity") {
-            gravity = Vector3::from(own.array::<3>()?);
+        if let Some(attribute) = option.attribute("gravity") {
+            gravity = Vector3::from(attribute.array::<3>()?);
         }
     }
     if !enabled.gravity {
@@ -143,9 +143,9 @@ fn include(element: &mut Element, includes: Includes, seen: &mut BTreeSet<String
                 .help("it is looked for beside the main file")
         })?;
         let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
-        let mut own = xml::parse(&file, &text)?;
-        include(&mut own, includes, seen)?;
-        children.append(&mut own.children);
+        let mut included = xml::parse(&file, &text)?;
+        include(&mut included, includes, seen)?;
+        children.append(&mut included.children);
     }
     element.children = children;
     Ok(())
@@ -191,42 +191,46 @@ fn settings(root: &Element) -> Fallible<CompilerSettings> {
         groups: [0.0, 5.0],
         total_mass: None,
     };
-    for own in root.all("compiler") {
-        let flag = |name: &str| match own.get(name) {
+    for compiler in root.all("compiler") {
+        let flag = |name: &str| match compiler.get(name) {
             None => Ok(None),
             Some("true") => Ok(Some(true)),
             Some("false") => Ok(Some(false)),
-            Some(other) => Err(own.refuse(format!("`{name}` is `{other}`, but must be `true` or `false`"))),
+            Some(other) => Err(compiler.refuse(format!("`{name}` is `{other}`, but must be `true` or `false`"))),
         };
-        match own.get("angle") {
+        match compiler.get("angle") {
             Some("radian") => settings.angles.unit = 1.0,
             Some("degree") => settings.angles.unit = 1f64.to_radians(),
             None => {}
-            Some(other) => return Err(own.refuse(format!("`angle` is `{other}`, but must be `degree` or `radian`"))),
+            Some(other) => {
+                return Err(compiler.refuse(format!("`angle` is `{other}`, but must be `degree` or `radian`")));
+            }
         }
-        if let Some(sequence) = own.get("eulerseq") {
+        if let Some(sequence) = compiler.get("eulerseq") {
             if sequence.len() != 3 || !sequence.chars().all(|letter| "xyzXYZ".contains(letter)) {
-                return Err(own.refuse(format!("`eulerseq` is `{sequence}`, but must be three of x, y, z, X, Y, Z")));
+                return Err(
+                    compiler.refuse(format!("`eulerseq` is `{sequence}`, but must be three of x, y, z, X, Y, Z"))
+                );
             }
             settings.angles.sequence = sequence.to_owned();
         }
-        if own.get("coordinate").is_some_and(|own| own != "local") {
-            return Err(own
+        if compiler.get("coordinate").is_some_and(|value| value != "local") {
+            return Err(compiler
                 .refuse("`coordinate` is `global`, which MuJoCo no longer reads")
                 .help("convert the file with MuJoCo 2.3.3"));
         }
         settings.autolimits = flag("autolimits")?.unwrap_or(settings.autolimits);
         settings.balance = flag("balanceinertia")?.unwrap_or(settings.balance);
-        settings.from_geoms = match own.get("inertiafromgeom") {
+        settings.from_geoms = match compiler.get("inertiafromgeom") {
             Some("auto") => None,
             Some(_) => flag("inertiafromgeom")?,
             None => settings.from_geoms,
         };
-        let number = |name: &str| own.attribute(name).map(|own| own.number()).transpose();
+        let number = |name: &str| compiler.attribute(name).map(|attribute| attribute.number()).transpose();
         settings.least_mass = number("boundmass")?.unwrap_or(settings.least_mass);
         settings.least_inertia = number("boundinertia")?.unwrap_or(settings.least_inertia);
         settings.total_mass = number("settotalmass")?.or(settings.total_mass).filter(|mass| *mass > 0.0);
-        if let Some(groups) = own.attribute("inertiagrouprange") {
+        if let Some(groups) = compiler.attribute("inertiagrouprange") {
             settings.groups = groups.array::<2>()?;
         }
     }
@@ -270,16 +274,16 @@ impl MjcfReader<'_> {
     fn fluid(&mut self, root: &Element) -> Fallible<()> {
         for option in root.all("option") {
             for name in ["density", "viscosity"] {
-                let Some(own) = option.attribute(name) else { continue };
-                if own.number()? > 0.0 {
+                let Some(attribute) = option.attribute(name) else { continue };
+                if attribute.number()? > 0.0 {
                     self.refuse_or_leave(
                         option,
                         "fluid",
-                        format!("a fluid acts on all bodies: `{name}` is {}", own.value),
+                        format!("a fluid acts on all bodies: `{name}` is {}", attribute.value),
                     );
                 }
             }
-            option.attribute("wind").map(|own| own.value());
+            option.attribute("wind").map(|attribute| attribute.value());
         }
         Ok(())
     }
@@ -319,10 +323,10 @@ impl MjcfReader<'_> {
                         attribute.name,
                         attribute.value
                     );
-                    if self
-                        .options
-                        .leaves_out(&[&attribute.name, element.attribute("name").map_or("", |own| &own.value)])
-                    {
+                    if self.options.leaves_out(&[
+                        &attribute.name,
+                        element.attribute("name").map_or("", |attribute| &attribute.value),
+                    ]) {
                         self.report.left_out.push(message);
                     } else {
                         let help = format!("--leave-out {} imports the file without it", attribute.name);

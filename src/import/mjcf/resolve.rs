@@ -33,8 +33,9 @@ impl<'a> Defaults<'a> {
 
     fn add(&mut self, element: &'a Element, name: String, parent: Option<String>) -> Fallible<()> {
         for child in element.all("default") {
-            let own = child.get("class").ok_or_else(|| child.refuse("a default inside another needs a `class`"))?;
-            self.add(child, own.to_owned(), Some(name.clone()))?;
+            let class_name =
+                child.get("class").ok_or_else(|| child.refuse("a default inside another needs a `class`"))?;
+            self.add(child, class_name.to_owned(), Some(name.clone()))?;
         }
         self.classes.insert(name, DefaultClass { element, parent });
         Ok(())
@@ -60,7 +61,7 @@ impl<'a> Defaults<'a> {
         let counts = |child: &&Element| kinds.contains(&child.name.as_str());
         let mut chain = vec![element];
         let mut class = match (element.get("class"), childclass) {
-            (Some(own), _) => Some(own.to_owned()),
+            (Some(class_name), _) => Some(class_name.to_owned()),
             (None, outer) => outer.map(str::to_owned),
         };
         if let Some(name) = class.as_ref().filter(|name| !self.classes.contains_key(*name)) {
@@ -69,10 +70,10 @@ impl<'a> Defaults<'a> {
             );
         }
         let mut outermost = true;
-        while let Some(own) = class.and_then(|name| self.classes.get(&name)) {
-            outermost &= own.parent.is_some();
-            chain.extend(own.element.children.iter().rev().filter(counts));
-            class = own.parent.clone();
+        while let Some(defaults) = class.and_then(|name| self.classes.get(&name)) {
+            outermost &= defaults.parent.is_some();
+            chain.extend(defaults.element.children.iter().rev().filter(counts));
+            class = defaults.parent.clone();
         }
         if outermost {
             chain.extend(self.main.iter().rev().flat_map(|main| main.children.iter().rev().filter(counts)));
@@ -132,12 +133,12 @@ impl<'a> Resolved<'a> {
     /// # Errors
     /// It is neither `true` nor `false`.
     pub fn flag(&self, name: &str, default: bool) -> Fallible<bool> {
-        match self.attribute(name).map(|own| (own, own.value())) {
+        match self.attribute(name).map(|attribute| (attribute, attribute.value())) {
             None => Ok(default),
             Some((_, "true")) => Ok(true),
             Some((_, "false")) => Ok(false),
-            Some((own, value)) => {
-                Err(Refusal::new(format!("`{name}` is `{value}`, but must be `true` or `false`")).at(&own.place))
+            Some((attribute, value)) => {
+                Err(Refusal::new(format!("`{name}` is `{value}`, but must be `true` or `false`")).at(&attribute.place))
             }
         }
     }
@@ -147,7 +148,7 @@ impl<'a> Resolved<'a> {
     /// # Errors
     /// A range that MuJoCo would not take.
     pub fn range(&self, range: &str, limited: &str, autolimits: bool) -> Fallible<Option<[f64; 2]>> {
-        let own = self.array::<2>(range)?;
+        let interval = self.array::<2>(range)?;
         let wanted = match self.get(limited) {
             None | Some("auto") => None,
             Some("true") => Some(true),
@@ -159,7 +160,7 @@ impl<'a> Resolved<'a> {
             }
         };
         let called = self.element.called();
-        match (wanted, own) {
+        match (wanted, interval) {
             (Some(false), _) | (None, None) => Ok(None),
             (None, Some(_)) if !autolimits => Err(self
                 .element
@@ -188,9 +189,12 @@ impl<'a> Resolved<'a> {
     pub fn rotation(&self, angles: &AngleUnits) -> Fallible<UnitQuaternion<f64>> {
         const WAYS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
         // Whatever the element itself gives wins over its class.
-        let own: Vec<&str> = WAYS.into_iter().filter(|way| self.element.attribute(way).is_some()).collect();
-        let given =
-            if own.is_empty() { WAYS.into_iter().filter(|way| self.attribute(way).is_some()).collect() } else { own };
+        let given_ways: Vec<&str> = WAYS.into_iter().filter(|way| self.element.attribute(way).is_some()).collect();
+        let given = if given_ways.is_empty() {
+            WAYS.into_iter().filter(|way| self.attribute(way).is_some()).collect()
+        } else {
+            given_ways
+        };
         let zero = |name: &str| self.element.refuse(format!("{}: `{name}` has the length zero", self.element.called()));
         match given[..] {
             [] => Ok(UnitQuaternion::identity()),

@@ -41,8 +41,8 @@ pub fn poses(model: &PlanarModel, values: &[f64]) -> Vec<PlanarPose> {
                 poses[child] = ([place[0] + arm[0], place[1] + arm[1]], angle);
             }
             PlanarCoordinate::Slide { parent, along, .. } => {
-                let own = model.links[child].origin;
-                let at = [own[0] + value * along[0], own[1] + value * along[1]];
+                let origin = model.links[child].origin;
+                let at = [origin[0] + value * along[0], origin[1] + value * along[1]];
                 poses[child] = (place_of(&poses[parent], model.links[parent].origin, at), poses[parent].1);
             }
             PlanarCoordinate::FreeX(_) => poses[child].0[0] = model.links[child].origin[0] + value,
@@ -102,13 +102,13 @@ fn columns(model: &PlanarModel, values: &[f64]) -> Vec<Vec<f64>> {
     let mut columns = Vec::new();
     for index in 0..values.len() {
         let unit = if model.coordinates[index].turns() { 1.0 } else { model.size };
-        let (own, step) = (values[index], 1e-6);
+        let (value, step) = (values[index], 1e-6);
         let mut side = |sign: f64| {
-            values[index] = own + sign * step * unit;
+            values[index] = value + sign * step * unit;
             residuals(model, &values)
         };
         let (above, below) = (side(1.0), side(-1.0));
-        values[index] = own;
+        values[index] = value;
         columns.push(above.iter().zip(&below).map(|(a, b)| (a - b) / (2.0 * step)).collect());
     }
     columns
@@ -126,9 +126,9 @@ fn dependent(columns: &[Vec<f64>]) -> Vec<usize> {
         let size = dot(column, column).sqrt();
         let mut rest = column.clone();
         for _ in 0..2 {
-            for own in &basis {
-                let part = dot(&rest, own);
-                rest.iter_mut().zip(own).for_each(|(x, y)| *x -= part * y);
+            for vector in &basis {
+                let part = dot(&rest, vector);
+                rest.iter_mut().zip(vector).for_each(|(x, y)| *x -= part * y);
             }
         }
         let left = dot(&rest, &rest).sqrt();
@@ -164,8 +164,8 @@ pub fn close(model: &PlanarModel) -> ClosedStart {
         if open < CLOSED || chosen.is_empty() {
             break;
         }
-        let own: Vec<&Vec<f64>> = chosen.iter().map(|&index| &columns_now[index]).collect();
-        let steps = solve(&own, &residuals(model, &values));
+        let chosen_columns: Vec<&Vec<f64>> = chosen.iter().map(|&index| &columns_now[index]).collect();
+        let steps = solve(&chosen_columns, &residuals(model, &values));
         let mut next = values.clone();
         chosen.iter().zip(steps).for_each(|(&index, step)| next[index] -= units[index] * step);
         let left = largest(&residuals(model, &next));
@@ -187,8 +187,8 @@ pub fn close(model: &PlanarModel) -> ClosedStart {
             let rate = rates[index] / units[index];
             wanted.iter_mut().zip(&columns_now[index]).for_each(|(sum, part)| *sum -= rate * part);
         }
-        let own: Vec<&Vec<f64>> = chosen.iter().map(|&index| &columns_now[index]).collect();
-        for (&index, rate) in chosen.iter().zip(solve(&own, &wanted)) {
+        let columns: Vec<&Vec<f64>> = chosen.iter().map(|&index| &columns_now[index]).collect();
+        for (&index, rate) in chosen.iter().zip(solve(&columns, &wanted)) {
             contradiction = f64::max(contradiction, (rate * units[index] - rates[index]).abs());
             rates[index] = rate * units[index];
         }

@@ -110,8 +110,8 @@ impl RobotWriter<'_> {
     fn approaches(&self, (link, at): LinkPoint, [x, y]: [f64; 2]) -> bool {
         let planar = self.planar;
         let height = |values: &[f64]| {
-            let own = closing::place_of(&closing::poses(planar, values)[link], planar.links[link].origin, at);
-            own[0] * x + own[1] * y
+            let place = closing::place_of(&closing::poses(planar, values)[link], planar.links[link].origin, at);
+            place[0] * x + place[1] * y
         };
         let mut values = vec![0.0; planar.coordinates.len()];
         let rest = height(&values);
@@ -135,7 +135,7 @@ fn outermost(mut points: Vec<[f64; 2]>, near: f64) -> Vec<[f64; 2]> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut distinct: Vec<[f64; 2]> = Vec::new();
     for point in points {
-        if distinct.iter().all(|own| (own[0] - point[0]).hypot(own[1] - point[1]) > near) {
+        if distinct.iter().all(|other| (other[0] - point[0]).hypot(other[1] - point[1]) > near) {
             distinct.push(point);
         }
     }
@@ -173,13 +173,14 @@ mod tests {
         let turn = nalgebra::UnitQuaternion::from_euler_angles(0.4, 0.3, 0.2);
         let corners = (0..8).map(|bits| [1, 2, 4].map(|bit| if bits & bit == 0 { -1.0 } else { 1.0 }));
         let places: Vec<[f64; 2]> =
-            corners.map(|[x, y, z]| turn * Vector3::new(x, y, z)).map(|own| [own.x, own.y]).collect();
+            corners.map(|[x, y, z]| turn * Vector3::new(x, y, z)).map(|corner| [corner.x, corner.y]).collect();
         let hull = outermost(places.clone(), 1e-9);
         assert_eq!(hull.len(), 6);
         // The support of the hull in each direction is that of all corners.
         for step in 0..100 {
             let (y, x) = (0.0628 * f64::from(step)).sin_cos();
-            let far = |points: &[[f64; 2]]| points.iter().map(|own| own[0] * x + own[1] * y).fold(f64::MIN, f64::max);
+            let far =
+                |points: &[[f64; 2]]| points.iter().map(|point| point[0] * x + point[1] * y).fold(f64::MIN, f64::max);
             assert!((far(&hull) - far(&places)).abs() < 1e-12);
         }
         let flat = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 1e-12]];

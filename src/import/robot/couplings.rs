@@ -35,8 +35,9 @@ impl RobotWriter<'_> {
                 self.rack(&name, (parent, child, at, along), &leader.wheel, ratio * leader.sign, offset);
             }
             _ => {
-                let [own, leader] = [follower.joint, follower.leader].map(|index| self.wheel_turn(&name, index));
-                self.gears(&name, &own, &leader, ratio, offset);
+                let [follower_turn, leader] =
+                    [follower.joint, follower.leader].map(|index| self.wheel_turn(&name, index));
+                self.gears(&name, &follower_turn, &leader, ratio, offset);
             }
         }
         self.report.exact("coupling of two joints");
@@ -63,18 +64,19 @@ impl RobotWriter<'_> {
 
     /// A massless body that turns on another.
     fn wheel(&mut self, name: &str, on: &str) -> String {
-        let own = self.fresh("", "body", &format!("{}_wheel", if name.is_empty() { "coupling" } else { name }));
-        let pin = self.fresh("", "joint", &format!("{own}_pin"));
-        self.wheel_text += &format!("\n[bodies.{own}]\nmass    = 0\ninertia = 0\n");
-        self.joint_text += &format!("\n[joints.{pin}]\ntype    = \"revolute\"\nbetween = [\"{on}\", \"{own}\"]\n");
-        own
+        let body_name = self.fresh("", "body", &format!("{}_wheel", if name.is_empty() { "coupling" } else { name }));
+        let pin = self.fresh("", "joint", &format!("{body_name}_pin"));
+        self.wheel_text += &format!("\n[bodies.{body_name}]\nmass    = 0\ninertia = 0\n");
+        self.joint_text +=
+            &format!("\n[joints.{pin}]\ntype    = \"revolute\"\nbetween = [\"{on}\", \"{body_name}\"]\n");
+        body_name
     }
 
     /// own = offset + ratio leader. Two turns without a common body need three gears: the first makes a wheel x with x - p2 = ratio (w2 - p2) + offset; then
     /// w1 - p1 = x - p2 holds where a carrier is in the middle of w1 and p2, and of x and p1.
-    fn gears(&mut self, name: &str, own: &WheelTurn, leader: &WheelTurn, ratio: f64, offset: f64) {
-        let (same, angle) = (own.sign * leader.sign * ratio, own.sign * offset);
-        let (p1, w1, p2, w2) = (&own.parent, &own.wheel, &leader.parent, &leader.wheel);
+    fn gears(&mut self, name: &str, turn: &WheelTurn, leader: &WheelTurn, ratio: f64, offset: f64) {
+        let (same, angle) = (turn.sign * leader.sign * ratio, turn.sign * offset);
+        let (p1, w1, p2, w2) = (&turn.parent, &turn.wheel, &leader.parent, &leader.wheel);
         if p1 == p2 {
             self.gear(name, p1, [w2, w1], same, angle);
         } else if w2 == p1 {
@@ -109,10 +111,10 @@ impl RobotWriter<'_> {
     /// The displacement of a slide is radius times the turn of a pinion against the slide's parent, and a displacement.
     fn rack(&mut self, name: &str, slide: SlideParts, pinion: &str, radius: f64, displacement: f64) {
         let (parent, child, at, along) = slide;
-        let own = self.coupling(name);
-        let [carrier, rack] = [parent, child].map(|link| self.place(link, &own, at));
+        let coupling = self.coupling(name);
+        let [carrier, rack] = [parent, child].map(|link| self.place(link, &coupling, at));
         self.joint_text += &format!(
-            "\n[joints.{own}]\ntype    = \"rack\"\nbetween = [\"{pinion}\", \"{rack}\"]\ncarrier = \"{carrier}\"\naxis    = {}\nradius  = {}\ndisplacement = {}\n",
+            "\n[joints.{coupling}]\ntype    = \"rack\"\nbetween = [\"{pinion}\", \"{rack}\"]\ncarrier = \"{carrier}\"\naxis    = {}\nradius  = {}\ndisplacement = {}\n",
             pair(along),
             number(radius),
             number(displacement)

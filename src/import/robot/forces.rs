@@ -51,13 +51,13 @@ impl RobotWriter<'_> {
         let planar = self.planar;
         let Some(joint) = planar.coordinates[index].joint().map(|joint| &planar.file.joints[joint]) else { return };
         let Some([stiffness, relaxed]) = joint.laws.spring.filter(|[stiffness, _]| *stiffness != 0.0) else { return };
-        let own = self.joints[index].clone().unwrap_or_default();
+        let joint_name = self.joints[index].clone().unwrap_or_default();
         if let super::planar::PlanarCoordinate::Turn { parent, child, sign, .. } = planar.coordinates[index] {
-            self.torsion_spring(&own, [parent, child], stiffness, sign * relaxed);
+            self.torsion_spring(&joint_name, [parent, child], stiffness, sign * relaxed);
             return;
         }
-        let name = self.fresh(&format!("{own}_spring"), "load", "spring");
-        let law = format!("-{}*({own}.s - {})", number(stiffness), number(relaxed));
+        let name = self.fresh(&format!("{joint_name}_spring"), "load", "spring");
+        let law = format!("-{}*({joint_name}.s - {})", number(stiffness), number(relaxed));
         self.effort(index, &name, &law);
         self.report.exact("spring of a joint");
     }
@@ -68,12 +68,12 @@ impl RobotWriter<'_> {
         for &(joint, factor) in terms {
             let Some(index) = self.planar.coordinate_of(joint) else {
                 // A locked joint adds a constant.
-                let own = &self.planar.file.joints[joint];
-                sums[0].push(number(factor * (own.zero + own.start)));
+                let joint_data = &self.planar.file.joints[joint];
+                sums[0].push(number(factor * (joint_data.zero + joint_data.start)));
                 continue;
             };
-            for (sum, own) in sums.iter_mut().zip(self.coordinate(index)) {
-                sum.push(if factor == 1.0 { own } else { format!("{}*({own})", number(factor)) });
+            for (sum, term) in sums.iter_mut().zip(self.coordinate(index)) {
+                sum.push(if factor == 1.0 { term } else { format!("{}*({term})", number(factor)) });
             }
         }
         let [length, rate] = sums;
@@ -84,9 +84,9 @@ impl RobotWriter<'_> {
     fn efforts(&mut self, name: &str, otherwise: &str, terms: &[(usize, f64)], law: &str) {
         for &(joint, factor) in terms {
             let Some(index) = self.planar.coordinate_of(joint) else { continue };
-            let own = self.fresh(name, "load", otherwise);
+            let load_name = self.fresh(name, "load", otherwise);
             let value = if factor == 1.0 { law.to_owned() } else { format!("{}*({law})", number(factor)) };
-            self.effort(index, &own, &value);
+            self.effort(index, &load_name, &value);
         }
     }
 
@@ -108,9 +108,9 @@ impl RobotWriter<'_> {
                 .filter(|(side, at)| *side == "above" || *at > 0.0)
                 .collect(),
         };
-        let mut own = Some(name.clone());
+        let mut spring_name = Some(name.clone());
         for (side, length) in &sides {
-            let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "spring", "tendon"));
+            let name = spring_name.take().unwrap_or_else(|| self.fresh(&spring.name, "spring", "tendon"));
             let damping = if *side == "both" && spring.damping != 0.0 {
                 format!("damping = {}\n", number(spring.damping))
             } else {
@@ -125,13 +125,13 @@ impl RobotWriter<'_> {
             self.report.exact("spring tendon");
         }
         if spring.damping != 0.0 && sides.iter().all(|(side, _)| *side != "both") {
-            let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "damper", "tendon"));
+            let name = spring_name.take().unwrap_or_else(|| self.fresh(&spring.name, "damper", "tendon"));
             self.load_text +=
                 &format!("\n[loads.{name}]\ntype    = \"damper\"\n{between}damping = {}\n", number(spring.damping));
             self.report.exact("damper tendon");
         }
         if let Some(longest) = spring.longest {
-            let name = own.take().unwrap_or_else(|| self.fresh(&spring.name, "limit", "tendon"));
+            let name = spring_name.take().unwrap_or_else(|| self.fresh(&spring.name, "limit", "tendon"));
             self.joint_text +=
                 &format!("\n[joints.{name}]\ntype    = \"rope\"\n{between}length  = {}\n", number(longest));
             self.report.exact("rope");
@@ -171,7 +171,7 @@ impl RobotWriter<'_> {
             return;
         };
         let gear = actuator.gear;
-        let geared = |own: &str| if gear == 1.0 { format!("({own})") } else { format!("{}*({own})", number(gear)) };
+        let geared = |term: &str| if gear == 1.0 { format!("({term})") } else { format!("{}*({term})", number(gear)) };
         let mut law = String::new();
         let mut add = |factor: f64, of: &str| {
             if factor != 0.0 {

@@ -39,8 +39,8 @@ pub struct SpatialModel {
 impl SpatialModel {
     /// The joints that move something: neither locked nor outside of what is imported.
     pub fn moving_joints(&self) -> impl Iterator<Item = &SpatialJoint> {
-        let own = self.joints.iter().enumerate();
-        own.filter(|(index, joint)| self.bodies[joint.body].joints.contains(index)).map(|(_, joint)| joint)
+        let joints = self.joints.iter().enumerate();
+        joints.filter(|(index, joint)| self.bodies[joint.body].joints.contains(index)).map(|(_, joint)| joint)
     }
 
     pub fn new(format: &'static str, name: &str, gravity: Vector3<f64>) -> Self {
@@ -120,7 +120,7 @@ impl BodyMass {
             return BodyMass { mass, centre: self.centre, tensor: self.tensor + other.tensor };
         }
         let centre = (self.centre * self.mass + other.centre * other.mass) / mass;
-        let about = |own: &BodyMass| own.tensor + steiner(own.mass, own.centre - centre);
+        let about = |mass: &BodyMass| mass.tensor + steiner(mass.mass, mass.centre - centre);
         BodyMass { mass, centre, tensor: about(self) + about(other) }
     }
 }

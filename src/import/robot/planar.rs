@@ -288,7 +288,7 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
         inside[index] = index == root || inside[model.bodies[index].parent];
     }
     let all = model.bodies.len() - 1;
-    let kept = inside.iter().filter(|own| **own).count();
+    let kept = inside.iter().filter(|is_inside| **is_inside).count();
     model.bodies[root].pose = poses(model)[root];
     model.bodies[root].parent = 0;
     model.bodies[root].joints.clear();
@@ -299,16 +299,16 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
     }
     let used = |point: &BodyPoint| point.body == 0 || inside[point.body];
     let joints: Vec<bool> = model.joints.iter().map(|joint| inside[joint.body] && joint.body != root).collect();
-    model.closures.retain(|own| own.ends.iter().all(used));
-    model.springs.retain(|own| own.ends.iter().all(used));
-    model.bushings.retain(|own| own.ends.iter().all(used));
-    model.followers.retain(|own| joints[own.joint] && own.leader.is_none_or(|leader| joints[leader]));
-    model.tendons.retain(|own| own.terms.iter().all(|(joint, _)| joints[*joint]));
-    model.actuators.retain(|own| match &own.transmission {
+    model.closures.retain(|closure| closure.ends.iter().all(used));
+    model.springs.retain(|spring| spring.ends.iter().all(used));
+    model.bushings.retain(|bushing| bushing.ends.iter().all(used));
+    model.followers.retain(|follower| joints[follower.joint] && follower.leader.is_none_or(|leader| joints[leader]));
+    model.tendons.retain(|tendon| tendon.terms.iter().all(|(joint, _)| joints[*joint]));
+    model.actuators.retain(|actuator| match &actuator.transmission {
         super::Transmission::Joints(terms) => terms.iter().all(|(joint, _)| joints[*joint]),
         super::Transmission::Points(ends) => ends.iter().all(used),
     });
-    model.contacts.retain(|own| match &own.kind {
+    model.contacts.retain(|contact| match &contact.kind {
         super::ContactKind::Plane { body, .. } => inside[*body],
         super::ContactKind::Balls(balls, _) => balls.iter().all(used),
     });
@@ -318,11 +318,11 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
 
 /// Holds a joint at a value: its motion becomes a part of the body's pose, as the joints before it see it.
 fn lock(model: &mut SpatialModel, joint: usize, value: f64) -> Fallible<()> {
-    let own = &model.joints[joint];
-    let body = own.body;
+    let joint_data = &model.joints[joint];
+    let body = joint_data.body;
     let Some(at) = model.bodies[body].joints.iter().position(|&other| other == joint) else { return Ok(()) };
-    let moved = match (own.kind, &own.free) {
-        (JointMotion::Hinge | JointMotion::Slide, _) => own.motion(value),
+    let moved = match (joint_data.kind, &joint_data.free) {
+        (JointMotion::Hinge | JointMotion::Slide, _) => joint_data.motion(value),
         (JointMotion::Free | JointMotion::Planar, Some((pose, ..))) => {
             model.bodies[body].pose = *pose;
             Isometry3::identity()
@@ -407,19 +407,19 @@ impl PlanarModel<'_> {
         report: &mut ImportReport,
         masses: &mut Vec<BodyMass>,
     ) -> usize {
-        let own = &self.file.bodies[body];
+        let body_data = &self.file.bodies[body];
         let origin = self.at(&Point3::from(self.world[body].translation.vector));
-        let named = match own.name.is_empty() {
-            true => own.joints.last().map_or(String::new(), |&joint| self.file.joints[joint].name.clone()),
-            false => own.name.clone(),
+        let named = match body_data.name.is_empty() {
+            true => body_data.joints.last().map_or(String::new(), |&joint| self.file.joints[joint].name.clone()),
+            false => body_data.name.clone(),
         };
         if self.is_free(body, parent) {
             let link = self.add_link(&named, origin, masses);
             self.free(body, link, options, report);
             return link;
         }
-        let (mut parent, last) = (parent, own.joints.len() - 1);
-        for (index, &joint) in own.joints.iter().enumerate() {
+        let (mut parent, last) = (parent, body_data.joints.len() - 1);
+        for (index, &joint) in body_data.joints.iter().enumerate() {
             let name = match index == last {
                 true => named.clone(),
                 false => format!("{named}_{}", index + 1),
@@ -478,19 +478,20 @@ impl PlanarModel<'_> {
 
     /// Does anything of the file use the coordinate of a joint?
     fn acts_on(&self, joint: usize) -> bool {
-        let in_terms = |terms: &[(usize, f64)]| terms.iter().any(|(own, _)| *own == joint);
-        let actuators = self.file.actuators.iter().any(|own| match &own.transmission {
+        let in_terms = |terms: &[(usize, f64)]| terms.iter().any(|(index, _)| *index == joint);
+        let actuators = self.file.actuators.iter().any(|actuator| match &actuator.transmission {
             super::Transmission::Joints(terms) => in_terms(terms),
             super::Transmission::Points(_) => false,
         });
-        let followers = self.file.followers.iter().any(|own| own.joint == joint || own.leader == Some(joint));
-        actuators || followers || self.file.tendons.iter().any(|own| in_terms(&own.terms))
+        let followers =
+            self.file.followers.iter().any(|follower| follower.joint == joint || follower.leader == Some(joint));
+        actuators || followers || self.file.tendons.iter().any(|tendon| in_terms(&tendon.terms))
     }
 
     /// The start of a body without joint: its displacement and angle from the reference configuration.
     fn free(&mut self, body: usize, link: usize, options: &ImportOptions, report: &mut ImportReport) {
-        let own = &self.file.bodies[body];
-        let joints: Vec<&SpatialJoint> = own.joints.iter().map(|&joint| &self.file.joints[joint]).collect();
+        let body_data = &self.file.bodies[body];
+        let joints: Vec<&SpatialJoint> = body_data.joints.iter().map(|&joint| &self.file.joints[joint]).collect();
         self.coordinates.extend([
             PlanarCoordinate::FreeX(link),
             PlanarCoordinate::FreeY(link),
@@ -512,8 +513,8 @@ impl PlanarModel<'_> {
             return;
         }
         let [joint] = joints[..] else { return };
-        let parent = self.world[own.parent];
-        let (pose, velocity, omega) = joint.free.unwrap_or((own.pose, Vector3::zeros(), Vector3::zeros()));
+        let parent = self.world[body_data.parent];
+        let (pose, velocity, omega) = joint.free.unwrap_or((body_data.pose, Vector3::zeros(), Vector3::zeros()));
         let now = parent * pose;
         let moved = self.plane.components(&(now.translation.vector - self.world[body].translation.vector));
         let turn = now.rotation * self.world[body].rotation.inverse();
@@ -522,7 +523,11 @@ impl PlanarModel<'_> {
         let speed = self.plane.components(&velocity);
         let spin = self.plane.normal.dot(&omega);
         self.starts.extend([(moved[0], speed[0]), (moved[1], speed[1]), (angle, spin)]);
-        let called = if own.name.is_empty() { "a free body".to_owned() } else { format!("free body `{}`", own.name) };
+        let called = if body_data.name.is_empty() {
+            "a free body".to_owned()
+        } else {
+            format!("free body `{}`", body_data.name)
+        };
         let out = [
             (joint.kind == JointMotion::Free, self.gravity_out(), "gravity has a component along the normal"),
             (true, turn.rotation_between_normal(&self.plane), "its initial orientation is out of the plane"),
@@ -588,12 +593,12 @@ impl PlanarModel<'_> {
     /// Mass, moment of inertia about the normal, mass centre.
     fn set_masses(&mut self, masses: &[BodyMass], report: &mut ImportReport) {
         let normal = self.plane.normal;
-        for (index, own) in masses.iter().enumerate().skip(1) {
-            let inertia = normal.dot(&(own.tensor * normal));
-            let (centre, link) = (self.plane.components(&own.centre), &mut self.links[index]);
-            (link.mass, link.inertia) = (own.mass, inertia.max(0.0));
-            link.centre = if own.mass > 0.0 { centre } else { link.origin };
-            let moments = own.tensor.symmetric_eigenvalues();
+        for (index, mass) in masses.iter().enumerate().skip(1) {
+            let inertia = normal.dot(&(mass.tensor * normal));
+            let (centre, link) = (self.plane.components(&mass.centre), &mut self.links[index]);
+            (link.mass, link.inertia) = (mass.mass, inertia.max(0.0));
+            link.centre = if mass.mass > 0.0 { centre } else { link.origin };
+            let moments = mass.tensor.symmetric_eigenvalues();
             let largest = moments.max();
             if moments.sum() < 2.0 * largest * (1.0 - 1e-6) && largest > 0.0 {
                 report.note(format!(
@@ -603,15 +608,15 @@ impl PlanarModel<'_> {
             }
         }
         let (mut moves, mut carries) = (vec![false; self.links.len()], vec![false; self.links.len()]);
-        for own in &self.coordinates {
-            moves[own.child()] = true;
-            if let PlanarCoordinate::Turn { parent, .. } | PlanarCoordinate::Slide { parent, .. } = *own {
+        for coordinate in &self.coordinates {
+            moves[coordinate.child()] = true;
+            if let PlanarCoordinate::Turn { parent, .. } | PlanarCoordinate::Slide { parent, .. } = *coordinate {
                 carries[parent] = true;
             }
         }
         for index in 1..self.links.len() {
             if moves[index] && !carries[index] && self.links[index].mass <= 0.0 && self.links[index].inertia <= 0.0 {
-                let body = self.link_of.iter().rposition(|own| *own == Some(index)).unwrap_or(0);
+                let body = self.link_of.iter().rposition(|link| *link == Some(index)).unwrap_or(0);
                 let refusal = Refusal::new(format!(
                     "body `{}` moves, but has no mass: it needs an inertial",
                     self.links[index].name
@@ -627,7 +632,7 @@ impl PlanarModel<'_> {
 
     /// The diagonal of what the joints and mass centres span.
     fn extent(&self) -> f64 {
-        let joints = self.coordinates.iter().filter_map(|own| match *own {
+        let joints = self.coordinates.iter().filter_map(|coordinate| match *coordinate {
             PlanarCoordinate::Turn { at, .. } | PlanarCoordinate::Slide { at, .. } => Some(at),
             _ => None,
         });

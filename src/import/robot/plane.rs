@@ -84,8 +84,8 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
         return Ok(MotionPlane::of(plane));
     }
     let axes = |kind: JointMotion| {
-        let own = model.moving_joints().filter(move |joint| joint.kind == kind);
-        own.map(|joint| world[joint.body] * joint.axis).collect::<Vec<_>>()
+        let joints = model.moving_joints().filter(move |joint| joint.kind == kind);
+        joints.map(|joint| world[joint.body] * joint.axis).collect::<Vec<_>>()
     };
     let hinges = axes(JointMotion::Hinge);
     if let Some(first) = hinges.first() {

@@ -75,8 +75,8 @@ pub fn scene(
         renamed: Vec::new(),
     };
     writer.name_parts();
-    for (link, own) in planar.links.iter().enumerate() {
-        for (name, at) in &own.points {
+    for (link, link_data) in planar.links.iter().enumerate() {
+        for (name, at) in &link_data.points {
             writer.place(link, name, *at);
         }
     }
@@ -95,14 +95,14 @@ impl RobotWriter<'_> {
         let first = [plain.clone(), format!("{plain}_{suffix}")].into_iter();
         let from = self.numbered.get(&plain).copied().unwrap_or(2);
         let mut candidates = first.chain((from..).map(|number| format!("{plain}_{number}")));
-        let own = candidates.find(|name| !self.taken.contains(name)).unwrap_or_else(|| plain.clone());
+        let fresh_name = candidates.find(|name| !self.taken.contains(name)).unwrap_or_else(|| plain.clone());
         self.numbered.insert(plain, from + 1);
         let is_of_file = !matches!(suffix, "contact" | "output" | "load");
-        if !name.is_empty() && own != name && is_of_file {
-            self.renamed.push(format!("{suffix} `{name}` is `{own}`"));
+        if !name.is_empty() && fresh_name != name && is_of_file {
+            self.renamed.push(format!("{suffix} `{name}` is `{fresh_name}`"));
         }
-        self.taken.insert(own.clone());
-        own
+        self.taken.insert(fresh_name.clone());
+        fresh_name
     }
 
     fn name_parts(&mut self) {
@@ -125,16 +125,16 @@ impl RobotWriter<'_> {
         if VARIABLES.contains(&plain.as_str()) {
             plain.push_str("_point");
         }
-        let mut own = plain.clone();
+        let mut point_name = plain.clone();
         let mut number = 2;
-        while self.places[link].get(&own).is_some_and(|known| *known != at) {
-            own = format!("{plain}_{number}");
+        while self.places[link].get(&point_name).is_some_and(|known| *known != at) {
+            point_name = format!("{plain}_{number}");
             number += 1;
         }
-        if self.places[link].insert(own.clone(), at).is_none() {
-            self.points[link].push((own.clone(), at));
+        if self.places[link].insert(point_name.clone(), at).is_none() {
+            self.points[link].push((point_name.clone(), at));
         }
-        format!("{}.{own}", self.links[link])
+        format!("{}.{point_name}", self.links[link])
     }
 
     fn joint_of(&self, index: usize) -> Option<&SpatialJoint> {
@@ -197,8 +197,8 @@ impl RobotWriter<'_> {
     /// The coordinate with the file's name, sign and zero.
     fn joint_output(&mut self, joint: &SpatialJoint, name: &str, sign: f64, index: usize) {
         let variable = if self.planar.coordinates[index].turns() { "angle" } else { "s" };
-        let own = format!("{}{name}.{variable}", if sign < 0.0 { "-" } else { "" });
-        let value = if joint.zero == 0.0 { own.clone() } else { format!("{own} + {}", number(joint.zero)) };
+        let term = format!("{}{name}.{variable}", if sign < 0.0 { "-" } else { "" });
+        let value = if joint.zero == 0.0 { term.clone() } else { format!("{term} + {}", number(joint.zero)) };
         if joint.kind == JointMotion::Ball {
             return;
         }
@@ -262,11 +262,11 @@ impl RobotWriter<'_> {
 
     fn head_lines(&mut self, start: &ClosedStart) {
         let planar = self.planar;
-        let freedom = start.independent.iter().filter(|own| **own).count();
+        let freedom = start.independent.iter().filter(|is_free| **is_free).count();
         let inputs = self.inputs.lines().count();
         let count = |count: usize, word: &str| counted(count, word);
         let bodies = counted(planar.links.len() - 1, "body");
-        let joints = planar.coordinates.iter().filter(|own| own.joint().is_some()).count();
+        let joints = planar.coordinates.iter().filter(|coordinate| coordinate.joint().is_some()).count();
         let degrees =
             if freedom == 1 { "1 degree of freedom".to_owned() } else { format!("{freedom} degrees of freedom") };
         self.report.head.push(format!(
@@ -276,7 +276,7 @@ impl RobotWriter<'_> {
             count(planar.closures.len(), "loop"),
             count(inputs, "input")
         ));
-        let signs = planar.coordinates.iter().filter_map(|own| match own {
+        let signs = planar.coordinates.iter().filter_map(|coordinate| match coordinate {
             PlanarCoordinate::Turn { sign, .. } => Some(*sign),
             _ => None,
         });
@@ -330,7 +330,8 @@ impl RobotWriter<'_> {
         text += &self.load_text;
         text +=
             &format!("\n# All angles are measured from the reference configuration of the file.\n[initial]\n{initial}");
-        let bodies = self.links[1..].iter().flat_map(|name| ["x", "y", "angle"].map(|own| format!("\"{name}.{own}\"")));
+        let bodies =
+            self.links[1..].iter().flat_map(|name| ["x", "y", "angle"].map(|suffix| format!("\"{name}.{suffix}\"")));
         let bodies = bodies.collect::<Vec<_>>().join(", ");
         text += &format!("\n[outputs]\nvariables = [{bodies}]\n");
         if !self.outputs.is_empty() {
@@ -381,7 +382,7 @@ impl RobotWriter<'_> {
             let (value, rate, given) = (start.values[index], start.rates[index], start.independent[index]);
             let child = coordinate.child();
             let body = &self.links[child];
-            let own = self.joints[index].clone().unwrap_or_default();
+            let joint_name = self.joints[index].clone().unwrap_or_default();
             let mut line = |variable: String, rate_of: String, sign: f64, about: f64| {
                 // Writing to a string cannot fail.
                 let _ = match given {
@@ -394,10 +395,12 @@ impl RobotWriter<'_> {
             };
             match *coordinate {
                 PlanarCoordinate::Turn { sign, .. } if given => {
-                    line(format!("{own}.angle"), format!("{own}.omega"), sign, 0.0);
+                    line(format!("{joint_name}.angle"), format!("{joint_name}.omega"), sign, 0.0);
                 }
                 PlanarCoordinate::Turn { .. } => line(format!("{body}.angle"), String::new(), 1.0, poses[child].1),
-                PlanarCoordinate::Slide { .. } => line(format!("{own}.s"), format!("{own}.v"), 1.0, value),
+                PlanarCoordinate::Slide { .. } => {
+                    line(format!("{joint_name}.s"), format!("{joint_name}.v"), 1.0, value)
+                }
                 PlanarCoordinate::FreeX(_) | PlanarCoordinate::FreeY(_) => {
                     let part = usize::from(matches!(coordinate, PlanarCoordinate::FreeY(_)));
                     let link = &planar.links[child];
@@ -432,11 +435,11 @@ impl RobotWriter<'_> {
                 );
             }
             PlanarCoordinate::Slide { parent, child, at, along, .. } => {
-                let own = self.joints[index].clone().unwrap_or_default();
-                let on = self.place(child, &own, at);
+                let joint_name = self.joints[index].clone().unwrap_or_default();
+                let on = self.place(child, &joint_name, at);
                 self.force(name, &on, along, value, child != 0);
                 if parent != 0 {
-                    let on = self.place(parent, &own, at);
+                    let on = self.place(parent, &joint_name, at);
                     let against = self.fresh(&format!("{name}_reaction"), "load", "load");
                     self.force(&against, &on, [-along[0], -along[1]], value, true);
                 }

@@ -203,8 +203,8 @@ impl CsvTable {
     }
 
     /// A warning for each column without a unit that stands for an angle and looks like degrees; `own` is the unit of a variable.
-    pub fn suspect_degrees(&self, own: &dyn Fn(&str) -> Option<Unit>) -> Vec<Fault> {
-        let is_angle = |name: &str| own(name).is_some_and(|unit| unit.exponents == Unit::angle().exponents);
+    pub fn suspect_degrees(&self, unit_of: &dyn Fn(&str) -> Option<Unit>) -> Vec<Fault> {
+        let is_angle = |name: &str| unit_of(name).is_some_and(|unit| unit.exponents == Unit::angle().exponents);
         let columns = self.names.iter().zip(&self.units).zip(&self.columns);
         let bare = columns.filter(|((name, unit), _)| unit.is_none() && is_angle(name));
         let warning = |((name, _), values): ((&String, _), &Vec<f64>)| {
@@ -263,9 +263,9 @@ fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<SourceColumn>, Shee
     if !naming.chosen.is_empty() {
         return chosen(headings, naming.chosen);
     }
-    let own = |name: &str| if is_time(name) { Some(Unit::time()) } else { (naming.own)(name) };
+    let unit_of = |name: &str| if is_time(name) { Some(Unit::time()) } else { (naming.own)(name) };
     let source = |(place, heading): (usize, &Heading)| {
-        let (name, unit) = heading.of_variable(own)?;
+        let (name, unit) = heading.of_variable(unit_of)?;
         Ok(SourceColumn { place, name, unit })
     };
     headings.iter().enumerate().map(source).collect()
@@ -279,12 +279,14 @@ fn chosen(headings: &[Heading], chosen: &[(String, String)]) -> Result<Vec<Sourc
     };
     let called = |name: &str| {
         let whole = headings.iter().position(|heading| heading.text == name);
-        whole.or_else(|| headings.iter().position(|heading| heading.read().is_ok_and(|(own, _)| own == name)))
+        whole.or_else(|| {
+            headings.iter().position(|heading| heading.read().is_ok_and(|(heading_name, _)| heading_name == name))
+        })
     };
     let mut sources = Vec::new();
     for (name, heading) in chosen {
         let place = called(heading).ok_or_else(|| {
-            let name = |own: &Heading| own.read().map_or_else(|_| own.text.clone(), |(name, _)| name);
+            let name = |heading: &Heading| heading.read().map_or_else(|_| heading.text.clone(), |(name, _)| name);
             let names: Vec<String> = headings.iter().map(name).collect();
             let known = suggest::known(heading, names.iter().map(String::as_str));
             fault(1, 1, format!("there is no column `{heading}`; {known}"))

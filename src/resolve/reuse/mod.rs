@@ -212,8 +212,8 @@ impl SceneLibrary<'_> {
 
     fn set_parameters(&mut self, part: &mut Scene, used: &Use) {
         for (name, value) in &used.parameters {
-            match part.parameters.iter_mut().find(|own| own.name.text == name.text) {
-                Some(own) => own.value = value.clone(),
+            match part.parameters.iter_mut().find(|parameter| parameter.name.text == name.text) {
+                Some(parameter) => parameter.value = value.clone(),
                 None if part.broken.contains(&name.text) => {}
                 None => self.faults.push(unknown_parameter(part, used, name)),
             }
@@ -252,7 +252,7 @@ impl Scene {
 }
 
 fn unknown_parameter(part: &Scene, used: &Use, name: &Text) -> Fault {
-    let names = || part.parameters.iter().map(|own| own.name.text.as_str());
+    let names = || part.parameters.iter().map(|parameter| parameter.name.text.as_str());
     let otherwise = match part.parameters.is_empty() {
         true => "it has no parameters".to_owned(),
         false => format!("its parameters are {}", suggest::list(names())),

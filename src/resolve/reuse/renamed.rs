@@ -56,7 +56,7 @@ pub(super) fn with_files(scene: &mut Scene, replace: &mut dyn FnMut(&str) -> Str
 
 /// Puts the name of the part before every name of its scene.
 pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
-    let own = names(scene);
+    let local_names = names(scene);
     let events: HashSet<String> = scene.events.iter().map(|event| event.name.text.clone()).collect();
     let map = |name: &str| match name.split_once('.').unwrap_or((name, "")) {
         ("ground", "") => None,
@@ -65,7 +65,7 @@ pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
             let event = rest.split('.').next()?;
             events.contains(event).then(|| format!("events.{prefix}_{rest}"))
         }
-        (first, _) => own.contains(first).then(|| format!("{prefix}_{name}")),
+        (first, _) => local_names.contains(first).then(|| format!("{prefix}_{name}")),
     };
     renaming(&map, |walk| walk.scene(scene));
     let add = |name: &mut Text| name.text.insert_str(0, &format!("{prefix}_"));
@@ -99,8 +99,8 @@ fn renaming(map: Map<'_>, walk: impl FnOnce(&mut Walk<'_>)) {
             *text = other;
         }
     };
-    let mut law = |text: &mut String, own: &[Variable]| {
-        let is_own = |name: &str| own.iter().any(|own| own.word() == name);
+    let mut law = |text: &mut String, variables: &[Variable]| {
+        let is_own = |name: &str| variables.iter().any(|variable| variable.word() == name);
         *text = substituted(text, |name| if is_own(name) { None } else { map(name) });
     };
     walk(&mut Walk { name: &mut name, law: &mut law });
@@ -128,7 +128,7 @@ impl Walk<'_> {
             [Some(&mut sampler.period), sampler.offset.as_mut()]
                 .into_iter()
                 .flatten()
-                .for_each(|own| self.quantity(own));
+                .for_each(|quantity| self.quantity(quantity));
             let values = sampler.values.iter_mut().flat_map(|value| [value.start.as_mut(), value.next.as_mut()]);
             values.flatten().for_each(|value| self.quantity(value));
         }
@@ -176,45 +176,47 @@ impl Walk<'_> {
     }
 
     /// The values of a table with these keys.
-    fn entries(&mut self, part: &mut Part, keys: &[Key], own: &[Variable]) {
+    fn entries(&mut self, part: &mut Part, keys: &[Key], variables: &[Variable]) {
         let Content::Table(entries) = &mut part.node.kind else { return };
         for (key, node) in entries {
             if let Some(known) = keys.iter().find(|known| known.name == key.text) {
-                self.value(node, known.form, own);
+                self.value(node, known.form, variables);
             }
         }
     }
 
-    fn value(&mut self, node: &mut DocumentNode, form: Form, own: &[Variable]) {
+    fn value(&mut self, node: &mut DocumentNode, form: Form, variables: &[Variable]) {
         use Form::{
             Axis, Bodies, Body, BodyAndPoint, CarrierBody, CarrierPoint, Constant, ConstantVector, Corner, Corners,
             Curve, Joint, Law, Motion, NamedPoints, Names, OtherJoint, Point, Points, Record,
         };
         match (form, &mut node.kind) {
             (Points | Bodies | BodyAndPoint | Names, Content::Array(items)) => {
-                items.iter_mut().for_each(|item| self.value(item, Point, own));
+                items.iter_mut().for_each(|item| self.value(item, Point, variables));
             }
             (Point | Body | Joint | OtherJoint | CarrierBody | CarrierPoint, Content::Text(text)) => (self.name)(text),
-            (Constant(..) | Law(_) | Curve(..) | Motion(_), Content::Text(text)) => self.law(text, own),
+            (Constant(..) | Law(_) | Curve(..) | Motion(_), Content::Text(text)) => self.law(text, variables),
             // In a list of places a text is the name of a point of the body.
             (Form::Vector(_) | ConstantVector(_) | Axis | Corner, Content::Array(items)) => {
-                items.iter_mut().for_each(|item| self.value(item, ANY, own));
+                items.iter_mut().for_each(|item| self.value(item, ANY, variables));
             }
             (Motion(_), Content::Table(entries)) => {
                 let input = entries.iter_mut().find(|(key, _)| key.text == "input");
-                input.into_iter().for_each(|(_, node)| self.value(node, Point, own));
+                input.into_iter().for_each(|(_, node)| self.value(node, Point, variables));
             }
             (Record(_), Content::Table(entries)) => {
-                entries.iter_mut().for_each(|(_, node)| self.value(node, ANY, own));
+                entries.iter_mut().for_each(|(_, node)| self.value(node, ANY, variables));
             }
             (NamedPoints, Content::Table(entries)) => {
-                entries.iter_mut().for_each(|(_, node)| self.value(node, Axis, own));
+                entries.iter_mut().for_each(|(_, node)| self.value(node, Axis, variables));
             }
-            (Corners(..), Content::Array(items)) => items.iter_mut().for_each(|item| self.value(item, Corner, own)),
+            (Corners(..), Content::Array(items)) => {
+                items.iter_mut().for_each(|item| self.value(item, Corner, variables))
+            }
             (Form::Shape, Content::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
                 let keys = shape::ALL.iter().flat_map(|shape| shape.all_keys());
                 if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
-                    self.value(node, known.form, own);
+                    self.value(node, known.form, variables);
                 }
             }),
             // Words that are no names; or the wrong type, which is reported where it is read.
@@ -232,9 +234,9 @@ impl Walk<'_> {
         }
     }
 
-    fn law(&mut self, text: &mut String, own: &[Variable]) {
+    fn law(&mut self, text: &mut String, variables: &[Variable]) {
         if matches!(read(&Text::from(text.as_str())), Ok(QuantityReading::Expression)) {
-            (self.law)(text, own);
+            (self.law)(text, variables);
         }
     }
 }

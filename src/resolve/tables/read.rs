@@ -58,8 +58,8 @@ fn columns(sheet: &Sheet) -> Result<[Column; 2], SheetError> {
         for (place, column) in columns.iter_mut().enumerate() {
             column.0.push(sheet.number(row, place)? * factors[place]);
         }
-        if let [.., before, own] = columns[0].0[..]
-            && own <= before
+        if let [.., before, last] = columns[0].0[..]
+            && last <= before
         {
             let what = "the numbers of the first column must increase";
             return Err(SheetError { line: sheet.line(row), column: 1, message: what.to_owned() });

@@ -64,9 +64,9 @@ impl Decoder {
     pub(super) fn samplers(&mut self, top: &Fields<'_>) -> Vec<Sampled> {
         let mut tables: Vec<(Text, DocumentNode)> = Vec::new();
         for (name, node) in self.entries(top, "sampled") {
-            let known = tables.iter_mut().find(|(own, _)| own.text == name.text);
-            match (known.map(|(_, own)| &mut own.kind), &node.kind) {
-                (Some(Content::Table(own)), Content::Table(more)) => own.extend(more.iter().cloned()),
+            let known = tables.iter_mut().find(|(entry, _)| entry.text == name.text);
+            match (known.map(|(_, entry)| &mut entry.kind), &node.kind) {
+                (Some(Content::Table(rows)), Content::Table(more)) => rows.extend(more.iter().cloned()),
                 _ => tables.push((name.clone(), node.clone())),
             }
         }
@@ -123,9 +123,9 @@ impl Decoder {
         let remove = fields.get("remove").and_then(|node| self.faults.texts(node, &fields.name_of("remove")));
         let remove = remove.unwrap_or_default();
         let set = fields.get("set").and_then(|node| self.faults.entries(node, &fields.name_of("set")));
-        let value = |(own, node): &(Text, DocumentNode)| {
-            let what = format!("`set.{}` of {owner}", own.text);
-            Some((own.clone(), self.faults.quantity(node, &what)?))
+        let value = |(name, node): &(Text, DocumentNode)| {
+            let what = format!("`set.{}` of {owner}", name.text);
+            Some((name.clone(), self.faults.quantity(node, &what)?))
         };
         Some(Event {
             name: name.clone(),
@@ -171,9 +171,9 @@ impl Decoder {
         let file = self.faults.required_text(&fields, "file", PART[0].help());
         let parameters =
             fields.get("parameters").and_then(|node| self.faults.entries(node, &fields.name_of("parameters")));
-        let value = |(own, node): &(Text, DocumentNode)| {
-            let what = format!("parameter `{}` of {owner}", own.text);
-            Some((own.clone(), self.faults.quantity(node, &what)?))
+        let value = |(name, node): &(Text, DocumentNode)| {
+            let what = format!("parameter `{}` of {owner}", name.text);
+            Some((name.clone(), self.faults.quantity(node, &what)?))
         };
         let parameters = parameters.unwrap_or_default().iter().filter_map(value).collect();
         let at = fields.get("at").and_then(|node| self.faults.vector(node, &fields.name_of("at")));

@@ -85,8 +85,8 @@ impl<'n> Fields<'n> {
 
     /// What is written for a key, and then for what may be meant by it.
     pub fn all(&self, key: &str) -> impl Iterator<Item = &'n (Text, DocumentNode)> {
-        let own = self.entries.iter().filter(move |(other, _)| other.text == key);
-        own.chain(self.meant.iter().filter(move |(meant, _)| meant == key).map(|(_, entry)| *entry))
+        let entries = self.entries.iter().filter(move |(other, _)| other.text == key);
+        entries.chain(self.meant.iter().filter(move |(meant, _)| meant == key).map(|(_, entry)| *entry))
     }
 
     /// The value of a key; a fault with the advice `help` if it is not there.
@@ -126,7 +126,7 @@ const CALLED: [(&str, &[&str]); 11] = [
 /// The one of the keys that is meant by a word that is none of them.
 fn meant<'k>(word: &str, keys: &[&'k str]) -> Option<&'k str> {
     let called = CALLED.iter().find(|(_, words)| words.contains(&word.to_lowercase().as_str()));
-    let known = called.and_then(|(key, _)| keys.iter().find(|own| *own == key));
+    let known = called.and_then(|(key, _)| keys.iter().find(|candidate| *candidate == key));
     known.copied().or_else(|| suggest::nearest(word, keys.iter().copied()))
 }
 
@@ -157,7 +157,9 @@ pub(crate) fn written(node: &DocumentNode) -> Option<String> {
 /// Two components, as near as possible to what is there.
 pub(super) fn as_vector(node: &DocumentNode) -> String {
     let value = |key: &str| match &node.kind {
-        Content::Table(entries) => entries.iter().find(|(own, _)| own.text == key).and_then(|(_, node)| written(node)),
+        Content::Table(entries) => {
+            entries.iter().find(|(name, _)| name.text == key).and_then(|(_, node)| written(node))
+        }
         _ => None,
     };
     match (written(node), value("x"), value("y")) {

@@ -155,7 +155,7 @@ impl SceneText {
                 self.remove(&path(&["initial", key]))?;
             }
         }
-        self.remove_items(&path(&["outputs", "variables"]), |own| own.starts_with(&begin))
+        self.remove_items(&path(&["outputs", "variables"]), |variable| variable.starts_with(&begin))
     }
 
     /// Removes the joints, drivers and loads that name an element or a point, and what names these.
@@ -164,11 +164,12 @@ impl SceneText {
             let tree = self.tree()?;
             let entries = USERS.iter().flat_map(|table| {
                 let all = at(&tree, &path(&[table])).map(keys).unwrap_or_default();
-                all.into_iter().map(|own| path(&[table, own]))
+                all.into_iter().map(|element| path(&[table, element]))
             });
             let names =
                 |text: &&str| text.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
-            let user = entries.into_iter().find(|own| at(&tree, own).is_some_and(|node| texts(node).iter().any(names)));
+            let user =
+                entries.into_iter().find(|entry| at(&tree, entry).is_some_and(|node| texts(node).iter().any(names)));
             let Some(user) = user else { return Ok(()) };
             self.remove(&user)?;
             let [_, gone] = &user[..] else { return Ok(()) };
@@ -185,11 +186,11 @@ impl SceneText {
         }
         let tree = self.tree()?;
         let shape = at(&tree, &path(&["bodies", owner, "shape"])).map(texts).unwrap_or_default();
-        let own = path(&["bodies", owner, "points", name]);
-        if shape.contains(&name) || at(&tree, &own).is_none() {
+        let point_path = path(&["bodies", owner, "points", name]);
+        if shape.contains(&name) || at(&tree, &point_path).is_none() {
             return self.remove_element(owner, &path(&["bodies"]));
         }
-        self.remove(&own)?;
+        self.remove(&point_path)?;
         self.remove_values(&point)?;
         self.remove_users(&point)
     }
@@ -198,8 +199,8 @@ impl SceneText {
         let tree = self.tree()?;
         let drivers = at(&tree, &path(&["drivers"])).map(keys).unwrap_or_default();
         let is_own = |driver: &&str| {
-            let own = at(&tree, &path(&["drivers", driver, "joint"]));
-            matches!(own.map(|node| &node.kind), Some(Content::Text(text)) if text == joint)
+            let joint_node = at(&tree, &path(&["drivers", driver, "joint"]));
+            matches!(joint_node.map(|node| &node.kind), Some(Content::Text(text)) if text == joint)
         };
         let Some(driver) = drivers.into_iter().find(is_own) else { return Ok(()) };
         let law = path(&["drivers", driver, "angle"]);
@@ -215,7 +216,7 @@ impl SceneText {
 fn turned(law: &str, by: f64) -> Option<String> {
     let of_number =
         |(index, letter): (usize, char)| letter.is_ascii_digit() || letter == '.' || (index == 0 && letter == '-');
-    let digits = law.char_indices().find(|&own| !of_number(own)).map_or(law.len(), |(index, _)| index);
+    let digits = law.char_indices().find(|&character| !of_number(character)).map_or(law.len(), |(index, _)| index);
     let (number, rest) = law.split_at(digits);
     let (unit, rest) = rest.strip_prefix("[deg]").map_or(("", rest), |rest| ("[deg]", rest));
     if !rest.trim_start().starts_with(['+', '-']) {

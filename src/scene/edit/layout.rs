@@ -108,7 +108,7 @@ impl Layout {
             .iter()
             .map(|home| &home.path)
             .chain(self.entries.iter().map(|entry| &entry.path))
-            .any(|own| own.starts_with(path))
+            .any(|written_path| written_path.starts_with(path))
     }
 }
 
@@ -219,8 +219,8 @@ impl Reader<'_> {
         {
             home.span.end = end;
         }
-        if let Some(own) = self.layout.entries.get_mut(entry) {
-            (own.span.end, own.value.end) = (end, end);
+        if let Some(entry_layout) = self.layout.entries.get_mut(entry) {
+            (entry_layout.span.end, entry_layout.value.end) = (end, end);
         }
     }
 }

@@ -121,15 +121,18 @@ fn in_json(table: &DocumentNode, keys: &[&str], value: &str) -> Option<(usize, S
 
 /// Where a key goes into a table of TOML, and what is written there: inside its braces, before the first of its lines, or below its header.
 fn in_toml(text: &str, table: &DocumentNode, keys: &[&str], value: &str) -> Option<(usize, String)> {
-    let is_bare = |key: &str| key.chars().all(|own| own.is_ascii_alphanumeric() || "_-".contains(own));
+    let is_bare = |key: &str| key.chars().all(|letter| letter.is_ascii_alphanumeric() || "_-".contains(letter));
     let written = |key: &&str| if is_bare(key) { Some((*key).to_owned()) } else { serde_json::to_string(key).ok() };
     let entry = format!("{} = {value}", keys.iter().map(written).collect::<Option<Vec<_>>>()?.join("."));
-    let own = entries(table)?;
+    let entries_of_table = entries(table)?;
     if text.as_bytes().get(table.span.start) == Some(&b'{') {
-        return Some((table.span.start + 1, if own.is_empty() { format!(" {entry} ") } else { format!(" {entry},") }));
+        return Some((
+            table.span.start + 1,
+            if entries_of_table.is_empty() { format!(" {entry} ") } else { format!(" {entry},") },
+        ));
     }
     let line_of = |place: usize| text[..place].rfind('\n').map_or(0, |end| end + 1);
-    let lines = own.iter().map(|(key, _)| key.span.whole(text).start).map(|key| (line_of(key), key));
+    let lines = entries_of_table.iter().map(|(key, _)| key.span.whole(text).start).map(|key| (line_of(key), key));
     // The line of a key begins with the tables that it names; one that begins with a bracket is the header of another table.
     let first = lines.map(|(line, key)| (line, &text[line..key])).find(|(_, before)| !before.contains(['[', '{', ',']));
     if let Some((line, before)) = first {
@@ -198,9 +201,10 @@ fn entries(node: &DocumentNode) -> Option<&[(crate::diagnostic::Text, DocumentNo
 /// A value, or that of a table which has its value beside other keys.
 fn own_value(node: &DocumentNode) -> Option<&DocumentNode> {
     match entries(node) {
-        Some(entries) => {
-            ITSELF.iter().find_map(|own| entries.iter().find(|(key, _)| key.text == *own)).map(|(_, value)| value)
-        }
+        Some(entries) => ITSELF
+            .iter()
+            .find_map(|key_name| entries.iter().find(|(key, _)| key.text == *key_name))
+            .map(|(_, value)| value),
         None => Some(node),
     }
 }
@@ -214,16 +218,15 @@ fn names(tree: &DocumentNode) -> Vec<String> {
     let mut all = Vec::new();
     for (table, entry) in entries(tree).unwrap_or_default() {
         for (name, value) in entries(entry).unwrap_or_default() {
-            let own = if TABLES.contains(&table.text.as_str()) {
+            let names = if TABLES.contains(&table.text.as_str()) {
                 name.text.clone()
             } else {
                 format!("{}.{}", table.text, name.text)
             };
             match own_value(value) {
-                Some(_) => all.push(own),
-                None => {
-                    all.extend(entries(value).unwrap_or_default().iter().map(|(key, _)| format!("{own}.{}", key.text)))
-                }
+                Some(_) => all.push(names),
+                None => all
+                    .extend(entries(value).unwrap_or_default().iter().map(|(key, _)| format!("{names}.{}", key.text))),
             }
         }
     }

@@ -59,8 +59,8 @@ fn a_point_of_the_ground_is_added_as_the_ground_is_written() {
         let changed = after(text, &[point("p")]);
         assert_eq!(changed, expected, "{text}");
         let tree = text::SceneText::new(&changed, false).tree().unwrap_or_else(|_| panic!("{changed}"));
-        let own = ["ground", "points", "p"].map(str::to_owned);
-        assert!(matches!(text::at(&tree, &own).map(|node| &node.kind), Some(Content::Array(_))), "{changed}");
+        let point_path = ["ground", "points", "p"].map(str::to_owned);
+        assert!(matches!(text::at(&tree, &point_path).map(|node| &node.kind), Some(Content::Array(_))), "{changed}");
     }
 }
 
@@ -200,7 +200,7 @@ fn keys_that_are_not_written_are_added_to_their_tables() {
     }
     let scene = Scene::from_toml(SCENE).unwrap();
     let several = [("solver.method", "'taylor'"), ("solver.bench", "1")];
-    let text = several.iter().fold(SCENE.to_owned(), |text, own| scene.with_key(&text, false, *own).unwrap());
+    let text = several.iter().fold(SCENE.to_owned(), |text, addition| scene.with_key(&text, false, *addition).unwrap());
     assert!(text.starts_with("solver.bench = 1\nsolver.method = 'taylor'\nname"), "{text}");
     let empty = format!("{SCENE}[solver]\n");
     let added = scene.with_key(&empty, false, several[0]).unwrap();

@@ -88,15 +88,15 @@ impl SceneText {
         let layout = self.layout()?;
         let values = keys.iter().map(|(key, value)| Ok((key.clone(), self.value(value)?)));
         let values: Vec<(String, String)> = values.collect::<Result<_, EditError>>()?;
-        let own = self.own_gap(&layout, table)?;
-        let (gap, entries) = match own {
+        let gap = self.own_gap(&layout, table)?;
+        let (gap, entries) = match gap {
             None if !self.json => {
                 let longest = values.iter().map(|(key, _)| key.len()).max().unwrap_or_default();
                 let gap = Gap { width: longest, ..self.header(&layout, path) };
                 (gap, values)
             }
-            own => {
-                let gap = own.unwrap_or_else(|| self.in_braces(&layout, 0, table));
+            gap => {
+                let gap = gap.unwrap_or_else(|| self.in_braces(&layout, 0, table));
                 let keys: Vec<String> =
                     values.iter().map(|(key, value)| format!("{}{}{value}", gap.key(key), gap.sign())).collect();
                 (gap, vec![(name.clone(), format!("{{ {} }}", keys.join(", ")))])
@@ -169,20 +169,21 @@ impl SceneText {
     /// The same where the text has the table, or one that it is in, in another way than by the headers of its own tables.
     fn own_gap(&self, layout: &Layout, table: &[String]) -> Result<Option<Gap>, EditError> {
         for depth in (1..=table.len()).rev() {
-            let (own, rest) = table.split_at(depth);
-            if let Some(index) = layout.homes.iter().rposition(|home| home.path == own && home.form != Form::Repeated) {
+            let (head, rest) = table.split_at(depth);
+            if let Some(index) = layout.homes.iter().rposition(|home| home.path == head && home.form != Form::Repeated)
+            {
                 let home = &layout.homes[index];
                 return Ok(Some(match home.form {
                     Form::Braces => self.in_braces(layout, index, rest),
                     Form::Lines | Form::Repeated => self.in_lines(layout, index, None, rest),
                 }));
             }
-            if layout.entry(own).is_some() {
-                return Err(EditError::no_table(own, "a table"));
+            if layout.entry(head).is_some() {
+                return Err(EditError::no_table(head, "a table"));
             }
             // Dotted keys: the table goes on where it is.
             let dotted = |entry: &&Entry| {
-                entry.path.starts_with(own) && layout.homes.get(entry.home).is_some_and(|home| home.path.len() < depth)
+                entry.path.starts_with(head) && layout.homes.get(entry.home).is_some_and(|home| home.path.len() < depth)
             };
             if let Some(last) = layout.entries.iter().rfind(dotted) {
                 let home = &layout.homes[last.home];
@@ -227,7 +228,7 @@ impl SceneText {
     /// Under a header of its own, in the order of tables.
     fn header(&self, layout: &Layout, path: &[String]) -> Gap {
         let (eol, rank) = (self.eol(), |path: &[String]| {
-            ORDER.iter().position(|own| path.first().is_some_and(|name| name == own)).unwrap_or(ORDER.len())
+            ORDER.iter().position(|section| path.first().is_some_and(|name| name == section)).unwrap_or(ORDER.len())
         });
         let headers = || {
             (0..layout.homes.len())
@@ -270,7 +271,7 @@ impl SceneText {
     /// An entry with its line, or with its comma; and the header, if nothing is left under it.
     fn piece(&self, layout: &Layout, entry: &Entry) -> Span {
         let home = &layout.homes[entry.home];
-        let all: Vec<Span> = layout.of(entry.home).map(|own| own.span).collect();
+        let all: Vec<Span> = layout.of(entry.home).map(|entry_of_home| entry_of_home.span).collect();
         if home.form == Form::Braces {
             let index = all.iter().position(|span| span.start == entry.span.start).unwrap_or(0);
             return cut(&self.text, &all, index);
@@ -407,21 +408,21 @@ fn comma(text: &str, from: usize) -> Option<usize> {
 
 /// One of several pieces with its comma.
 fn cut(text: &str, all: &[Span], index: usize) -> Span {
-    let own = all[index];
-    let behind = comma(text, own.end).map(|comma| comma + 1);
+    let span = all[index];
+    let behind = comma(text, span.end).map(|comma| comma + 1);
     let Some(end) = behind else {
-        let start = index.checked_sub(1).map_or(own.start, |before| all[before].end);
-        return Span::new(start, own.end);
+        let start = index.checked_sub(1).map_or(span.start, |before| all[before].end);
+        return Span::new(start, span.end);
     };
-    let line = text[..own.start].rfind('\n').map_or(0, |at| at + 1);
+    let line = text[..span.start].rfind('\n').map_or(0, |at| at + 1);
     let rest = &text[end..line_end(text, end)];
     let has_line =
-        text[line..own.start].trim().is_empty() && (rest.trim().is_empty() || rest.trim_start().starts_with('#'));
+        text[line..span.start].trim().is_empty() && (rest.trim().is_empty() || rest.trim_start().starts_with('#'));
     if has_line && line > 0 {
         return Span::new(line - 1 - usize::from(text[..line - 1].ends_with('\r')), line_end(text, end));
     }
     let spaces = rest.len() - rest.trim_start().len();
-    Span::new(own.start, end + spaces)
+    Span::new(span.start, end + spaces)
 }
 
 /// The end of the line with this place, before its line break.

@@ -94,7 +94,7 @@ impl Lesson<'_> {
             if centres.is_empty() { "these nodes".to_owned() } else { format!("{} together", shortened(&centres)) };
         let text = format!(
             "Row {} is the sum of the node rows {}{cancel}: the balance of forces of {whose}.",
-            view.record.own(row).label,
+            view.record.edge_of(row).label,
             shortened(&names)
         );
         let mut blocks =
@@ -105,10 +105,10 @@ impl Lesson<'_> {
 
     fn longest_cut(&self) -> Option<(&EdgeRow, std::collections::BTreeSet<usize>)> {
         let view = &self.translation;
-        let origin = |row: &EdgeRow| self.equations.system.element(view.record.own(row).element).origin;
+        let origin = |row: &EdgeRow| self.equations.system.element(view.record.edge_of(row).element).origin;
         let cuts =
             view.record.cutsets.iter().filter(|row| !matches!(origin(row), Origin::Arm(..) | Origin::GroundVector(_)));
-        let cuts = cuts.map(|row| (row, view.record.beyond(view.record.own(row).element)));
+        let cuts = cuts.map(|row| (row, view.record.beyond(view.record.edge_of(row).element)));
         let whole = view.nodes.len().saturating_sub(2); // all nodes but O, or all but O and one on the ground
         cuts.max_by_key(|(row, nodes)| (nodes.len() < whole, row.len(), nodes.len()))
     }
@@ -185,8 +185,8 @@ fn matrix<D>(title: &str, view: &GraphView<D>, letter: Letter) -> Vec<DocumentBl
         return std::iter::once(words(text)).chain(list(view.balances(&view.record.cutsets, letter))).collect();
     }
     let signs = |row: &EdgeRow| view.record.circuits.iter().map(|chord| sign_of(row, chord[0].0)).collect();
-    let rows = view.record.cutsets.iter().map(|row| (view.record.own(row).label.clone(), signs(row)));
-    let columns = view.record.circuits.iter().map(|row| view.record.own(row).label.clone());
+    let rows = view.record.cutsets.iter().map(|row| (view.record.edge_of(row).label.clone(), signs(row)));
+    let columns = view.record.circuits.iter().map(|row| view.record.edge_of(row).label.clone());
     table(&format!("The matrix {title}: branches by chords"), title, columns.collect(), rows.collect())
 }
 
@@ -200,7 +200,7 @@ fn circuits<D>(view: &GraphView<D>, letter: Letter, kind: impl Fn(&Edge<D>) -> S
     chords.sort_by_key(|chord| std::cmp::Reverse(chord.len()));
     let mut kinds = std::collections::BTreeSet::new();
     let (first, rest): (Vec<_>, Vec<_>) =
-        chords.into_iter().partition(|chord| kinds.insert(kind(view.record.own(chord))));
+        chords.into_iter().partition(|chord| kinds.insert(kind(view.record.edge_of(chord))));
     let text = format!("{} more of these kinds", rest.len());
     let rest = vec![DocumentBlock::Equations(rest.iter().map(row).collect())];
     vec![DocumentBlock::Equations(first.iter().map(row).collect()), folded(text, rest)]

@@ -60,7 +60,7 @@ impl Lesson<'_> {
     pub fn picture_of_circuit(&mut self) -> Vec<DocumentBlock> {
         let Some(element) = self.equations.loops().next().map(|(_, own)| own.element) else { return Vec::new() };
         let Some(circuit) = self.translation.record.circuit(element) else { return Vec::new() };
-        let (label, walk) = (self.translation.record.own(circuit).label.clone(), self.translation.walk(circuit));
+        let (label, walk) = (self.translation.record.edge_of(circuit).label.clone(), self.translation.walk(circuit));
         let places = self.equations.system.places();
         let corners = positions(self.source, walk.into_iter().map(|node| places[node]));
         let picture = self.marked(vec![Mark::Circuit(corners)]);

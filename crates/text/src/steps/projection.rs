@@ -263,7 +263,7 @@ impl Lesson<'_> {
         let view = &self.translation;
         let slides = view.elements(&self.equations.system, |element| matches!(element.origin, Origin::Joint(_)));
         let slides = slides.filter_map(|circuit| {
-            let element = self.equations.system.element(view.record.own(circuit).element);
+            let element = self.equations.system.element(view.record.edge_of(circuit).element);
             let (along, _) = element.translation.as_ref()?.motion.first()?;
             let (_, sum) = view.by_others(circuit, |label| self.letters.displacement(label));
             Some((self.letters.slide(&element.label), self.letters.projected(sum, *along, element, true)))
@@ -279,7 +279,7 @@ fn cuts<'v, D>(
     angular: bool,
     letter: impl Fn(&str) -> FormulaTree + 'v,
 ) -> impl Iterator<Item = Cut<'v>> {
-    let element = |row| system.element(view.record.own(row).element);
+    let element = |row| system.element(view.record.edge_of(row).element);
     view.record.cutsets.iter().map(move |row| Cut { element: element(row), angular, terms: view.terms(row, &letter) })
 }
 

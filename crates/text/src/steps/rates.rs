@@ -52,7 +52,7 @@ impl Lesson<'_> {
                 "By the graph: the circuits of the coupled chords hold for velocities and accelerations, with the same factors.",
             )];
         };
-        let label = &self.translation.record.own(circuit).label;
+        let label = &self.translation.record.edge_of(circuit).label;
         let row = |letter: &dyn Fn(&str) -> FormulaTree| {
             let sum = FormulaTree::sum(self.translation.terms(circuit, letter));
             (self.held_part(sum, along, own.element), FormulaTree::zero())

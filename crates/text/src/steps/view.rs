@@ -31,7 +31,7 @@ impl<D> GraphView<D> {
     /// The variable of a row's own edge by those of the others.
     pub fn by_others(&self, row: &EdgeRow, letter: impl Fn(&str) -> FormulaTree) -> (FormulaTree, FormulaTree) {
         let others = self.terms(&row[1..], &letter).into_iter().map(|(minus, tree)| (!minus, tree));
-        (letter(&self.record.own(row).label), FormulaTree::sum(others.collect()))
+        (letter(&self.record.edge_of(row).label), FormulaTree::sum(others.collect()))
     }
 
     /// Some rows as equations.
@@ -69,7 +69,7 @@ impl<D> GraphView<D> {
         system: &'v System,
         is_one: impl Fn(&Element) -> bool + 'v,
     ) -> impl Iterator<Item = &'v EdgeRow> {
-        let own = |row: &EdgeRow| Some(self.record.own(row)).filter(|chord| chord.term.is_none());
+        let own = |row: &EdgeRow| Some(self.record.edge_of(row)).filter(|chord| chord.term.is_none());
         self.record
             .circuits
             .iter()
@@ -78,7 +78,7 @@ impl<D> GraphView<D> {
 
     /// The across variables of the terms of couplings.
     pub fn of_terms(&self, letter: impl Fn(&str) -> FormulaTree) -> impl Iterator<Item = (FormulaTree, FormulaTree)> {
-        let terms = self.record.circuits.iter().filter(|row| self.record.own(row).term.is_some());
+        let terms = self.record.circuits.iter().filter(|row| self.record.edge_of(row).term.is_some());
         terms.map(move |row| self.by_others(row, &letter))
     }
 
@@ -86,7 +86,7 @@ impl<D> GraphView<D> {
     pub fn walk(&self, circuit: &EdgeRow) -> Vec<usize> {
         let mut left: Vec<[usize; 2]> =
             circuit[1..].iter().map(|&(edge, _)| self.record.edges[edge].ends.map(Node::index)).collect();
-        let mut walk = vec![self.record.own(circuit).ends[0].index()];
+        let mut walk = vec![self.record.edge_of(circuit).ends[0].index()];
         while let Some(next) = left.iter().position(|ends| walk.last().is_some_and(|at| ends.contains(at))) {
             let [a, b] = left.swap_remove(next);
             walk.push(if walk.last() == Some(&a) { b } else { a });

@@ -46,7 +46,9 @@ impl<'a> Level<'a> {
         if !as_exported || values.is_empty() {
             return false;
         }
-        for (register, value) in self.unknowns.iter().zip(values).filter_map(|(own, value)| Some(((*own)?, value))) {
+        for (register, value) in
+            self.unknowns.iter().zip(values).filter_map(|(register, value)| Some(((*register)?, value)))
+        {
             state.registers_mut()[register] = *value;
         }
         self.machine.load(self.model, state);
@@ -68,7 +70,9 @@ impl<'a> Level<'a> {
         let program = self.model.program();
         let found = &program.initial.found_positions;
         let mut state = self.model.default_state(program.experiment.start);
-        for (register, value) in self.unknowns.iter().zip(found).filter_map(|(own, value)| Some(((*own)?, value))) {
+        for (register, value) in
+            self.unknowns.iter().zip(found).filter_map(|(register, value)| Some(((*register)?, value)))
+        {
             state.registers_mut()[register] = *value;
         }
         (!found.is_empty()).then_some(state)

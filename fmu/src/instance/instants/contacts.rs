@@ -34,31 +34,31 @@ impl Instance {
     pub(super) fn is_any_solved(&self) -> bool {
         let contacts = self.model.program().instants.contacts.as_ref();
         let counts = |data: &Contacts, index: usize| {
-            let own = &data.all[index];
-            own.of_rate || !own.signs().is_empty() || is_closed(data, &self.now.state, index)
+            let contact = &data.all[index];
+            contact.of_rate || !contact.signs().is_empty() || is_closed(data, &self.now.state, index)
         };
         contacts.is_some_and(|data| (0..data.all.len()).any(|index| counts(data, index)))
     }
 
     /// True if everything that could touch in a step is so far away, beside how fast it comes nearer in three places, that nothing does: most steps need not be looked through. The places are apart by no round
     /// share, lest something that turns many times in a step seems to rest in all of them.
-    pub(super) fn stays_far(&mut self, own: &mut Instants, step: [f64; 2]) -> bool {
+    pub(super) fn stays_far(&mut self, run: &mut Instants, step: [f64; 2]) -> bool {
         let instants = &self.model.program().instants;
-        let only_gaps = instants.events.is_empty() && instants.contacts().iter().all(|own| own.slip.is_none());
-        if !only_gaps || own.armed.contains(&false) || self.is_any_solved() {
-            own.end = None;
+        let only_gaps = instants.events.is_empty() && instants.contacts().iter().all(|contact| contact.slip.is_none());
+        if !only_gaps || run.armed.contains(&false) || self.is_any_solved() {
+            run.end = None;
             return false;
         }
-        let mut places = [own.end.filter(|end| end.time == step[0]), None, None];
+        let mut places = [run.end.filter(|end| end.time == step[0]), None, None];
         for (place, share) in places.iter_mut().zip([0.0, CHECKS[1], 1.0]) {
             if place.is_none() {
-                self.evaluate_sides(own, (step, step), share);
-                let gap = own.contacts.gaps.iter().fold(f64::INFINITY, |least, gap| minimum(least, *gap));
-                let rate = own.contacts.rates.iter().fold(0.0, |most, rate| maximum(most, rate.abs()));
-                *place = Some(Distance { time: own.within.time(), gap, rate });
+                self.evaluate_sides(run, (step, step), share);
+                let gap = run.contacts.gaps.iter().fold(f64::INFINITY, |least, gap| minimum(least, *gap));
+                let rate = run.contacts.rates.iter().fold(0.0, |most, rate| maximum(most, rate.abs()));
+                *place = Some(Distance { time: run.within.time(), gap, rate });
             }
         }
-        own.end = places[2];
+        run.end = places[2];
         let mut known = places.iter().flatten();
         let fastest = known.clone().fold(0.0, |most, place| maximum(most, place.rate));
         known.all(|place| place.gap > FAR * fastest * (step[1] - step[0]))
@@ -71,8 +71,8 @@ impl Instance {
     }
 
     /// True for a contact that is open and where the last step begins has just been left.
-    pub(super) fn has_left(&self, own: &Instants, event: usize) -> bool {
-        !own.armed[event] && self.is_open(event)
+    pub(super) fn has_left(&self, instants: &Instants, event: usize) -> bool {
+        !instants.armed[event] && self.is_open(event)
     }
 
     /// True for a contact that is open now.
@@ -80,7 +80,8 @@ impl Instance {
         let contacts = self.model.program().instants.contacts.as_ref();
         let index = event.checked_sub(self.model.program().instants.events.len());
         contacts.zip(index).is_some_and(|(data, index)| {
-            data.all.get(index).is_some_and(|own| own.slip.is_none()) && !is_closed(data, &self.now.state, index)
+            data.all.get(index).is_some_and(|contact| contact.slip.is_none())
+                && !is_closed(data, &self.now.state, index)
         })
     }
 
@@ -107,24 +108,24 @@ impl Instance {
 
     /// The indicators at the state in the registers, whose accelerations and reactions are there, too, if they are `solved` or any of them counts. Within a step what has just been left is divided by the share of
     /// the step since then: it begins at zero, and nothing else tells that from a rounding error.
-    pub(super) fn indicate(&mut self, own: &mut Instants, step: Option<[f64; 2]>, solved: bool) {
+    pub(super) fn indicate(&mut self, instants: &mut Instants, step: Option<[f64; 2]>, solved: bool) {
         let model = self.model.clone();
         let Some(data) = &model.program().instants.contacts else { return };
         let (events, reactions) = (model.program().instants.events.len(), model.layout().reactions());
         for (index, contact) in data.all.iter().enumerate() {
-            own.indicators[index] = self.machine.registers()[reactions + contact.constraint as usize];
+            instants.indicators[index] = self.machine.registers()[reactions + contact.constraint as usize];
         }
-        own.contacts.watch(data, &mut self.machine, &self.now.state);
-        self.indicate_friction(own, data, solved);
+        instants.contacts.watch(data, &mut self.machine, &self.now.state);
+        self.indicate_friction(instants, data, solved);
         let is_open = |index: usize| data.all[index].slip.is_none() && !is_closed(data, &self.now.state, index);
         for index in (0..data.all.len()).filter(|&index| is_open(index)) {
-            let (gap, rate) = (own.contacts.gaps[index], own.contacts.rates[index]);
+            let (gap, rate) = (instants.contacts.gaps[index], instants.contacts.rates[index]);
             if self.now.happened.redundant[index] {
-                own.indicators[index] = -gap - self.undisturbed() * self.scale_of(events + index);
+                instants.indicators[index] = -gap - self.undisturbed() * self.scale_of(events + index);
                 continue;
             }
-            let left = step.filter(|_| self.has_left(own, events + index));
-            own.indicators[index] = match left.map(|[begin, end]| (own.within.time() - begin, end - begin)) {
+            let left = step.filter(|_| self.has_left(instants, events + index));
+            instants.indicators[index] = match left.map(|[begin, end]| (instants.within.time() - begin, end - begin)) {
                 None => -gap,
                 Some((since, whole)) if since > 0.0 => -gap * whole / since,
                 Some((_, whole)) => -rate * whole,
@@ -142,16 +143,16 @@ impl Instance {
     }
 
     /// Those of what sticks or slips, of the signs of what presses, and of friction that locks.
-    fn indicate_friction(&mut self, own: &mut Instants, data: &Contacts, solved: bool) {
+    fn indicate_friction(&mut self, instants: &mut Instants, data: &Contacts, solved: bool) {
         if data.all.iter().all(|contact| contact.slip.is_none()) {
             return;
         }
         let model = self.model.clone();
-        self.machine.evaluate(&data.restitutions, &mut own.contacts.restitutions);
-        self.machine.evaluate(&data.pressing, &mut own.contacts.sums);
+        self.machine.evaluate(&data.restitutions, &mut instants.contacts.restitutions);
+        self.machine.evaluate(&data.pressing, &mut instants.contacts.sums);
         match solved {
-            true => self.machine.evaluate(&data.locks, &mut own.contacts.locks),
-            false => own.contacts.locks.fill(1.0),
+            true => self.machine.evaluate(&data.locks, &mut instants.contacts.locks),
+            false => instants.contacts.locks.fill(1.0),
         }
         let layout = model.layout();
         let none = ROUNDING * self.largest_reaction() + LEAST_FORCE;
@@ -160,31 +161,31 @@ impl Instance {
             let Some(slip) = &contact.slip else { continue };
             let direction = direction(data, &self.now.state, index);
             let rubs = slip.on.is_none_or(|on| is_closed(data, &self.now.state, on as usize));
-            own.indicators[index] = if is_closed(data, &self.now.state, index) {
+            instants.indicators[index] = if is_closed(data, &self.now.state, index) {
                 let force = multipliers[contact.constraint as usize];
-                let level = own.contacts.restitutions[index] * multipliers[slip.level as usize];
+                let level = instants.contacts.restitutions[index] * multipliers[slip.level as usize];
                 // Squares are smooth where the force changes its sign.
                 (force * force - level * level.abs()) - none * none
             } else if direction.abs() == 1.0 && rubs {
-                -direction * own.contacts.rates[index] - ROUNDING * row_of(model.program(), contact).scale
+                -direction * instants.contacts.rates[index] - ROUNDING * row_of(model.program(), contact).scale
             } else {
                 -1.0
             };
             let signs = contact.signs().enumerate();
             for (place, parameter) in signs.map(|(place, parameter)| (slip.sums as usize + place, parameter)) {
-                let sum = self.now.state.parameters()[parameter] * own.contacts.sums[place];
-                own.indicators[data.all.len() + place] = -sum - none;
+                let sum = self.now.state.parameters()[parameter] * instants.contacts.sums[place];
+                instants.indicators[data.all.len() + place] = -sum - none;
             }
         }
-        let first = data.all.len() + own.contacts.sums.len();
-        for (indicator, lock) in own.indicators[first..].iter_mut().zip(&own.contacts.locks) {
+        let first = data.all.len() + instants.contacts.sums.len();
+        for (indicator, lock) in instants.indicators[first..].iter_mut().zip(&instants.contacts.locks) {
             // Signs alone: they are the same at the ends of a piece and in it. What is not a number is not positive.
             *indicator = if *lock > 0.0 { -1.0 } else { 1.0 };
         }
     }
 
     /// The indicators at the present state.
-    pub(super) fn indicate_now(&mut self, own: &mut Instants) -> Result<(), InstanceError> {
+    pub(super) fn indicate_now(&mut self, instants: &mut Instants) -> Result<(), InstanceError> {
         if self.model.program().instants.contacts.is_none() {
             return Ok(());
         }
@@ -193,7 +194,7 @@ impl Instance {
             self.accelerate()?;
         }
         self.load()?;
-        self.indicate(own, None, solved);
+        self.indicate(instants, None, solved);
         Ok(())
     }
 
@@ -214,9 +215,9 @@ impl Instance {
                 tolerance
             }
         };
-        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        let Some(mut instants) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
-        let Instants { due, contacts, .. } = &mut *own;
+        let Instants { due, contacts, .. } = &mut *instants;
         let resolved =
             contacts.resolve(&model, &mut self.machine, (state, [tolerance, shortest]), |index| due[first + index]);
         let happened = &mut self.now.happened;
@@ -234,12 +235,12 @@ impl Instance {
             happened.armed[first + index] &= !due[first + index];
         }
         let sticks = |index: usize| {
-            let own = data.all[index].slip.is_some() && is_closed(data, state, index);
-            own && contacts.has_changed(data, state, index)
+            let sticks = data.all[index].slip.is_some() && is_closed(data, state, index);
+            sticks && contacts.has_changed(data, state, index)
         };
         let stops = (0..data.all.len()).any(sticks);
-        let resolved = resolved.and_then(|()| self.count_changes(&mut own, data));
-        self.instants = Some(own);
+        let resolved = resolved.and_then(|()| self.count_changes(&mut instants, data));
+        self.instants = Some(instants);
         self.computed = Computed::default();
         resolved.map_err(InstanceError::Solver)?;
         if stops {
@@ -256,9 +257,11 @@ impl Instance {
     /// Something is: nothing could have moved it there.
     fn check_inside(&mut self, least: f64) -> Result<(), InstanceError> {
         let model = self.model.clone();
-        let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
-        own.contacts.measure(&model, &mut self.machine, &self.now.state);
-        let gaps = data.all.iter().zip(&own.contacts.gaps).filter(|(contact, _)| contact.slip.is_none());
+        let (Some(data), Some(instants)) = (&model.program().instants.contacts, &mut self.instants) else {
+            return Ok(());
+        };
+        instants.contacts.measure(&model, &mut self.machine, &self.now.state);
+        let gaps = data.all.iter().zip(&instants.contacts.gaps).filter(|(contact, _)| contact.slip.is_none());
         for (contact, &gap) in gaps {
             let row = row_of(model.program(), contact);
             if gap < -least * row.scale {
@@ -272,23 +275,25 @@ impl Instance {
     /// An importer's steps end beyond what is hit: the mechanism is put back onto it, or it would go in further with every impact.
     fn put_back(&mut self) -> Result<(), InstanceError> {
         let (model, errors) = (self.model.clone(), self.undisturbed());
-        let (Some(data), Some(own)) = (&model.program().instants.contacts, &mut self.instants) else { return Ok(()) };
+        let (Some(data), Some(instants)) = (&model.program().instants.contacts, &mut self.instants) else {
+            return Ok(());
+        };
         let (state, redundant) = (&mut self.now.state, &self.now.happened.redundant);
-        own.contacts.measure(&model, &mut self.machine, state);
+        instants.contacts.measure(&model, &mut self.machine, state);
         for (index, contact) in data.all.iter().enumerate() {
             let is_contact = contact.slip.is_none();
             let least = if redundant[index] { errors * row_of(model.program(), contact).scale } else { 0.0 };
-            let is_beyond = is_contact && own.contacts.gaps[index] < -least && !is_closed(data, state, index);
-            own.contacts.hit[index] = is_beyond;
+            let is_beyond = is_contact && instants.contacts.gaps[index] < -least && !is_closed(data, state, index);
+            instants.contacts.hit[index] = is_beyond;
             if is_beyond {
                 state.parameters_mut()[contact.closed as usize] = 1.0;
             }
         }
-        if !own.contacts.hit.contains(&true) {
+        if !instants.contacts.hit.contains(&true) {
             return Ok(());
         }
         let closed = self.stepper.close_positions(&model, &mut self.machine, state);
-        for (contact, _) in data.all.iter().zip(&own.contacts.hit).filter(|(_, beyond)| **beyond) {
+        for (contact, _) in data.all.iter().zip(&instants.contacts.hit).filter(|(_, beyond)| **beyond) {
             state.parameters_mut()[contact.closed as usize] = 0.0;
         }
         let closed = closed.and_then(|()| self.stepper.close_rates(&model, &mut self.machine, state));
@@ -297,8 +302,8 @@ impl Instance {
 
     /// Where nothing has been found to open or to close by itself, but something has changed: at a tick, and at the start of a run.
     pub(super) fn resolve_unfound(&mut self) -> Result<(), InstanceError> {
-        if let Some(own) = &mut self.instants {
-            own.due.fill(false);
+        if let Some(instants) = &mut self.instants {
+            instants.due.fill(false);
         }
         self.resolve_contacts()
     }
@@ -314,7 +319,7 @@ impl Instance {
         self.check_inside(TOUCHING)?;
         self.resolve_unfound()?;
         self.now.happened.counts.fill(0);
-        let hit = self.instants.as_ref().is_some_and(|own| own.contacts.hit.contains(&true));
+        let hit = self.instants.as_ref().is_some_and(|instants| instants.contacts.hit.contains(&true));
         if hit {
             // Rates are no longer those that were given.
             self.now.at_start = false;
@@ -329,16 +334,16 @@ impl Instance {
     /// Arms the contacts that press, or are open by more than rounding errors.
     pub(super) fn arm_contacts(&mut self) {
         let model = self.model.clone();
-        let (Some(data), Some(own)) = (&model.program().instants.contacts, &self.instants) else { return };
+        let (Some(data), Some(instants)) = (&model.program().instants.contacts, &self.instants) else { return };
         let first = model.program().instants.events.len();
         for (index, contact) in data.all.iter().enumerate() {
             let scale = row_of(model.program(), contact).scale;
             let is_open = contact.slip.is_none() && !is_closed(data, &self.now.state, index);
             let least = maximum(if is_open { TOUCHING * scale } else { 0.0 }, self.apart(first + index));
-            self.now.happened.armed[first + index] |= own.indicators[index] < -least;
+            self.now.happened.armed[first + index] |= instants.indicators[index] < -least;
         }
-        for index in data.all.len()..own.indicators.len() {
-            self.now.happened.armed[first + index] |= own.indicators[index] < 0.0;
+        for index in data.all.len()..instants.indicators.len() {
+            self.now.happened.armed[first + index] |= instants.indicators[index] < 0.0;
         }
     }
 
@@ -355,23 +360,23 @@ impl Instance {
     }
 
     /// Something that is against the law of its mode by more than errors where the sides were last evaluated: a step has been looked through up to there, or everything has been decided.
-    pub(super) fn find_violated(&self, own: &Instants) -> Option<Failure> {
+    pub(super) fn find_violated(&self, instants: &Instants) -> Option<Failure> {
         let data = self.model.program().instants.contacts.as_ref()?;
-        let violated = |index| Some((index, self.violation(own, data, index)?));
+        let violated = |index| Some((index, self.violation(instants, data, index)?));
         let (index, why) = (0..data.all.len()).find_map(violated)?;
-        Some(Failure::Contact { time: own.within.time(), names: vec![data.all[index].name.clone()], why })
+        Some(Failure::Contact { time: instants.within.time(), names: vec![data.all[index].name.clone()], why })
     }
 
     /// In which way something is against the law of its mode: a gap is negative, a contact pulls, friction exceeds its limit, or what sticks or is held by others slides.
-    fn violation(&self, own: &Instants, data: &Contacts, index: usize) -> Option<&'static str> {
+    fn violation(&self, instants: &Instants, data: &Contacts, index: usize) -> Option<&'static str> {
         let (contact, errors) =
             (&data.all[index], if self.is_exchanged() { self.importer_errors() } else { self.now.tolerance });
         let (state, scale) = (&self.now.state, row_of(self.model.program(), contact).scale);
         let closed = is_closed(data, state, index);
-        let excess = if closed { self.pull(own, data, index) } else { own.indicators[index] };
+        let excess = if closed { self.pull(instants, data, index) } else { instants.indicators[index] };
         let Some(slip) = &contact.slip else {
             let open = if self.is_exchanged() || self.now.happened.redundant[index] { APART * errors } else { 0.0 };
-            let passed = !closed && own.contacts.gaps[index] < -maximum(CANCELLED, open) * scale;
+            let passed = !closed && instants.contacts.gaps[index] < -maximum(CANCELLED, open) * scale;
             let pulls = closed && excess > self.least_force(errors);
             return passed.then_some(PASSED).or_else(|| pulls.then_some(PULLED));
         };
@@ -383,17 +388,17 @@ impl Instance {
         // By more than the method's errors; an importer keeps what sticks at rest by its own.
         let errors = if self.is_exchanged() { maximum(errors, LARGEST) } else { errors };
         let least = maximum(CANCELLED, OVERLOOKED * errors) * scale;
-        let back = if slides { excess } else { own.contacts.rates[index].abs() };
+        let back = if slides { excess } else { instants.contacts.rates[index].abs() };
         (rubs && back > least).then_some(if slides { PASSED } else { SLIDES })
     }
 
     /// By how much the reaction of a closed contact pulls, or what sticks exceeds its limit.
-    fn pull(&self, own: &Instants, data: &Contacts, index: usize) -> f64 {
+    fn pull(&self, instants: &Instants, data: &Contacts, index: usize) -> f64 {
         let contact = &data.all[index];
         let reaction = |row: u32| self.machine.registers()[self.model.layout().reactions() + row as usize];
         let force = reaction(contact.constraint);
         match &contact.slip {
-            Some(slip) => force.abs() - own.contacts.restitutions[index] * reaction(slip.level),
+            Some(slip) => force.abs() - instants.contacts.restitutions[index] * reaction(slip.level),
             None => force,
         }
     }
@@ -412,35 +417,35 @@ impl Instance {
             return Ok(());
         }
         self.evaluate_now()?;
-        let Some(mut own) = self.instants.take() else { return Ok(()) };
-        own.within.copy_from(&self.now.state);
-        let violated = self.find_violated(&own);
-        self.instants = Some(own);
+        let Some(mut instants) = self.instants.take() else { return Ok(()) };
+        instants.within.copy_from(&self.now.state);
+        let violated = self.find_violated(&instants);
+        self.instants = Some(instants);
         violated.map_or(Ok(()), |failure| Err(failure.into()))
     }
 }
 
 impl Instance {
     /// Something whose mode the motion contradicts where the excesses were last evaluated.
-    pub(super) fn find_contradicted(&self, own: &Instants) -> Option<usize> {
+    pub(super) fn find_contradicted(&self, instants: &Instants) -> Option<usize> {
         let first = self.model.program().instants.events.len();
-        (first..own.armed.len()).find(|&event| self.is_contradicted(own, event))
+        (first..instants.armed.len()).find(|&event| self.is_contradicted(instants, event))
     }
 
     /// True for what could not be armed since it last changed, and is against its mode by more than the tolerance: it slides back, sticks by more than its level, or pulls. Less, and it has been so for less
     /// than the method resolves.
-    pub(super) fn is_contradicted(&self, own: &Instants, event: usize) -> bool {
+    pub(super) fn is_contradicted(&self, instants: &Instants, event: usize) -> bool {
         let program = self.model.program();
         let index = event - program.instants.events.len();
         let Some(data) = program.instants.contacts.as_ref().filter(|data| index < data.all.len()) else { return false };
         let (tolerance, scale) = (self.now.tolerance, self.scale_of(event));
         let is_open = data.all[index].slip.is_none();
         let [excess, least] = match is_closed(data, &self.now.state, index) {
-            true => [self.pull(own, data, index), self.least_force(tolerance)],
+            true => [self.pull(instants, data, index), self.least_force(tolerance)],
             false if is_open => return false,
-            false => [own.indicators[index], tolerance * scale],
+            false => [instants.indicators[index], tolerance * scale],
         };
-        !own.armed[event] && excess > least
+        !instants.armed[event] && excess > least
     }
 
     /// The largest of all multipliers in the registers.
@@ -454,10 +459,10 @@ impl Instance {
     ///
     /// # Errors
     /// They do not end.
-    fn count_changes(&self, own: &mut Instants, data: &Contacts) -> Result<(), Failure> {
+    fn count_changes(&self, instants: &mut Instants, data: &Contacts) -> Result<(), Failure> {
         let state = &self.now.state;
         let first = self.model.program().instants.events.len();
-        let Instants { contacts, changes, due, .. } = own;
+        let Instants { contacts, changes, due, .. } = instants;
         // What is found at an instant counts, too, where nothing follows from it.
         let changed = |index: usize| contacts.has_changed(data, state, index) || due[first + index];
         if !(0..data.all.len()).any(changed) {

@@ -29,10 +29,10 @@ impl Instance {
                 self.advance(now.next_up().min(target))?;
             }
             let found = self.search();
-            if let Some(own) = &mut self.instants
-                && let Some(overlooked) = own.overlooked.take()
+            if let Some(instants) = &mut self.instants
+                && let Some(overlooked) = instants.overlooked.take()
             {
-                (own.searched, own.end) = (None, None);
+                (instants.searched, instants.end) = (None, None);
                 return Err(overlooked.into());
             }
             if let Some((at, event)) = found {
@@ -52,10 +52,10 @@ impl Instance {
     fn leave_step(&mut self) {
         let last = &self.now.run.last;
         let step = [last.start_time, last.end_time];
-        if let Some(own) = &self.instants
-            && own.searched.is_some_and(|searched| searched.step == step)
+        if let Some(instants) = &self.instants
+            && instants.searched.is_some_and(|searched| searched.step == step)
         {
-            self.now.happened.armed.clone_from(&own.armed);
+            self.now.happened.armed.clone_from(&instants.armed);
         }
     }
 
@@ -63,29 +63,29 @@ impl Instance {
     pub(super) fn arm_until_now(&mut self) {
         let step = [self.now.run.last.start_time, self.now.run.before().time()];
         let is_covered = step[0] < step[1] && step[1] <= self.now.run.last.end_time;
-        let Some(mut own) = self.instants.take() else { return };
-        if is_covered && !own.due.is_empty() && self.search_step(&mut own, step).first.is_none() {
-            self.now.happened.armed.clone_from(&own.armed);
+        let Some(mut instants) = self.instants.take() else { return };
+        if is_covered && !instants.due.is_empty() && self.search_step(&mut instants, step).first.is_none() {
+            self.now.happened.armed.clone_from(&instants.armed);
         }
-        (own.searched, own.end) = (None, None);
-        self.instants = Some(own);
+        (instants.searched, instants.end) = (None, None);
+        self.instants = Some(instants);
     }
 
     /// Looks through the last step for the first event.
     fn search(&mut self) -> Option<(f64, usize)> {
         let step = [self.now.run.last.start_time, self.now.run.last.end_time];
-        let mut own = self.instants.take()?;
-        let known = own.searched.filter(|searched| searched.step == step);
-        let found = known.unwrap_or_else(|| self.search_step(&mut own, step));
-        own.searched = Some(found);
-        self.instants = Some(own);
+        let mut instants = self.instants.take()?;
+        let known = instants.searched.filter(|searched| searched.step == step);
+        let found = known.unwrap_or_else(|| self.search_step(&mut instants, step));
+        instants.searched = Some(found);
+        self.instants = Some(instants);
         found.first
     }
 
     /// In pieces, each so short that the excesses are known from the places where they are looked at: a step is as long as the motion permits, which does not know the comparisons.
-    fn search_step(&mut self, own: &mut Instants, step: [f64; 2]) -> Searched {
-        own.armed.clone_from(&self.now.happened.armed);
-        if self.stays_far(own, step) {
+    fn search_step(&mut self, instants: &mut Instants, step: [f64; 2]) -> Searched {
+        instants.armed.clone_from(&self.now.happened.armed);
+        if self.stays_far(instants, step) {
             self.computed = Computed::default();
             return Searched { step, first: None };
         }
@@ -93,27 +93,28 @@ impl Instance {
         while from < 1.0 && first.is_none() {
             let to = from + 0.5_f64.powi(depth);
             let piece = [from, to].map(|share| between(step, share));
-            let is_resolved = self.is_resolved(own, step, piece);
+            let is_resolved = self.is_resolved(instants, step, piece);
             if depth < DEEPEST && !is_resolved {
                 depth += 1;
-                if let Err(failure) = self.check_search(own, [piece[0], step[1]]) {
-                    own.overlooked = Some(failure);
+                if let Err(failure) = self.check_search(instants, [piece[0], step[1]]) {
+                    instants.overlooked = Some(failure);
                     return Searched { step, first: None };
                 }
                 continue;
             }
-            first = self.first_in(own, step, piece);
+            first = self.first_in(instants, step, piece);
             from = to;
             while depth > 0 && (from * 2.0_f64.powi(depth - 1)).fract() == 0.0 {
                 depth -= 1;
             }
         }
-        own.seen = first.filter(|_| own.record.is_some()).map(|found| self.seen_before(own, step, found));
-        if first.is_none() && !own.indicators.is_empty() {
-            self.evaluate_sides(own, (step, step), 1.0);
-            first = self.find_contradicted(own).map(|event| (self.turn(own, step, event), event));
+        instants.seen =
+            first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
+        if first.is_none() && !instants.indicators.is_empty() {
+            self.evaluate_sides(instants, (step, step), 1.0);
+            first = self.find_contradicted(instants).map(|event| (self.turn(instants, step, event), event));
             if first.is_none() {
-                own.overlooked = own.overlooked.take().or_else(|| self.find_violated(own));
+                instants.overlooked = instants.overlooked.take().or_else(|| self.find_violated(instants));
             }
         }
         self.computed = Computed::default();
@@ -121,83 +122,87 @@ impl Instance {
     }
 
     /// When something whose mode the motion contradicts at the end of a step begins to be against it by more than the tolerance.
-    fn turn(&mut self, own: &mut Instants, step: [f64; 2], event: usize) -> f64 {
+    fn turn(&mut self, instants: &mut Instants, step: [f64; 2], event: usize) -> f64 {
         let (mut before, mut after) = (0.0, 1.0);
         for _ in 0..DEEPEST {
             let middle = 0.5 * (before + after);
-            self.evaluate_sides(own, (step, step), middle);
-            if self.is_contradicted(own, event) { after = middle } else { before = middle }
+            self.evaluate_sides(instants, (step, step), middle);
+            if self.is_contradicted(instants, event) { after = middle } else { before = middle }
         }
         between(step, after)
     }
 
     /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
-    fn check_search(&self, own: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
-        Settings { deadline: own.deadline, ..self.settings() }.check_patience(time)?;
-        self.check_work_of(own, [time, target])
+    fn check_search(&self, instants: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        Settings { deadline: instants.deadline, ..self.settings() }.check_patience(time)?;
+        self.check_work_of(instants, [time, target])
     }
 
     /// Fails where more work has been done since the last communication point than a communication step may be.
     pub(super) fn check_work(&self, [time, target]: [f64; 2]) -> Result<(), Failure> {
-        self.instants.as_ref().map_or(Ok(()), |own| self.check_work_of(own, [time, target]))
+        self.instants.as_ref().map_or(Ok(()), |instants| self.check_work_of(instants, [time, target]))
     }
 
-    fn check_work_of(&self, own: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
-        let done = self.stepper.statistics().work + own.work(self.model.program()) - own.done_before;
+    fn check_work_of(&self, instants: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
+        let done = self.stepper.statistics().work + instants.work(self.model.program()) - instants.done_before;
         if done > self.most_work { Err(Failure::TooMuchWork { time, target }) } else { Ok(()) }
     }
 
     /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.
-    fn is_resolved(&mut self, own: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> bool {
+    fn is_resolved(&mut self, instants: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> bool {
         for part in 0..=PARTS {
-            self.evaluate_sides(own, (step, piece), part as f64 / PARTS as f64);
-            for event in 0..own.excesses.len() {
-                own.excesses[event][part] = own.excess(event);
+            self.evaluate_sides(instants, (step, piece), part as f64 / PARTS as f64);
+            for event in 0..instants.excesses.len() {
+                instants.excesses[event][part] = instants.excess(event);
             }
         }
-        if piece[0] == step[0] && (0..own.excesses.len()).any(|event| self.hides_flight(own, (step, piece), event)) {
+        if piece[0] == step[0]
+            && (0..instants.excesses.len()).any(|event| self.hides_flight(instants, (step, piece), event))
+        {
             return false;
         }
         onset::CHECKS.iter().all(|&share| {
-            self.evaluate_sides(own, (step, piece), share);
-            let mut counting = (0..own.excesses.len()).filter(|event| !self.is_over(*event));
+            self.evaluate_sides(instants, (step, piece), share);
+            let mut counting = (0..instants.excesses.len()).filter(|event| !self.is_over(*event));
             counting.all(|event| {
-                let (values, found) = (&own.excesses[event], own.excess(event));
-                onset::fits(values, share, found) || own.is_contact(event) && onset::stays_away(values, share, found)
+                let (values, found) = (&instants.excesses[event], instants.excess(event));
+                onset::fits(values, share, found)
+                    || instants.is_contact(event) && onset::stays_away(values, share, found)
             })
         })
     }
 
     /// True for a contact that has just been left, with no rate, and seems to go in at once, but is apart earlier: its flight ends before the first place.
-    fn hides_flight(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), event: usize) -> bool {
-        let (begin, least) = (own.excesses[event][0], self.resting(event, step));
+    fn hides_flight(&mut self, instants: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), event: usize) -> bool {
+        let (begin, least) = (instants.excesses[event][0], self.resting(event, step));
         // What leaves with a rate is seen to.
-        if !self.has_left(own, event) || begin < -least || !onset::begins_at_once(&own.excesses[event]) {
+        if !self.has_left(instants, event) || begin < -least || !onset::begins_at_once(&instants.excesses[event]) {
             return false;
         }
         (1..=DEEPEST).any(|halvings| {
-            self.evaluate_sides(own, (step, piece), 0.5_f64.powi(halvings) / PARTS as f64);
-            own.excess(event) < -least
+            self.evaluate_sides(instants, (step, piece), 0.5_f64.powi(halvings) / PARTS as f64);
+            instants.excess(event) < -least
         })
     }
 
     /// The first event in a piece that is resolved.
-    fn first_in(&mut self, own: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> Option<(f64, usize)> {
+    fn first_in(&mut self, instants: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
-        for event in 0..own.armed.len() {
+        for event in 0..instants.armed.len() {
             if self.is_over(event) {
                 continue;
             }
-            let (values, strict) = (own.excesses[event], self.is_strict(event));
+            let (values, strict) = (instants.excesses[event], self.is_strict(event));
             // What has just been left is seen by its distance over the time since then, which does not begin at zero.
-            let armed = own.armed[event] || self.has_left(own, event) && values[0] < -self.resting(event, step);
+            let armed =
+                instants.armed[event] || self.has_left(instants, event) && values[0] < -self.resting(event, step);
             // Where both modes of a contact fit at an instant, what follows says which it is.
-            if !armed && piece[0] == step[0] && own.is_contact(event) && onset::begins_at_once(&values) {
-                let turned = own.turned.replace((step[0], event));
+            if !armed && piece[0] == step[0] && instants.is_contact(event) && onset::begins_at_once(&values) {
+                let turned = instants.turned.replace((step[0], event));
                 if turned.is_none_or(|(time, last)| last != event || is_later(step[0], time)) {
                     return Some((step[0], event));
                 }
-                own.overlooked = Some(self.never_fits(event, step[0]));
+                instants.overlooked = Some(self.never_fits(event, step[0]));
             }
             let whole = piece[1] - piece[0];
             let reach = Reach {
@@ -205,10 +210,10 @@ impl Instance {
                 spacing: f64::EPSILON * minimum(piece[0].abs(), piece[1].abs()) / whole,
             };
             let onset = onset::first(&values, armed, strict, reach, &mut |share: f64| {
-                self.evaluate_sides(own, (step, piece), share);
-                own.excess(event)
+                self.evaluate_sides(instants, (step, piece), share);
+                instants.excess(event)
             });
-            own.armed[event] = onset.armed;
+            instants.armed[event] = onset.armed;
             if let Some(share) = onset.begin {
                 let at = between(piece, share);
                 first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
@@ -218,35 +223,35 @@ impl Instance {
     }
 
     /// Evaluates the sides of all comparisons at a share of the last step; none is a number where the motion is not known.
-    pub(super) fn evaluate_sides(&mut self, own: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
-        own.evaluated += 1;
+    pub(super) fn evaluate_sides(&mut self, instants: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64) {
+        instants.evaluated += 1;
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
-        let at = (between(piece, share), &mut own.within);
+        let at = (between(piece, share), &mut instants.within);
         let mut known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
-        self.machine.load(&self.model, &own.within);
-        let solved = own.sides_solved || self.is_any_solved() || share == 1.0 && self.may_lock();
+        self.machine.load(&self.model, &instants.within);
+        let solved = instants.sides_solved || self.is_any_solved() || share == 1.0 && self.may_lock();
         if solved {
             known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
-            self.machine.load(&self.model, &own.within);
+            self.machine.load(&self.model, &instants.within);
         }
-        self.machine.evaluate(&self.model.program().instants.sides, &mut own.sides);
-        self.indicate(own, Some(step), solved);
+        self.machine.evaluate(&self.model.program().instants.sides, &mut instants.sides);
+        self.indicate(instants, Some(step), solved);
         if !known {
-            own.sides.fill(f64::NAN);
-            own.indicators.fill(f64::NAN);
+            instants.sides.fill(f64::NAN);
+            instants.indicators.fill(f64::NAN);
         }
     }
 
     /// True if an event has happened that happens once only.
     fn is_over(&self, event: usize) -> bool {
-        let own = self.model.program().instants.events.get(event);
-        own.is_some_and(|own| own.once) && self.now.happened.counts[event] > 0
+        let event_data = self.model.program().instants.events.get(event);
+        event_data.is_some_and(|event_data| event_data.once) && self.now.happened.counts[event] > 0
     }
 
     /// True if something happens only where its excess is more than zero: a contact opens where its reaction has passed zero.
     fn is_strict(&self, event: usize) -> bool {
-        self.model.program().instants.events.get(event).is_none_or(|own| own.strict)
+        self.model.program().instants.events.get(event).is_none_or(|event| event.strict)
     }
 
     /// Lets everything happen that holds at the present time and has not held before, and what has been found to begin here. What that changes may let other comparisons hold.
@@ -271,30 +276,30 @@ impl Instance {
 
     /// The sides of all comparisons, and what contacts do, at the present state.
     pub(super) fn evaluate_now(&mut self) -> Result<(), InstanceError> {
-        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        let Some(mut instants) = self.instants.take() else { return Ok(()) };
         let model = self.model.clone();
-        let evaluated = self.evaluate(&model.program().instants.sides, own.sides_solved, &mut own.sides);
-        let evaluated = evaluated.and_then(|()| self.indicate_now(&mut own));
-        self.instants = Some(own);
+        let evaluated = self.evaluate(&model.program().instants.sides, instants.sides_solved, &mut instants.sides);
+        let evaluated = evaluated.and_then(|()| self.indicate_now(&mut instants));
+        self.instants = Some(instants);
         evaluated
     }
 
     /// Says whether an event is due.
     fn find_due(&mut self, found: Option<usize>) -> Result<bool, InstanceError> {
         self.evaluate_now()?;
-        let Some(mut own) = self.instants.take() else { return Ok(false) };
-        for index in 0..own.due.len() {
-            let excess = self.counted(&own, index);
+        let Some(mut instants) = self.instants.take() else { return Ok(false) };
+        for index in 0..instants.due.len() {
+            let excess = self.counted(&instants, index);
             let holds = if self.is_strict(index) { excess > 0.0 } else { excess >= 0.0 };
-            let holds = holds || self.is_exchanged() && self.has_come_to_zero(&own, index);
+            let holds = holds || self.is_exchanged() && self.has_come_to_zero(&instants, index);
             // An importer may go on into what has been left for less than it can see.
             let inside = self.is_exchanged() && self.is_left(index) && excess > 0.0;
             let begins =
                 found == Some(index) || inside || self.pulls(index, excess) || self.now.happened.armed[index] && holds;
-            own.due[index] = begins && !self.is_over(index);
+            instants.due[index] = begins && !self.is_over(index);
         }
-        let any = own.due.contains(&true);
-        self.instants = Some(own);
+        let any = instants.due.contains(&true);
+        self.instants = Some(instants);
         Ok(any)
     }
 
@@ -303,10 +308,12 @@ impl Instance {
         let before = self.state_to_record();
         self.evaluate_written()?;
         let model = self.model.clone();
-        let Some(own) = self.instants.take() else { return Ok(()) };
+        let Some(instants) = self.instants.take() else { return Ok(()) };
         let mut written = Ok(());
-        for (index, event) in model.program().instants.events.iter().enumerate().filter(|(index, _)| own.due[*index]) {
-            written = written.and_then(|()| event.writes.iter().try_for_each(|write| self.write(&own, *write)));
+        for (index, event) in
+            model.program().instants.events.iter().enumerate().filter(|(index, _)| instants.due[*index])
+        {
+            written = written.and_then(|()| event.writes.iter().try_for_each(|write| self.write(&instants, *write)));
             for &there in &event.removes {
                 self.now.state.parameters_mut()[there as usize] = 0.0;
             }
@@ -317,7 +324,7 @@ impl Instance {
                 happened.ended = Some(index as u32);
             }
         }
-        self.instants = Some(own);
+        self.instants = Some(instants);
         written?;
         self.resolve_contacts()?;
         self.note(before, Vec::new(), found);
@@ -327,15 +334,15 @@ impl Instance {
 
     /// Arms the events whose comparisons do not hold at the present time, by more than rounding errors.
     fn arm(&mut self) {
-        let Some(own) = self.instants.take() else { return };
+        let Some(instants) = self.instants.take() else { return };
         let mut ceased = false;
-        for (event, sides) in own.sides.chunks_exact(2).enumerate() {
+        for (event, sides) in instants.sides.chunks_exact(2).enumerate() {
             // Sides that have just been equal differ by rounding errors.
-            let ceases = self.counted(&own, event) < -ROUNDING * (sides[0].abs() + sides[1].abs());
+            let ceases = self.counted(&instants, event) < -ROUNDING * (sides[0].abs() + sides[1].abs());
             ceased |= ceases && !self.now.happened.armed[event];
             self.now.happened.armed[event] |= ceases;
         }
-        self.instants = Some(own);
+        self.instants = Some(instants);
         if ceased && self.is_exchanged() {
             self.begin_search();
         }
@@ -345,9 +352,9 @@ impl Instance {
     /// By how much the first side of each comparison exceeds the second, as an importer is shown it.
     pub(in crate::instance) fn excesses(&mut self, excesses: &mut [f64]) -> Result<(), InstanceError> {
         self.evaluate_now()?;
-        let Some(own) = self.instants.take() else { return Ok(()) };
-        self.show(&own, excesses);
-        self.instants = Some(own);
+        let Some(instants) = self.instants.take() else { return Ok(()) };
+        self.show(&instants, excesses);
+        self.instants = Some(instants);
         Ok(())
     }
 
@@ -391,7 +398,7 @@ impl Instance {
 
     /// True if something has happened in the last step.
     pub(in crate::instance) fn take_happened(&mut self) -> bool {
-        self.instants.as_mut().is_some_and(|own| std::mem::take(&mut own.happened))
+        self.instants.as_mut().is_some_and(|instants| std::mem::take(&mut instants.happened))
     }
 
     /// Every event of the scene, and how often it has happened.
@@ -408,11 +415,11 @@ impl Instance {
 
     /// Reports the events that have happened since the last report.
     pub(crate) fn report_events(&mut self, mut report: impl FnMut(&str, f64)) {
-        let Some(own) = &mut self.instants else { return };
+        let Some(run) = &mut self.instants else { return };
         let instants = &self.model.program().instants;
         let events = instants.events.iter().map(|event| &event.name);
         let names = events.chain(instants.contacts().iter().map(|contact| &contact.name));
-        for ((name, count), reported) in names.zip(&self.now.happened.counts).zip(&mut own.reported) {
+        for ((name, count), reported) in names.zip(&self.now.happened.counts).zip(&mut run.reported) {
             if count > reported {
                 report(name, self.now.state.time());
             }

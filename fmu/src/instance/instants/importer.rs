@@ -96,47 +96,48 @@ impl Instance {
     }
 
     /// What an importer is shown of an excess.
-    fn shown(&self, own: &Instants, event: usize) -> f64 {
-        own.excess(event) + self.now.happened.importer.shifts[event] - self.clearance(event)
+    fn shown(&self, instants: &Instants, event: usize) -> f64 {
+        instants.excess(event) + self.now.happened.importer.shifts[event] - self.clearance(event)
     }
 
     /// What is shown where it counts: to an importer, or within a run.
-    pub(super) fn counted(&self, own: &Instants, event: usize) -> f64 {
-        if self.is_exchanged() { self.shown(own, event) } else { own.excess(event) }
+    pub(super) fn counted(&self, instants: &Instants, event: usize) -> f64 {
+        if self.is_exchanged() { self.shown(instants, event) } else { instants.excess(event) }
     }
 
     /// A step of the importer begins, where the sides have been evaluated.
     pub(super) fn begin_search(&mut self) {
-        let Some(own) = self.instants.take() else { return };
+        let Some(instants) = self.instants.take() else { return };
         let time = self.time();
-        for event in 0..own.due.len() {
-            let shown = self.shown(&own, event);
-            let signed = shown != 0.0 && !self.has_other_sign(&own, event);
+        for event in 0..instants.due.len() {
+            let shown = self.shown(&instants, event);
+            let signed = shown != 0.0 && !self.has_other_sign(&instants, event);
             let importer = &mut self.now.happened.importer;
             (importer.signed[event], importer.beyond[event]) = (signed, f64::INFINITY);
         }
         self.now.happened.importer.step = [time, time];
-        self.instants = Some(own);
+        self.instants = Some(instants);
     }
 
     /// True for what is zero here, and was not where the importer's step began.
-    pub(super) fn has_come_to_zero(&self, own: &Instants, event: usize) -> bool {
-        self.now.happened.importer.signed[event] && self.shown(own, event) == 0.0
+    pub(super) fn has_come_to_zero(&self, instants: &Instants, event: usize) -> bool {
+        self.now.happened.importer.signed[event] && self.shown(instants, event) == 0.0
     }
 
     /// True if an indicator has the sign that it has not had since its comparison last began or ceased to hold.
-    fn has_other_sign(&self, own: &Instants, event: usize) -> bool {
-        let (shown, holds) = (self.shown(own, event), !self.now.happened.armed[event] && !own.is_contact(event));
-        self.has_come_to_zero(own, event) || if holds { shown < 0.0 } else { shown > 0.0 }
+    fn has_other_sign(&self, instants: &Instants, event: usize) -> bool {
+        let (shown, holds) =
+            (self.shown(instants, event), !self.now.happened.armed[event] && !instants.is_contact(event));
+        self.has_come_to_zero(instants, event) || if holds { shown < 0.0 } else { shown > 0.0 }
     }
 
     /// Shows all indicators, where the sides have been evaluated.
-    pub(super) fn show(&mut self, own: &Instants, shown: &mut [f64]) {
+    pub(super) fn show(&mut self, instants: &Instants, shown: &mut [f64]) {
         let time = self.time();
         for (event, shown) in shown.iter_mut().enumerate() {
-            *shown = self.shown(own, event);
-            let changes = self.has_other_sign(own, event);
-            let (size, importer) = (own.excess(event).abs(), &mut self.now.happened.importer);
+            *shown = self.shown(instants, event);
+            let changes = self.has_other_sign(instants, event);
+            let (size, importer) = (instants.excess(event).abs(), &mut self.now.happened.importer);
             if size.is_finite() {
                 importer.sizes[event] = maximum(importer.sizes[event], size);
             }
@@ -145,27 +146,27 @@ impl Instance {
             }
             importer.step[1] = maximum(importer.step[1], time);
             // Flights may be shorter than what the importer takes for a step.
-            self.now.happened.armed[event] |= self.is_left(event) && own.excess(event) < -self.apart(event);
+            self.now.happened.armed[event] |= self.is_left(event) && instants.excess(event) < -self.apart(event);
         }
     }
 
     /// True for an indicator that changes its sign where a search has ended; nowhere if any has changed it here already, where the sides have been evaluated.
-    fn changes_beyond(&self, own: &Instants, event: usize) -> bool {
+    fn changes_beyond(&self, instants: &Instants, event: usize) -> bool {
         self.now.happened.importer.encloses(event, self.time())
-            && !(0..own.due.len()).any(|other| self.has_other_sign(own, other))
+            && !(0..instants.due.len()).any(|other| self.has_other_sign(instants, other))
     }
 
     /// Where an importer has completed a step: true if it must handle an event, since something is due or its search has ended just before something begins to hold.
     pub(super) fn end_step(&mut self, due: bool) -> bool {
-        let Some(own) = &self.instants else { return due };
-        let changes = |event: &usize| self.changes_beyond(own, *event);
-        let begins = (0..own.due.len()).filter(changes).any(|event| self.now.happened.armed[event]);
-        if due || begins || (0..own.due.len()).any(|event| changes(&event)) {
+        let Some(instants) = &self.instants else { return due };
+        let changes = |event: &usize| self.changes_beyond(instants, *event);
+        let begins = (0..instants.due.len()).filter(changes).any(|event| self.now.happened.armed[event]);
+        if due || begins || (0..instants.due.len()).any(|event| changes(&event)) {
             return due || begins;
         }
         for (event, shift) in self.now.happened.importer.shifts.iter_mut().enumerate() {
             // Far from zero it has the same sign as it is.
-            if own.excess(event).abs() > 2.0 * shift.abs() {
+            if instants.excess(event).abs() > 2.0 * shift.abs() {
                 *shift = 0.0;
             }
         }
@@ -176,23 +177,23 @@ impl Instance {
     /// At an importer's event: indicators whose change has been found beyond the present time are shown as changed.
     pub(super) fn follow_search(&mut self) -> Result<(), InstanceError> {
         self.evaluate_now()?;
-        let Some(mut own) = self.instants.take() else { return Ok(()) };
-        for event in 0..own.due.len() {
-            own.due[event] = self.changes_beyond(&own, event);
+        let Some(mut instants) = self.instants.take() else { return Ok(()) };
+        for event in 0..instants.due.len() {
+            instants.due[event] = self.changes_beyond(&instants, event);
         }
-        for event in (0..own.due.len()).filter(|&event| own.due[event]) {
-            let shown = self.shown(&own, event);
+        for event in (0..instants.due.len()).filter(|&event| instants.due[event]) {
+            let shown = self.shown(&instants, event);
             self.now.happened.importer.shifts[event] -= 2.0 * shown;
         }
-        self.instants = Some(own);
+        self.instants = Some(instants);
         Ok(())
     }
 
     /// An importer's event is over.
     pub(super) fn end_search(&mut self) {
-        let Some(own) = &self.instants else { return };
+        let Some(instants) = &self.instants else { return };
         let importer = &mut self.now.happened.importer;
-        for event in (0..own.due.len()).filter(|&event| own.is_contact(event)) {
+        for event in (0..instants.due.len()).filter(|&event| instants.is_contact(event)) {
             importer.shifts[event] = 0.0;
         }
         self.begin_search();
@@ -230,14 +231,14 @@ impl Instance {
 
     /// Learns the importer's errors from what returns, where the sides have been evaluated. What returns has to be left again.
     pub(super) fn note_returns(&mut self) {
-        let Some(own) = self.instants.take() else { return };
+        let Some(instants) = self.instants.take() else { return };
         let first = self.model.program().instants.events.len();
         let mut are_larger = false;
-        for event in first..own.due.len() {
-            let (left, index, due) = (self.is_left(event), event - first, own.due[event]);
+        for event in first..instants.due.len() {
+            let (left, index, due) = (self.is_left(event), event - first, instants.due[event]);
             if due && self.is_free(event) {
                 let is_gap = self.model.program().instants.contacts()[index].slip.is_none();
-                let parts = is_gap && own.contacts.gaps[index] < 0.0 && own.contacts.rates[index] > 0.0;
+                let parts = is_gap && instants.contacts.gaps[index] < 0.0 && instants.contacts.rates[index] > 0.0;
                 are_larger |= parts || left && self.now.happened.importer.returned[event];
                 self.now.happened.armed[event] = false;
             }
@@ -247,6 +248,6 @@ impl Instance {
         if are_larger {
             self.now.happened.importer.errors = minimum(LARGER * self.importer_errors(), LARGEST);
         }
-        self.instants = Some(own);
+        self.instants = Some(instants);
     }
 }

@@ -244,11 +244,11 @@ fn reads_solved(program: &Program, tape: &Tape) -> bool {
 impl Instance {
     /// Sets the held values to what they begin with in the state, which is consistent.
     pub(super) fn begin_held(&mut self, state: &mut State) -> Result<(), InstanceError> {
-        let Some(own) = &mut self.instants else { return Ok(()) };
+        let Some(instants) = &mut self.instants else { return Ok(()) };
         self.machine.load(&self.model, state);
-        self.machine.evaluate(&self.model.program().instants.begin, &mut own.begin);
+        self.machine.evaluate(&self.model.program().instants.begin, &mut instants.begin);
         let first = self.model.program().open_inputs();
-        for (index, &value) in own.begin.iter().enumerate() {
+        for (index, &value) in instants.begin.iter().enumerate() {
             if !value.is_finite() {
                 let name = self.model.program().inputs[first + index].name.clone();
                 return Err(InstanceError::Undefined { name, time: state.time() });
@@ -276,23 +276,23 @@ impl Instance {
 
     /// Moves on to a later time through everything that happens on the way. On failure the instance stays as it was.
     pub(super) fn pass_instants(&mut self, time: f64, to_first: bool) -> Result<(), InstanceError> {
-        let Some(mut own) = self.instants.take() else { return self.advance(time) };
-        self.save_into(&mut own.before);
-        own.happened = false;
-        own.deadline = Deadline::after(self.model.program().experiment.budget);
-        own.target = time;
-        own.done_before = self.stepper.statistics().work + own.work(self.model.program());
-        self.instants = Some(own);
+        let Some(mut instants) = self.instants.take() else { return self.advance(time) };
+        self.save_into(&mut instants.before);
+        instants.happened = false;
+        instants.deadline = Deadline::after(self.model.program().experiment.budget);
+        instants.target = time;
+        instants.done_before = self.stepper.statistics().work + instants.work(self.model.program());
+        self.instants = Some(instants);
         let changed = self.now.run.is_changed();
         let done = self.go_through(time, to_first, changed);
-        if let Some(own) = &mut self.instants {
-            (own.limit, own.target) = (f64::INFINITY, f64::NEG_INFINITY);
+        if let Some(instants) = &mut self.instants {
+            (instants.limit, instants.target) = (f64::INFINITY, f64::NEG_INFINITY);
         }
         match done {
             Err(failure) if !failure.is_unfinished() && !failure.is_end() => {
-                if let Some(own) = self.instants.take() {
-                    self.now.copy_from(&own.before);
-                    self.instants = Some(own);
+                if let Some(instants) = self.instants.take() {
+                    self.now.copy_from(&instants.before);
+                    self.instants = Some(instants);
                 }
                 self.forget_continuation();
                 Err(failure)
@@ -315,8 +315,8 @@ impl Instance {
             // Counted from what is done: an instant that is found within rounding errors of a tick must not leave it behind.
             let tick = self.next_tick(self.now.happened.ticked)?;
             let (target, ticks) = if is_later(tick, time) { (time, false) } else { (tick, true) };
-            if let Some(own) = &mut self.instants {
-                own.limit = if each_ends { target } else { tick };
+            if let Some(instants) = &mut self.instants {
+                instants.limit = if each_ends { target } else { tick };
             }
             match self.first_event(target)? {
                 Some((at, event)) => {
@@ -365,7 +365,7 @@ impl Instance {
 
     /// The next tick later than a time; infinite if there is none.
     fn next_tick(&mut self, after: f64) -> Result<f64, InstanceError> {
-        let Some(own) = &mut self.instants else { return Ok(f64::INFINITY) };
+        let Some(instants) = &mut self.instants else { return Ok(f64::INFINITY) };
         let samplers = &self.model.program().instants.samplers;
         if samplers.is_empty() {
             return Ok(f64::INFINITY);
@@ -373,18 +373,18 @@ impl Instance {
         self.machine.load_parameters(&self.model, self.now.state.parameters());
         let tape = &self.model.program().instants.clocks;
         self.machine.run(tape);
-        own.clocks.clear();
-        own.tick = f64::INFINITY;
+        instants.clocks.clear();
+        instants.tick = f64::INFINITY;
         for (index, sampler) in samplers.iter().enumerate() {
             let [period, offset] = [0, 1].map(|half| self.machine.result(tape, 2 * index + half));
             let clock = Clock { period, offset };
             if !clock.is_sound(after) {
                 return Err(InstanceError::Period { sampler: sampler.name.clone(), period });
             }
-            own.tick = own.tick.min(clock.after(after));
-            own.clocks.push(clock);
+            instants.tick = instants.tick.min(clock.after(after));
+            instants.clocks.push(clock);
         }
-        Ok(own.tick)
+        Ok(instants.tick)
     }
 
     /// When the next tick is, if there are any \[s\].
@@ -399,14 +399,16 @@ impl Instance {
         let (time, before) = (self.time(), self.state_to_record());
         self.evaluate_written()?;
         let model = self.model.clone();
-        let Some(own) = self.instants.take() else { return Ok(()) };
+        let Some(instants) = self.instants.take() else { return Ok(()) };
         let ticks = match before {
-            Some(_) => (0..own.clocks.len()).filter(|&sampler| own.clocks[sampler].is_at(time)).collect(),
+            Some(_) => (0..instants.clocks.len()).filter(|&sampler| instants.clocks[sampler].is_at(time)).collect(),
             None => Vec::new(),
         };
-        let ticking = model.program().instants.samplers.iter().zip(&own.clocks).filter(|(_, clock)| clock.is_at(time));
-        let written = ticking.flat_map(|(sampler, _)| &sampler.writes).try_for_each(|write| self.write(&own, *write));
-        self.instants = Some(own);
+        let ticking =
+            model.program().instants.samplers.iter().zip(&instants.clocks).filter(|(_, clock)| clock.is_at(time));
+        let written =
+            ticking.flat_map(|(sampler, _)| &sampler.writes).try_for_each(|write| self.write(&instants, *write));
+        self.instants = Some(instants);
         written?;
         self.resolve_unfound()?;
         self.note(before, ticks, None);
@@ -417,10 +419,10 @@ impl Instance {
 
     /// Everything that ticks and events could write now.
     fn evaluate_written(&mut self) -> Result<(), InstanceError> {
-        let Some(mut own) = self.instants.take() else { return Ok(()) };
+        let Some(mut instants) = self.instants.take() else { return Ok(()) };
         let evaluated =
-            self.evaluate(&self.model.clone().program().instants.written, own.write_solved, &mut own.written);
-        self.instants = Some(own);
+            self.evaluate(&self.model.clone().program().instants.written, instants.write_solved, &mut instants.written);
+        self.instants = Some(instants);
         evaluated
     }
 
@@ -437,8 +439,8 @@ impl Instance {
         Ok(())
     }
 
-    fn write(&mut self, own: &Instants, Write { held, result }: Write) -> Result<(), InstanceError> {
-        let (input, value) = (self.model.program().open_inputs() + held as usize, own.written[result as usize]);
+    fn write(&mut self, instants: &Instants, Write { held, result }: Write) -> Result<(), InstanceError> {
+        let (input, value) = (self.model.program().open_inputs() + held as usize, instants.written[result as usize]);
         if !value.is_finite() {
             let name = self.model.program().inputs[input].name.clone();
             return Err(InstanceError::Undefined { name, time: self.time() });
@@ -450,8 +452,8 @@ impl Instance {
     /// The run begins anew at the present state, whose held values have changed.
     fn go_on_anew(&mut self) {
         self.computed = Computed::default();
-        if let Some(own) = &mut self.instants {
-            (own.searched, own.end, own.happened) = (None, None, true);
+        if let Some(instants) = &mut self.instants {
+            (instants.searched, instants.end, instants.happened) = (None, None, true);
         }
         if self.now.phase == Phase::Running {
             let settings = self.settings();

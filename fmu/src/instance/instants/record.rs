@@ -50,10 +50,10 @@ impl Happening {
         self.of_contacts(model, direction)
     }
 
-    fn of_contacts<T>(&self, model: &Model, own: impl Fn(&Contacts, &State, usize) -> T) -> [Vec<T>; 2] {
+    fn of_contacts<T>(&self, model: &Model, value: impl Fn(&Contacts, &State, usize) -> T) -> [Vec<T>; 2] {
         let data = model.program().instants.contacts.as_ref();
         [&self.before, &self.after].map(|state| {
-            data.into_iter().flat_map(|data| (0..data.all.len()).map(|index| own(data, state, index))).collect()
+            data.into_iter().flat_map(|data| (0..data.all.len()).map(|index| value(data, state, index))).collect()
         })
     }
 }
@@ -61,14 +61,14 @@ impl Happening {
 impl Instance {
     /// From now on everything that happens is recorded. To be called before the run begins.
     pub fn record_instants(&mut self) {
-        if let Some(own) = &mut self.instants {
-            own.record = Some(Vec::new());
+        if let Some(instants) = &mut self.instants {
+            instants.record = Some(Vec::new());
         }
     }
 
     /// What has happened since this was last asked.
     pub fn take_record(&mut self) -> Vec<Happening> {
-        let record = self.instants.as_mut().and_then(|own| own.record.as_mut());
+        let record = self.instants.as_mut().and_then(|instants| instants.record.as_mut());
         record.map(std::mem::take).unwrap_or_default()
     }
 
@@ -80,18 +80,23 @@ impl Instance {
 
     /// The state before something happens, if that is recorded.
     pub(super) fn state_to_record(&self) -> Option<State> {
-        let is_recorded = self.instants.as_ref().is_some_and(|own| own.record.is_some());
+        let is_recorded = self.instants.as_ref().is_some_and(|instants| instants.record.is_some());
         is_recorded.then(|| self.state())
     }
 
     /// How long after the beginning of a step an event is found, and how large its excess is on the way there; what has just been left is measured by its gap itself.
-    pub(super) fn seen_before(&mut self, own: &mut Instants, step: [f64; 2], (at, event): (f64, usize)) -> [f64; 2] {
+    pub(super) fn seen_before(
+        &mut self,
+        instants: &mut Instants,
+        step: [f64; 2],
+        (at, event): (f64, usize),
+    ) -> [f64; 2] {
         let (since, mut most) = (at - step[0], 0.0);
         for place in 0..PLACES {
             let share = f64::from(place) / f64::from(PLACES);
-            self.evaluate_sides(own, (step, [step[0], at]), share);
-            let part = if self.has_left(own, event) { share * since / (step[1] - step[0]) } else { 1.0 };
-            let size = own.excess(event).abs() * part;
+            self.evaluate_sides(instants, (step, [step[0], at]), share);
+            let part = if self.has_left(instants, event) { share * since / (step[1] - step[0]) } else { 1.0 };
+            let size = instants.excess(event).abs() * part;
             most = if size.is_finite() { maximum(most, size) } else { most };
         }
         [since, most]
@@ -99,14 +104,14 @@ impl Instance {
 
     /// Notes what has happened since a state.
     pub(super) fn note(&mut self, before: Option<State>, ticks: Vec<usize>, found: Option<usize>) {
-        let (Some(before), Some(own)) = (before, &mut self.instants) else { return };
+        let (Some(before), Some(instants)) = (before, &mut self.instants) else { return };
         let after = self.now.state.clone();
         let is_event = ticks.is_empty();
-        let due = (0..own.due.len()).filter(|&event| is_event && own.due[event]).collect();
-        let hit: Vec<usize> = (0..own.contacts.hit.len()).filter(|&index| own.contacts.hit[index]).collect();
-        let pressing = if hit.is_empty() { Vec::new() } else { own.contacts.pressing.clone() };
-        let seen = found.and(own.seen);
+        let due = (0..instants.due.len()).filter(|&event| is_event && instants.due[event]).collect();
+        let hit: Vec<usize> = (0..instants.contacts.hit.len()).filter(|&index| instants.contacts.hit[index]).collect();
+        let pressing = if hit.is_empty() { Vec::new() } else { instants.contacts.pressing.clone() };
+        let seen = found.and(instants.seen);
         let record = Happening { ticks, due, seen, hit, pressing, before, after };
-        own.record.iter_mut().for_each(|all| all.push(record.clone()));
+        instants.record.iter_mut().for_each(|all| all.push(record.clone()));
     }
 }

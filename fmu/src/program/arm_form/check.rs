@@ -45,8 +45,8 @@ impl ArmForm {
             let arms = row.arms.iter().all(|(arm, p)| self.is_arm(*arm) && p.iter().all(coefficient));
             let unknowns = row.unknowns.iter().all(|(unknown, c)| self.is_unknown(*unknown) && coefficient(c));
             let signals = row.signals.iter().all(|(slot, c)| position(*slot) && coefficient(c));
-            let own = (row.constraint as usize) < constraints && coefficient(&row.constant);
-            holds(arms && unknowns && signals && own, "a loop equation")?;
+            let is_valid = (row.constraint as usize) < constraints && coefficient(&row.constant);
+            holds(arms && unknowns && signals && is_valid, "a loop equation")?;
         }
         let is_row = |(row, open): &(u32, u32)| (*row as usize) < self.rows.len() && coefficient(open);
         holds(self.one_sided.iter().all(is_row), "a loop equation that holds on one side")?;
@@ -72,8 +72,9 @@ impl ArmForm {
         }
         let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();
         let open = self.rows.is_empty() && self.rods.is_empty() && self.auxiliary.is_empty();
-        let own = |(index, frame): (usize, &Frame)| frame.unknown.is_none_or(|unknown| unknown as usize == index);
-        let plain = self.products.is_empty() && self.frames.iter().enumerate().all(own);
+        let has_matching_unknown =
+            |(index, frame): (usize, &Frame)| frame.unknown.is_none_or(|unknown| unknown as usize == index);
+        let plain = self.products.is_empty() && self.frames.iter().enumerate().all(has_matching_unknown);
         holds(open && plain && self.coupling.is_empty(), "a tree of arms")?;
         let mut found = vec![false; self.frames.len() + self.world.len()];
         for (index, link) in self.links.iter().enumerate() {

@@ -491,12 +491,12 @@ fn turned_by(form: &ArmForm) -> Vec<Option<usize>> {
 impl ArmForm {
     /// Is every arm a frame whose angle is an unknown of its own, and does no loop equation depend on signals?
     fn has_only_frames(&self) -> bool {
-        let own = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
+        let turns_alone = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
             frame.unknown == Some(index as u32) && frame.signal.is_none()
         };
         self.products.is_empty()
             && self.world.is_empty()
-            && self.frames.iter().enumerate().all(own)
+            && self.frames.iter().enumerate().all(turns_alone)
             && self.rows.iter().all(|row| row.signals.is_empty())
     }
 
@@ -567,10 +567,10 @@ fn row_scales(model: &Model, form: &ArmForm) -> Vec<f64> {
 
 /// Places of the unknowns: angles, then displacements.
 fn unknowns(form: &ArmForm, shape: &Shape) -> Vec<usize> {
-    let own = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
+    let unknown_of = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
         (frame.unknown == Some(index as u32)).then_some(index as u32)
     };
-    let frames = form.frames.iter().enumerate().filter_map(own);
+    let frames = form.frames.iter().enumerate().filter_map(unknown_of);
     let products = form.products.iter().map(|product| product.factor);
     let lengths = products.chain(form.world.iter().copied()).enumerate();
     let displacements = lengths.filter(|(_, factor)| *factor == Factor::Unknown);

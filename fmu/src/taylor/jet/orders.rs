@@ -236,9 +236,10 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         for &frame in &self.special {
             let Some(place) = self.turned_by[frame] else { continue };
             let alpha = self.signal(self.form.frames[frame].signal, k + 2).times(scale);
-            let own = self.residual_lanes.as_flattened()[frame];
+            let moment = self.residual_lanes.as_flattened()[frame];
             let residual = self.residual_lanes.as_flattened_mut();
-            residual[place] += self.inertia.as_flattened()[frame] * alpha + if place == frame { N::ZERO } else { own };
+            residual[place] +=
+                self.inertia.as_flattened()[frame] * alpha + if place == frame { N::ZERO } else { moment };
         }
         let frames = self.shape.lanes[0];
         for lane in 0..self.shape.lanes[1] {
@@ -280,11 +281,11 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         }
         for index in 0..self.special.len() {
             let frame = self.special[index];
-            let own = self.turned_by[frame].map_or(N::ZERO, |place| self.solution.as_flattened()[place]);
+            let rate = self.turned_by[frame].map_or(N::ZERO, |place| self.solution.as_flattened()[place]);
             let signal = self.signal(self.form.frames[frame].signal, k + 2).times(scale);
-            self.omega.as_flattened_mut()[flat::<L>(frame, ORDERS - 2 - k)] = (own + signal).times(share);
+            self.omega.as_flattened_mut()[flat::<L>(frame, ORDERS - 2 - k)] = (rate + signal).times(share);
             if self.turned_by[frame] != Some(frame) {
-                self.accelerate(frame, own);
+                self.accelerate(frame, rate);
             }
         }
         self.place_frames(k + 2, scale);

@@ -25,7 +25,7 @@ struct Pair<N> {
     /// Place of the unknown s.
     place: usize,
     /// How the components of the gap change with it.
-    own: [Vec<Slope>; 2],
+    gap_slopes: [Vec<Slope>; 2],
     /// Equations of the unknowns that move the gap besides, where their entries are, and how they do: the column, then the slope or the constant.
     columns: Vec<usize>,
     places: Vec<Places>,
@@ -64,7 +64,7 @@ impl<N: Elementary> Pairs<N> {
         for axis in 0..2 {
             for (unknown, slope) in plan.slopes(row + axis) {
                 match plan.equation(unknown) {
-                    None => pair.own[axis].push(slope),
+                    None => pair.gap_slopes[axis].push(slope),
                     Some(equation) => pair.slopes[axis].push((column(equation), slope)),
                 }
             }
@@ -100,7 +100,10 @@ impl<N: Elementary> Pairs<N> {
     pub(super) fn turn(&mut self, c: &[N], derivatives: [&[N]; 2]) {
         for pair in &mut self.pairs {
             let [x, y] = [0, 1].map(|axis| {
-                pair.own[axis].iter().map(|slope| slope.value(c, derivatives)).fold(N::ZERO, |sum, slope| sum + slope)
+                pair.gap_slopes[axis]
+                    .iter()
+                    .map(|slope| slope.value(c, derivatives))
+                    .fold(N::ZERO, |sum, slope| sum + slope)
             });
             pair.size = (x * x + y * y).root();
             pair.direction = [x, y].map(|part| part.over(pair.size));

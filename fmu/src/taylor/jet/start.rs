@@ -148,8 +148,8 @@ impl Jet {
         }
         values.fill(0.0);
         for ((scale, group), equation) in self.row_scales.iter().zip(&self.groups).zip(&self.equations) {
-            let own = equation.map_or(0.0, |equation| self.matrix.inverse_diagonal(equation).abs());
-            values[*group] += scale * scale * own;
+            let reciprocal = equation.map_or(0.0, |equation| self.matrix.inverse_diagonal(equation).abs());
+            values[*group] += scale * scale * reciprocal;
         }
     }
 
@@ -272,8 +272,8 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     #[inline(always)]
     fn angle_of(&self, frame: usize, order: usize) -> N {
         let first = order * self.shape.places();
-        let own = self.turned_by[frame].map_or(N::ZERO, |place| self.values.as_flattened()[first + place]);
-        own + self.signal(self.form.frames[frame].signal, order)
+        let angle = self.turned_by[frame].map_or(N::ZERO, |place| self.values.as_flattened()[first + place]);
+        angle + self.signal(self.form.frames[frame].signal, order)
     }
 
     /// One coefficient of products and world arms, of the first two orders.
@@ -444,8 +444,8 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     fn is_small_change(&self) -> bool {
         let mut change = [0.0; L];
         for lane in &self.solution[..self.shape.all()] {
-            for (change, own) in change.iter_mut().zip(lane) {
-                *change = above(*change, own.value());
+            for (change, tangent) in change.iter_mut().zip(lane) {
+                *change = above(*change, tangent.value());
             }
         }
         change.into_iter().fold(0.0, above) < SMALL

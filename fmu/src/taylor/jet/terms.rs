@@ -135,8 +135,9 @@ impl<'a> Plan<'a> {
             let linear = self.linear(other).map(|(unknown, _)| unknown);
             self.slopes(other).map(|(unknown, _)| unknown).chain(linear).collect::<Vec<usize>>()
         });
-        let own = (row..row + 2).flat_map(|own| self.linear(own)).any(|(unknown, _)| unknown == place);
-        !masses && !own && others.all(|unknown| unknown != place)
+        let acts_on_row =
+            (row..row + 2).flat_map(|row_index| self.linear(row_index)).any(|(unknown, _)| unknown == place);
+        !masses && !acts_on_row && others.all(|unknown| unknown != place)
     }
 
     pub(super) fn equation(&self, place: usize) -> Option<usize> {
@@ -208,8 +209,8 @@ impl<N: Elementary> Terms<N> {
             terms.loops.extend(plan.slopes(index).filter_map(column));
             let column = |(place, value)| Some(Term::new(row, plan.equation(place)?, value));
             terms.linear.extend(plan.linear(index).filter_map(column));
-            let own = plan.form.one_sided.iter().filter(|(own, _)| *own as usize == index);
-            terms.diagonal.extend(own.map(|&(_, open)| Term::new(row, row, open)));
+            let openings = plan.form.one_sided.iter().filter(|(equation, _)| *equation as usize == index);
+            terms.diagonal.extend(openings.map(|&(_, open)| Term::new(row, row, open)));
         }
         terms
     }

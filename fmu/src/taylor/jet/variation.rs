@@ -203,7 +203,8 @@ impl<const D: usize> VariedMotion<D> {
             series.advance_general(k);
         }
         let all = series.values[..(order + 1) * series.shape.all()].as_flattened().iter();
-        all.copied().all(|own| own.value().is_finite() && own.tangents().iter().all(|tangent| tangent.is_finite()))
+        all.copied()
+            .all(|value| value.value().is_finite() && value.tangents().iter().all(|tangent| tangent.is_finite()))
     }
 
     #[inline(always)]
@@ -240,9 +241,12 @@ impl<const D: usize> VariedMotion<D> {
             let change = self.series.end[2][place][0] - (value[2] + value[2]);
             worst = math::maximum(worst, share * (change.value() * self.series.weights[place][0]).abs());
             for direction in 0..D {
-                let own = |of: &Dual<D>| of.tangents()[direction].abs();
-                changes[direction] = math::maximum(changes[direction], share * own(&change));
-                let largest = math::maximum(own(&value[1]), math::maximum(own(&value[0]), share * own(&value[2])));
+                let change_along = |of: &Dual<D>| of.tangents()[direction].abs();
+                changes[direction] = math::maximum(changes[direction], share * change_along(&change));
+                let largest = math::maximum(
+                    change_along(&value[1]),
+                    math::maximum(change_along(&value[0]), share * change_along(&value[2])),
+                );
                 reached[direction] = math::maximum(reached[direction], largest);
             }
         }

@@ -29,7 +29,8 @@ pub(super) struct Break {
 pub(super) fn breaks(profile: &Profile) -> Vec<Break> {
     let spot = |angle: f64| RoughPlace { at: angle, value: law(profile, angle) };
     let spots: Vec<RoughPlace> = (0..=STEPS).map(|step| spot(TAU * step as f64 / STEPS as f64)).collect();
-    let largest = [0, 1].map(|order| profile.turn().map(|own| own.law[order].abs()).fold(f64::MIN_POSITIVE, f64::max));
+    let largest =
+        [0, 1].map(|order| profile.turn().map(|sample| sample.law[order].abs()).fold(f64::MIN_POSITIVE, f64::max));
     let rough = Roughness { bends: BENDS, least: JUMP, halvings: HALVINGS, largest };
     let sharpest = |step: usize| rough.sharpest([spots[step], spots[step + 1]], |angle| law(profile, angle));
     let bends = rough.steps(&spots).into_iter().filter_map(|step| between(sharpest(step), largest));

@@ -74,7 +74,7 @@ fn open(profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> 
 
 /// A follower cannot jump.
 fn jump(breaks: &[Break], profile: &Profile, part: &Part, mechanism: &Mechanism) -> Option<Fault> {
-    let first = breaks.iter().find(|own| own.is_jump)?;
+    let first = breaks.iter().find(|kink| kink.is_jump)?;
     let unit = || if profile.turning { Unit::angle() } else { Unit::length() };
     let [from, to] = first.sides.map(|side| shown(mechanism, side[0], unit()));
     let at = shown(mechanism, first.angle, Unit::angle());
@@ -84,7 +84,7 @@ fn jump(breaks: &[Break], profile: &Profile, part: &Part, mechanism: &Mechanism)
 
 /// A follower whose speed jumps can be computed, but no profile with a radius of curvature moves it so.
 fn corner(breaks: &[Break], part: &Part, mechanism: &Mechanism) -> Option<Fault> {
-    let mut corners = breaks.iter().filter(|own| !own.is_jump);
+    let mut corners = breaks.iter().filter(|kink| !kink.is_jump);
     let first = corners.next()?;
     let at = shown(mechanism, first.angle, Unit::angle());
     let more = match corners.count() {

@@ -211,7 +211,7 @@ fn start(arena: &mut Arena, lead: Lead, touch: FollowerTouch, base: Expr, sense:
             (Lead::Pivot { pivot, arm }, touch) => {
                 let (pivot, arm) = (of(pivot), of(arm));
                 let away = dot(pivot, pivot);
-                let (cosine, own) = match touch {
+                let (cosine, turned) = match touch {
                     FollowerTouch::Roller(radius) => {
                         let (long, reach) = (dot(arm, arm), base + base.other(radius));
                         let both = (away * long).of(Unary::Sqrt);
@@ -222,7 +222,7 @@ fn start(arena: &mut Arena, lead: Lead, touch: FollowerTouch, base: Expr, sense:
                         ((base - dot(arm, m)) / away.of(Unary::Sqrt), direction(m))
                     }
                 };
-                let angle = direction(pivot) - own - base.number(sense) * cosine.of(Unary::Acos);
+                let angle = direction(pivot) - turned - base.number(sense) * cosine.of(Unary::Acos);
                 direction([angle.cos(), angle.sin()])
             }
         }

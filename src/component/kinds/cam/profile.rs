@@ -97,11 +97,11 @@ impl Profile {
         let mut roots = [Expr::ZERO; 13];
         let all = law.into_iter().chain([x, y, u, v]).chain(of_contact).chain([contact.reach]);
         roots.iter_mut().zip(all).for_each(|(root, expr)| *root = expr);
-        let own = [part.formula("base"), part.formula("roller")].map(|formula| value(&mut arena, formula));
+        let sizes = [part.formula("base"), part.formula("roller")].map(|formula| value(&mut arena, formula));
         let [hub_x, hub_y] = place(&mut arena, mechanism, mounting.shaft[1]);
-        let own = [own[0], own[1], hub_x, hub_y];
+        let sizes = [sizes[0], sizes[1], hub_x, hub_y];
         let known = |symbol: Symbol| if let Symbol::Parameter(index) = symbol { parameters[index] } else { 0.0 };
-        let numbers = arena.evaluate(&own, &known);
+        let numbers = arena.evaluate(&sizes, &known);
         let switches = switches(&mut arena, &law, parameters);
         Ok(Profile {
             name: part.name.clone(),
@@ -180,7 +180,8 @@ impl Profile {
 
     /// Where the follower cannot touch the cam, or the cam cannot push it.
     pub fn missed(&self) -> Option<CamSample> {
-        let touches = |own: &CamSample| own.contact.iter().all(|x| x.is_finite()) && own.pressure.cos() > PUSHES;
+        let touches =
+            |sample: &CamSample| sample.contact.iter().all(|x| x.is_finite()) && sample.pressure.cos() > PUSHES;
         self.turn().find(|sample| !touches(sample))
     }
 
