@@ -224,9 +224,20 @@ fn row(choice: &Choice) -> Vec<Cell> {
         CostOrFault::Good(cost) => {
             let known = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
             let condition = |number: Option<f64>| known(number.map(|number| format!("{number:.1}")));
-            let own = cost.operations;
-            row.extend(row![cost.coordinates, cost.loop_equations, own.additions, own.multiplications, own.divisions]);
-            row.extend(row![own.square_roots, own.sine_cosine_pairs, own.others, format!("{:.1}", cost.nanoseconds)]);
+            let operations = cost.operations;
+            row.extend(row![
+                cost.coordinates,
+                cost.loop_equations,
+                operations.additions,
+                operations.multiplications,
+                operations.divisions
+            ]);
+            row.extend(row![
+                operations.square_roots,
+                operations.sine_cosine_pairs,
+                operations.others,
+                format!("{:.1}", cost.nanoseconds)
+            ]);
             row.extend(row![condition(cost.condition), condition(cost.mass_condition), cost.method]);
             row.push(known(cost.steps.map(|steps| steps.to_string())).into());
             row.push(known(cost.run_seconds.map(|run| format!("{:.3}", 1e3 * run))).into());

@@ -66,8 +66,8 @@ const IDLE: HeldMode = HeldMode { closed: false, direction: 0.0 };
 const STICKS: HeldMode = HeldMode { closed: true, direction: 0.0 };
 
 /// What a part can be asked to be: the words, and what they mean.
-fn words(own: &Unilateral) -> &'static [(&'static str, WantedMode)] {
-    match (&own.slip, own.held.of_rate) {
+fn words(unilateral: &Unilateral) -> &'static [(&'static str, WantedMode)] {
+    match (&unilateral.slip, unilateral.held.of_rate) {
         (Some(_), _) => &[
             ("sticks", WantedMode::Holds),
             ("slides", WantedMode::Slides(None)),
@@ -90,25 +90,30 @@ pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result
 
 fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, ModeError> {
     let all = &mechanism.unilaterals;
-    let is_named =
-        |own: &Unilateral| own.name == name || own.name.rsplit_once('.').is_some_and(|(part, _)| part == name);
+    let is_named = |unilateral: &Unilateral| {
+        unilateral.name == name || unilateral.name.rsplit_once('.').is_some_and(|(part, _)| part == name)
+    };
     let named: Vec<usize> = (0..all.len()).filter(|&index| is_named(&all[index])).collect();
-    let known = || suggest::known(name, all.iter().map(|own| own.name.as_str()));
+    let known = || suggest::known(name, all.iter().map(|candidate| candidate.name.as_str()));
     if named.is_empty() {
         return Err(ModeError(format!(
             "no unilateral constraint or dry friction has the name `{name}`; {known}",
             known = known()
         )));
     }
-    let meant = |index: &usize| words(&all[*index]).iter().find(|(own, _)| *own == word).map(|(_, wanted)| *wanted);
+    let meant =
+        |index: &usize| words(&all[*index]).iter().find(|(mode_word, _)| *mode_word == word).map(|(_, wanted)| *wanted);
     let fitting: Vec<(usize, WantedMode)> =
         named.iter().filter_map(|index| meant(index).map(|wanted| (*index, wanted))).collect();
     let exact = fitting.iter().find(|(index, _)| all[*index].name == name);
     match (exact, &fitting[..]) {
         (Some(&(index, wanted)), _) | (None, &[(index, wanted)]) => Ok(AskedPart { index, wanted }),
         (None, []) => {
-            let words: Vec<String> =
-                named.iter().flat_map(|&index| words(&all[index])).map(|(own, _)| format!("{name}={own}")).collect();
+            let words: Vec<String> = named
+                .iter()
+                .flat_map(|&index| words(&all[index]))
+                .map(|(mode_word, _)| format!("{name}={mode_word}"))
+                .collect();
             Err(ModeError(format!("`{name}` cannot be `{word}`; write {permitted}", permitted = words.join(" or "))))
         }
         (None, _) => Err(ModeError(format!("`{name}` is ambiguous; {known}", known = known()))),
@@ -126,7 +131,7 @@ pub(super) fn put(
     asked: &[AskedPart],
 ) -> Result<OperatingPoint, AnalysisFailure> {
     let point = OperatingPoint::moving(model, state)?;
-    let sticks = closures(formulated, &point).iter().any(|own| own.most().is_some());
+    let sticks = closures(formulated, &point).iter().any(|closure| closure.most().is_some());
     if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
         return Err(AnalysisFailure::Modes(format!(
             "at t = {} s several sticking frictions are redundant (statically indeterminate); set those that carry no load by `--mode NAME=idle`",
@@ -140,70 +145,71 @@ pub(super) fn put(
     let mechanism = &*formulated.equations.system.mechanism;
     let target = target(mechanism, &here, asked)
         .map_err(|why| AnalysisFailure::Modes(format!("at t = {} s {why}; choose another time", point.time())))?;
-    for (own, holding) in here.iter().zip(target) {
-        hold(mechanism, state, own, holding);
+    for (closure, holding) in here.iter().zip(target) {
+        hold(mechanism, state, closure, holding);
     }
     with_signs((formulated, variation), model, state)
 }
 
 /// What everything is once some of it is what is asked for, or why it cannot be.
 fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Result<Vec<HeldMode>, Unfit> {
-    let fastest = here.iter().fold(0.0, |most: f64, own| most.max(own.rate.abs()));
-    let wanted = |own: &Closure| asked.iter().rev().find(|asked| asked.index == own.index).map(|asked| asked.wanted);
+    let fastest = here.iter().fold(0.0, |most: f64, closure| most.max(closure.rate.abs()));
+    let wanted =
+        |closure: &Closure| asked.iter().rev().find(|part| part.index == closure.index).map(|part| part.wanted);
     let mut target: Vec<HeldMode> = here
         .iter()
-        .map(|own| HeldMode { closed: own.closed, direction: own.direction().unwrap_or_default() })
+        .map(|here| HeldMode { closed: here.closed, direction: here.direction().unwrap_or_default() })
         .collect();
-    let is_friction = |own: &Closure| matches!(own.kind, OneSidedKind::Friction { .. });
-    for (place, own) in here.iter().enumerate().filter(|(_, own)| !is_friction(own)) {
-        let Some(wanted) = wanted(own) else { continue };
+    let is_friction = |closure: &Closure| matches!(closure.kind, OneSidedKind::Friction { .. });
+    for (place, closure) in here.iter().enumerate().filter(|(_, closure)| !is_friction(closure)) {
+        let Some(wanted) = wanted(closure) else { continue };
         let holds = wanted == WantedMode::Holds;
         target[place].closed = holds;
-        if let Some(why) = why_open(mechanism, own, fastest).filter(|_| holds) {
-            let word = if own.kind == OneSidedKind::Freewheel { "caught" } else { "closed" };
-            return Err(Unfit::Other(format!("`{name}` cannot be {word}: it {why}", name = own.name)));
+        if let Some(why) = why_open(mechanism, closure, fastest).filter(|_| holds) {
+            let word = if closure.kind == OneSidedKind::Freewheel { "caught" } else { "closed" };
+            return Err(Unfit::Other(format!("`{name}` cannot be {word}: it {why}", name = closure.name)));
         }
     }
-    for (place, own) in here.iter().enumerate().filter(|(_, own)| is_friction(own)) {
-        let on = mechanism.unilaterals[own.index].slip.as_ref().and_then(|slip| slip.on);
-        let on = on.and_then(|on| here.iter().position(|own| own.index == on));
+    for (place, closure) in here.iter().enumerate().filter(|(_, closure)| is_friction(closure)) {
+        let on = mechanism.unilaterals[closure.index].slip.as_ref().and_then(|slip| slip.on);
+        let on = on.and_then(|on| here.iter().position(|closure| closure.index == on));
         if let Some(on) = on.filter(|&on| !target[on].closed) {
-            if wanted(own).is_some_and(|wanted| wanted != WantedMode::Idle) {
-                return Err(Unfit::NothingPresses { name: own.name.clone(), on: here[on].name.clone() });
+            if wanted(closure).is_some_and(|wanted| wanted != WantedMode::Idle) {
+                return Err(Unfit::NothingPresses { name: closure.name.clone(), on: here[on].name.clone() });
             }
             target[place] = IDLE;
             continue;
         }
         let begins = on.is_some_and(|on| !here[on].closed);
-        target[place] = rubs(mechanism, (own, target[place]), (wanted(own), begins), fastest)?;
+        target[place] = rubs(mechanism, (closure, target[place]), (wanted(closure), begins), fastest)?;
     }
     Ok(target)
 }
 
 /// Why a stop or a freewheel cannot be closed.
-fn why_open(mechanism: &Mechanism, own: &Closure, fastest: f64) -> Option<String> {
-    let rate = || told(mechanism, own.rate, own.unit_of_rate());
-    if own.kind == OneSidedKind::Freewheel {
-        return (!own.closed && own.moves(fastest)).then(|| format!("turns by {}", rate()));
+fn why_open(mechanism: &Mechanism, closure: &Closure, fastest: f64) -> Option<String> {
+    let rate = || told(mechanism, closure.rate, closure.unit_of_rate());
+    if closure.kind == OneSidedKind::Freewheel {
+        return (!closure.closed && closure.moves(fastest)).then(|| format!("turns by {}", rate()));
     }
-    if !own.touches() {
-        return Some(format!("is open by {}", told(mechanism, own.gap, own.units()[0])));
+    if !closure.touches() {
+        return Some(format!("is open by {}", told(mechanism, closure.gap, closure.units()[0])));
     }
-    own.moves(fastest).then(|| format!("touches, but its gap changes by {}", rate()))
+    closure.moves(fastest).then(|| format!("touches, but its gap changes by {}", rate()))
 }
 
 /// How something rubs that can: as asked, or as it does; what `begins` to be pressed sticks if it stands.
 fn rubs(
     mechanism: &Mechanism,
-    (own, natural): (&Closure, HeldMode),
+    (closure, natural): (&Closure, HeldMode),
     (wanted, begins): (Option<WantedMode>, bool),
     fastest: f64,
 ) -> Result<HeldMode, Unfit> {
-    let (name, moves) = (own.name.clone(), own.moves(fastest));
-    let rate = || told(mechanism, own.rate, own.unit_of_rate());
+    let (name, moves) = (closure.name.clone(), closure.moves(fastest));
+    let rate = || told(mechanism, closure.rate, closure.unit_of_rate());
     let slides = |direction: f64| HeldMode { closed: false, direction };
     match wanted {
-        None if begins => Ok(if moves { slides(own.rate.signum()) } else { STICKS }),
+        None if begins => Ok(if moves { slides(closure.rate.signum()) } else { STICKS }),
         None => Ok(natural),
         Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
             Err(Unfit::Other(format!("`{name}` cannot stick: it slides at {rate}", rate = rate())))
@@ -213,11 +219,11 @@ fn rubs(
             Err(Unfit::Other(format!("`{name}` slides at {rate}, so its friction cannot be idle", rate = rate())))
         }
         Some(WantedMode::Idle) => Ok(IDLE),
-        Some(WantedMode::Slides(None)) if moves => Ok(slides(own.rate.signum())),
+        Some(WantedMode::Slides(None)) if moves => Ok(slides(closure.rate.signum())),
         Some(WantedMode::Slides(None)) => Err(Unfit::Other(format!(
             "`{name}` is at rest: write slides+ or slides- for the direction in which it starts to slide"
         ))),
-        Some(WantedMode::Slides(Some(direction))) if moves && own.rate * direction < 0.0 => {
+        Some(WantedMode::Slides(Some(direction))) if moves && closure.rate * direction < 0.0 => {
             Err(Unfit::Other(format!("`{name}` slides in the other direction, at {rate}", rate = rate())))
         }
         Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
@@ -225,15 +231,15 @@ fn rubs(
 }
 
 /// Holds one part so in a state: what begins to be held is held where it stands.
-fn hold(mechanism: &Mechanism, state: &mut State, own: &Closure, holding: HeldMode) {
-    let unilateral = &mechanism.unilaterals[own.index];
+fn hold(mechanism: &Mechanism, state: &mut State, closure: &Closure, holding: HeldMode) {
+    let unilateral = &mechanism.unilaterals[closure.index];
     let parameters = state.parameters_mut();
     parameters[unilateral.closed.0] = f64::from(u8::from(holding.closed));
     if let Some(slip) = &unilateral.slip {
         parameters[slip.direction.0] = holding.direction;
     }
-    if let Some(place) = unilateral.place().filter(|_| !own.closed) {
-        parameters[place.0] += own.gap;
+    if let Some(place) = unilateral.place().filter(|_| !closure.closed) {
+        parameters[place.0] += closure.gap;
     }
 }
 
@@ -248,7 +254,7 @@ fn with_signs(
         return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }
     let unilaterals = &formulated.equations.system.mechanism.unilaterals;
-    let slips = variation.rubbing().iter().filter_map(|own| unilaterals[own.place].slip.as_ref());
+    let slips = variation.rubbing().iter().filter_map(|rubbing| unilaterals[rubbing.place].slip.as_ref());
     let signs: Vec<usize> = slips.flat_map(|slip| slip.signs.iter().map(|sign| sign.0)).collect();
     if signs.len() > MOST_SIGNS {
         return Err(refused(state.time(), "has too many combinations of signs of normal forces to be tried"));
@@ -290,8 +296,8 @@ fn have_signs(formulated: &Formulated, variation: &Variation, point: &OperatingP
         })
         .collect();
     let values = formulated.equations.system.arena.evaluate(&signed, point);
-    let largest = values.chunks(2).fold(0.0, |most: f64, own| most.max(own[1].abs()));
-    values.chunks(2).all(|own| own[0] * own[1] >= -SIGNED * largest)
+    let largest = values.chunks(2).fold(0.0, |most: f64, pair| most.max(pair[1].abs()));
+    values.chunks(2).all(|value| value[0] * value[1] >= -SIGNED * largest)
 }
 
 /// True where friction permits no accelerations that follow from it steadily.

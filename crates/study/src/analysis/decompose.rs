@@ -140,8 +140,8 @@ mod tests {
     #[test]
     fn null_vectors_of_two_damped_masses() {
         let coupling = Complex::new(23.785532594135713, -7.482043350450101);
-        let own = [(23.554504622836582, -13.491347659062852), (22.81303183960336, -2.0442046662145783)];
-        let [first, second] = own.map(|(re, im)| Complex::new(re, im));
+        let expected = [(23.554504622836582, -13.491347659062852), (22.81303183960336, -2.0442046662145783)];
+        let [first, second] = expected.map(|(re, im)| Complex::new(re, im));
         let matrix = DMatrix::from_row_slice(2, 2, &[first, coupling, coupling, second]);
         let [left, right] = null_vectors(&matrix);
         assert!((left.adjoint() * &matrix).norm() < 1e-12 && (&matrix * &right).norm() < 1e-12);

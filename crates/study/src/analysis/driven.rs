@@ -26,7 +26,7 @@ impl DrivenInputs {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
     pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, InputTableError> {
-        let names = || mechanism.open_inputs().iter().map(|own| own.name.as_str());
+        let names = || mechanism.open_inputs().iter().map(|open_input| open_input.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
             let unknown = || {
                 SettingError::Other(format!(
@@ -34,7 +34,7 @@ impl DrivenInputs {
                     known = suggest::known(name, names())
                 ))
             };
-            let place = names().position(|own| own == name).ok_or_else(unknown)?;
+            let place = names().position(|candidate| candidate == name).ok_or_else(unknown)?;
             let own = &mechanism.inputs[place].unit;
             match unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
                 Some(unit) => Err(InputTableError(format!(
@@ -69,7 +69,7 @@ impl DrivenInputs {
         let program = motion.model().program();
         let variable = |&input: &usize| {
             let name = &program.inputs[input].name;
-            program.variables.iter().position(|own| own.name == *name).unwrap_or(program.variables.len())
+            program.variables.iter().position(|variable| variable.name == *name).unwrap_or(program.variables.len())
         };
         let variables: Vec<usize> = self.inputs.iter().map(variable).collect();
         set_inputs(motion, (table, &variables), time, stops)

@@ -47,7 +47,7 @@ impl<K, T> Clone for Kept<K, T> {
 impl<K: PartialEq, T> Kept<K, T> {
     pub fn find(&self, key: &K) -> Option<Arc<T>> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.iter().find(|(own, _)| own == key).map(|(_, found)| Arc::clone(found))
+        kept.iter().find(|(candidate, _)| candidate == key).map(|(_, found)| Arc::clone(found))
     }
 
     pub fn keep(&self, key: K, made: &Arc<T>) {

@@ -23,8 +23,8 @@ impl Local {
     /// Local equations of a mechanism that differs in values only; none where its program does not take them, or other loop equations would count with them than it imposes.
     pub fn with_values(&self, mechanism: &Mechanism) -> Option<Self> {
         let formulated = self.formulated.with_values(mechanism.clone())?;
-        let own = Local { formulated, variation: self.variation.clone() };
-        own.counts_as_imposed().unwrap_or(false).then_some(own)
+        let local = Local { formulated, variation: self.variation.clone() };
+        local.counts_as_imposed().unwrap_or(false).then_some(local)
     }
 
     fn counts_as_imposed(&self) -> Result<bool, AnalysisFailure> {

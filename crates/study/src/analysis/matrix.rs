@@ -20,7 +20,9 @@ pub fn dense<'e>(
     values: impl Fn(&[Expr]) -> Vec<f64>,
 ) -> DMatrix<f64> {
     let rows: Vec<&Vec<(usize, Expr)>> = rows.into_iter().collect();
-    let entries = || rows.iter().enumerate().flat_map(|(row, own)| own.iter().map(move |entry| (row, entry)));
+    let entries = || {
+        rows.iter().enumerate().flat_map(|(row, entries_of_row)| entries_of_row.iter().map(move |entry| (row, entry)))
+    };
     let exprs: Vec<Expr> = entries().map(|(_, (_, expr))| *expr).collect();
     let mut matrix = DMatrix::zeros(rows.len(), columns);
     for ((row, (column, _)), number) in entries().zip(values(&exprs)) {

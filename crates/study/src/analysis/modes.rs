@@ -57,9 +57,10 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
         return with_states(formulated, system);
     }
     let scales = scales(formulated);
-    let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
-    let f = own.len();
-    let natural = |first: usize| DMatrix::from_fn(f, f, |i, j| system.a[(f + i, first + j)] * own[j] / own[i]);
+    let scale_of: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
+    let f = scale_of.len();
+    let natural =
+        |first: usize| DMatrix::from_fn(f, f, |i, j| system.a[(f + i, first + j)] * scale_of[j] / scale_of[i]);
     let (stiffness, damping) = (natural(0), natural(f));
     let free = null_space(&stiffness, FREE)?;
     let mut shapes: Vec<(Complex<f64>, DVector<Complex<f64>>)> =
@@ -71,7 +72,7 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
         shapes.push((eigenvalue, vibration(&stiffness, &damping, eigenvalue, repeated.count())?));
     }
     let expand = |(eigenvalue, natural): (Complex<f64>, DVector<Complex<f64>>)| {
-        let z = DVector::from_fn(f, |row, _| natural[row] * own[row]);
+        let z = DVector::from_fn(f, |row, _| natural[row] * scale_of[row]);
         let shape = normalised(system.shape.map(Complex::from) * z, &scales);
         Mode { eigenvalue: unsigned(eigenvalue), shape: shape.into_iter().map(unsigned).collect() }
     };
@@ -81,11 +82,11 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
 /// The same with states of the scene: the eigenvalues of the whole system x' = A x, one of each conjugate pair.
 fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, AnalysisFailure> {
     let (scales, mechanical) = (scales(formulated), formulated.equations.coordinates.len());
-    let own: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
+    let scale_of: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
     let states = formulated.equations.states.len();
-    let f = own.len() - states;
+    let f = scale_of.len() - states;
     // The positions, their rates, the states.
-    let natural: Vec<f64> = own[..f].iter().chain(&own).copied().collect();
+    let natural: Vec<f64> = scale_of[..f].iter().chain(&scale_of).copied().collect();
     let size = natural.len();
     let matrix = DMatrix::from_fn(size, size, |i, j| system.a[(i, j)] * natural[j] / natural[i]);
     let found = eigenvalues_with_states(&matrix)?;

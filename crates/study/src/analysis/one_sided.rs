@@ -56,10 +56,14 @@ pub(super) enum OneSidedKind {
 /// What is held on one side only, as it is at a point.
 pub(super) fn closures(formulated: &Formulated, point: &OperatingPoint) -> Vec<Closure> {
     let all = formulated.equations.system.mechanism.unilaterals.iter().enumerate();
-    all.filter_map(|(index, own)| closure(formulated, point, (index, own))).collect()
+    all.filter_map(|(index, unilateral)| closure(formulated, point, (index, unilateral))).collect()
 }
 
-fn closure(formulated: &Formulated, point: &OperatingPoint, (index, own): (usize, &Unilateral)) -> Option<Closure> {
+fn closure(
+    formulated: &Formulated,
+    point: &OperatingPoint,
+    (index, unilateral): (usize, &Unilateral),
+) -> Option<Closure> {
     let equations = &formulated.equations;
     let row = equations.row_of_unilateral(index)?;
     let constraint = &equations.constraints[row];
@@ -71,8 +75,8 @@ fn closure(formulated: &Formulated, point: &OperatingPoint, (index, own): (usize
     let values = equations.system.arena.evaluate(&wanted, point);
     let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
     let held = -point.value(Symbol::Reaction(row));
-    let mut closed = point.value(Symbol::Parameter(own.closed.0)) != 0.0;
-    let (kind, force) = match &own.slip {
+    let mut closed = point.value(Symbol::Parameter(unilateral.closed.0)) != 0.0;
+    let (kind, force) = match &unilateral.slip {
         Some(_) if equations.is_led(index) => (OneSidedKind::Led, held),
         Some(slip) => {
             let parameters = equations.system.mechanism.parameters.len();
@@ -86,11 +90,11 @@ fn closure(formulated: &Formulated, point: &OperatingPoint, (index, own): (usize
             closed |= point.rests() && direction != 0.0;
             (OneSidedKind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
         }
-        None if own.held.of_rate => (OneSidedKind::Freewheel, held),
+        None if unilateral.held.of_rate => (OneSidedKind::Freewheel, held),
         None => (OneSidedKind::Stop, held),
     };
     Some(Closure {
-        name: own.name.clone(),
+        name: unilateral.name.clone(),
         closed,
         index,
         kind,

@@ -299,8 +299,8 @@ impl<'a> EquilibriumSearch<'a> {
         let share = if longest > REACH { REACH / longest } else { 1.0 };
         let mut next = self.point.clone();
         let mut changes = self.scales.iter().zip(step.iter()).map(|(scale, change)| share * change * scale);
-        let own: Vec<f64> = changes.by_ref().take(self.mechanical).collect();
-        next.positions_mut().iter_mut().zip(own).for_each(|(q, change)| *q += change);
+        let mechanical_changes: Vec<f64> = changes.by_ref().take(self.mechanical).collect();
+        next.positions_mut().iter_mut().zip(mechanical_changes).for_each(|(q, change)| *q += change);
         next.states_mut().iter_mut().zip(changes).for_each(|(z, change)| *z += change);
         let reactions = next.reactions_mut();
         let levels = self.levels.iter().map(|(row, scale)| (row, scale));

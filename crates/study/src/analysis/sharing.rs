@@ -71,17 +71,17 @@ pub(super) fn sharing(
         point
     };
     let mut concerned = Vec::new();
-    for own in closures(formulated, point).into_iter().filter(|own| own.closed) {
-        if ranked(formulated, variation, &without(&[own.index]))?[1] == all {
-            concerned.push(own);
+    for closure in closures(formulated, point).into_iter().filter(|closure| closure.closed) {
+        if ranked(formulated, variation, &without(&[closure.index]))?[1] == all {
+            concerned.push(closure);
         }
     }
-    let rubbing = concerned.iter().filter(|own| matches!(own.kind, OneSidedKind::Friction { .. }));
-    let rubbing: Vec<usize> = rubbing.map(|own| own.index).collect();
+    let rubbing = concerned.iter().filter(|concerned| matches!(concerned.kind, OneSidedKind::Friction { .. }));
+    let rubbing: Vec<usize> = rubbing.map(|rubbing| rubbing.index).collect();
     let others = without(&rubbing);
     let freedoms = all - ranked(formulated, variation, &others)?[1];
     let along = along(formulated, variation, (point, &others), &rubbing)?;
-    let names: Vec<String> = concerned.into_iter().map(|own| own.name).collect();
+    let names: Vec<String> = concerned.into_iter().map(|concerned| concerned.name).collect();
     let (groups, stopped) = groups(&along, &rubbing);
     match () {
         () if rubbing.is_empty() => Ok(None),
@@ -145,8 +145,10 @@ pub(super) fn share(
         };
         let here = closures(formulated, &found);
         let overloaded = |group: &SharedFreedom| {
-            let own = here.iter().find(|own| own.index == group.rubbing[group.full].0);
-            own.filter(|own| own.carries_too_much()).map(|own| own.force * group.rubbing[group.full].1)
+            let closure = here.iter().find(|closure| closure.index == group.rubbing[group.full].0);
+            closure
+                .filter(|closure| closure.carries_too_much())
+                .map(|closure| closure.force * group.rubbing[group.full].1)
         };
         let next = sharing.groups.iter_mut().find_map(|group| overloaded(group).map(|force| (group, force)));
         // What slides shares nothing.

@@ -130,7 +130,7 @@ impl StateSpace {
             let all = c.iter().chain(d.iter()).all(|entry| entry.is_finite());
             if all || own.value.is_nan() { 0.0 } else { f64::NAN }
         });
-        self.outputs.iter().map(|own| own.value).chain(derivatives).collect()
+        self.outputs.iter().map(|output| output.value).chain(derivatives).collect()
     }
 }
 

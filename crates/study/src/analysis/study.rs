@@ -171,10 +171,13 @@ impl Study {
             return Ok(());
         }
         let open = mechanism.open_inputs().len();
-        let parameters =
-            mechanism.parameters.iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.value));
-        let inputs =
-            mechanism.inputs[..open].iter_mut().map(|own| (&own.name, &own.unit, [own.min, own.max], &mut own.start));
+        let parameters = mechanism
+            .parameters
+            .iter_mut()
+            .map(|parameter| (&parameter.name, &parameter.unit, [parameter.min, parameter.max], &mut parameter.value));
+        let inputs = mechanism.inputs[..open]
+            .iter_mut()
+            .map(|input| (&input.name, &input.unit, [input.min, input.max], &mut input.start));
         let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
             return Err(self.unknown(name));
         };
@@ -208,8 +211,10 @@ impl Study {
             return why.into();
         }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let known =
-            suggest::known(name, parameters.chain(self.mechanism.open_inputs().iter().map(|own| own.name.as_str())));
+        let known = suggest::known(
+            name,
+            parameters.chain(self.mechanism.open_inputs().iter().map(|open_input| open_input.name.as_str())),
+        );
         SettingError::Other(format!("the scene has no parameter or input `{name}`; {known}")).into()
     }
 
@@ -281,7 +286,7 @@ impl Study {
 
     fn local(&mut self, rests: bool) -> Result<Local, StudyError> {
         let of = |mechanism: &Mechanism| if rests { at_rest(mechanism) } else { mechanism.clone() };
-        let (own, experiment) = (of(&self.mechanism), self.experiment());
+        let (found_at, experiment) = (of(&self.mechanism), self.experiment());
         if let Some(written) = self.written.clone() {
             let known = self.warnings.clone();
             let key = PoseKey { rests, experiment };
@@ -296,12 +301,12 @@ impl Study {
             if self.set.is_empty() {
                 return kept.map(|kept| Local::clone(&kept));
             }
-            if let Some(found) = kept.ok().and_then(|kept| kept.with_values(&own)) {
+            if let Some(found) = kept.ok().and_then(|kept| kept.with_values(&found_at)) {
                 return Ok(found);
             }
             self.warnings = known;
         }
-        self.made_local(&own)
+        self.made_local(&found_at)
     }
 
     fn made_local(&mut self, mechanism: &Mechanism) -> Result<Local, StudyError> {
@@ -330,7 +335,7 @@ impl Study {
 
 /// What is sampled goes on changing where everything else rests.
 fn can_rest(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
-    let Some(sampler) = mechanism.samplers.iter().find(|own| !own.writes.is_empty()) else { return Ok(()) };
+    let Some(sampler) = mechanism.samplers.iter().find(|sampler| !sampler.writes.is_empty()) else { return Ok(()) };
     Err(AnalysisFailure::Sampled { sampler: sampler.name.clone() })
 }
 
@@ -358,7 +363,8 @@ fn vibration(
     resting: bool,
 ) -> Result<VibrationModes, AnalysisFailure> {
     let system = StateSpace::new(formulated, variation, point, None)?;
-    let sticking: Vec<&str> = system.closures.iter().filter(|own| own.most().is_some()).map(|own| &*own.name).collect();
+    let sticking: Vec<&str> =
+        system.closures.iter().filter(|closure| closure.most().is_some()).map(|closure| &*closure.name).collect();
     if let Some(first) = sticking.first().filter(|_| system.states.is_empty()) {
         let sticking = match &sticking[..] {
             [one] => format!("`{one}` sticks"),
@@ -370,7 +376,7 @@ fn vibration(
         name: formulated.equations.system.mechanism.name.clone(),
         time: point.time(),
         resting,
-        coordinates: formulated.lowered.program.coordinates.iter().map(|own| own.name.clone()).collect(),
+        coordinates: formulated.lowered.program.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
         states: formulated.equations.states.len(),
         closures: system.closures.clone(),
         modes: modes(formulated, &system)?,

@@ -100,8 +100,8 @@ pub(super) fn rest(
 
 /// What could hold more is idle because that was asked for.
 fn without_idle(mechanism: &Mechanism, asked: &[AskedPart], failure: AnalysisFailure) -> AnalysisFailure {
-    let idle = asked.iter().filter(|own| own.wanted == WantedMode::Idle);
-    let idle: Vec<String> = idle.map(|own| format!("`{}`", mechanism.unilaterals[own.index].name)).collect();
+    let idle = asked.iter().filter(|part| part.wanted == WantedMode::Idle);
+    let idle: Vec<String> = idle.map(|idle| format!("`{}`", mechanism.unilaterals[idle.index].name)).collect();
     match failure {
         AnalysisFailure::Unfit { why } if !idle.is_empty() => {
             AnalysisFailure::Unfit { why: format!("without {}, which `--mode` makes idle, {why}", idle.join(", ")) }
@@ -157,9 +157,9 @@ fn verge(
     let mut outcome = attempt(formulated, variation, point);
     if let Outcome::Rests(Rest { point, .. }) = &mut outcome {
         let here = closures(formulated, point);
-        for own in here.iter().filter(|own| verges.iter().any(|(index, _)| *index == own.index)) {
+        for closure in here.iter().filter(|here| verges.iter().any(|(index, _)| *index == here.index)) {
             let mut stuck = point.clone();
-            stick(formulated, &mut stuck, own);
+            stick(formulated, &mut stuck, closure);
             if !is_held_twice(formulated, variation, &stuck)? {
                 *point = stuck;
             }
@@ -169,15 +169,15 @@ fn verge(
 }
 
 /// Lets what carries all that it can stick where it is, with the same force.
-fn stick(formulated: &Formulated, point: &mut OperatingPoint, own: &Closure) {
-    let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
+fn stick(formulated: &Formulated, point: &mut OperatingPoint, closure: &Closure) {
+    let unilateral = &formulated.equations.system.mechanism.unilaterals[closure.index];
     point.set_parameter((unilateral.closed.0, 1.0));
     if let (Some(place), Some(slip)) = (unilateral.place(), &unilateral.slip) {
-        point.set_parameter((place.0, point.value(Symbol::Parameter(place.0)) + own.gap));
+        point.set_parameter((place.0, point.value(Symbol::Parameter(place.0)) + closure.gap));
         point.set_parameter((slip.direction.0, 0.0));
     }
-    if let Some(row) = formulated.equations.row_of_unilateral(own.index) {
-        point.reactions_mut()[row] = -own.force;
+    if let Some(row) = formulated.equations.row_of_unilateral(closure.index) {
+        point.reactions_mut()[row] = -closure.force;
     }
 }
 
@@ -205,10 +205,10 @@ pub(super) fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize,
 /// A point at which what is held wherever it stands is held where it stands, and nothing slides.
 fn standing(formulated: &Formulated, guess: &OperatingPoint) -> OperatingPoint {
     let mut point = guess.clone();
-    for own in closures(formulated, guess) {
-        let unilateral = &formulated.equations.system.mechanism.unilaterals[own.index];
+    for closure in closures(formulated, guess) {
+        let unilateral = &formulated.equations.system.mechanism.unilaterals[closure.index];
         if let Some(place) = unilateral.place() {
-            point.set_parameter((place.0, guess.value(Symbol::Parameter(place.0)) + own.gap));
+            point.set_parameter((place.0, guess.value(Symbol::Parameter(place.0)) + closure.gap));
         }
         if let Some(slip) = &unilateral.slip {
             point.set_parameter((slip.direction.0, 0.0));
@@ -220,10 +220,10 @@ fn standing(formulated: &Formulated, guess: &OperatingPoint) -> OperatingPoint {
 /// The same point with the levels of what rubs, and the signs of what presses there.
 fn levelled(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> OperatingPoint {
     let mut found = point.clone();
-    for own in variation.rubbing() {
-        let (level, sums) = level(formulated, own, point);
-        found.reactions_mut()[own.level.row] = level;
-        let slip = formulated.equations.system.mechanism.unilaterals[own.place].slip.as_ref();
+    for rubbing in variation.rubbing() {
+        let (level, sums) = level(formulated, rubbing, point);
+        found.reactions_mut()[rubbing.level.row] = level;
+        let slip = formulated.equations.system.mechanism.unilaterals[rubbing.place].slip.as_ref();
         for (sign, sum) in slip.into_iter().flat_map(|slip| &slip.signs).zip(sums) {
             found.set_parameter((sign.0, if sum < 0.0 { -1.0 } else { 1.0 }));
         }
@@ -232,11 +232,11 @@ fn levelled(formulated: &Formulated, variation: &Variation, point: &OperatingPoi
 }
 
 /// The level of something that rubs, with the sums whose sizes press.
-fn level(formulated: &Formulated, own: &Rubbing, point: &OperatingPoint) -> (f64, Vec<f64>) {
-    let wanted = [[own.level.free, own.level.share].as_slice(), &own.level.pressing.sums()].concat();
+fn level(formulated: &Formulated, rubbing: &Rubbing, point: &OperatingPoint) -> (f64, Vec<f64>) {
+    let wanted = [[rubbing.level.free, rubbing.level.share].as_slice(), &rubbing.level.pressing.sums()].concat();
     let values = formulated.equations.system.arena.evaluate(&wanted, point);
     let sums = values[2..].to_vec();
-    (values[0] + values[1] * own.level.pressing.size(&sums), sums)
+    (values[0] + values[1] * rubbing.level.pressing.size(&sums), sums)
 }
 
 /// Which parts are closed, in every mode that there can be: next to that of the guess first. What rubs sticks wherever something presses.
@@ -251,18 +251,18 @@ fn modes(
     // A freewheel stands still at rest, and so touches.
     closures(formulated, guess)
         .iter()
-        .for_each(|own| start[own.index] = own.touches() || own.kind == OneSidedKind::Freewheel);
-    for own in asked {
-        start[own.index] = own.wanted == WantedMode::Holds;
-        if own.wanted == WantedMode::Slides(None) {
+        .for_each(|closure| start[closure.index] = closure.touches() || closure.kind == OneSidedKind::Freewheel);
+    for request in asked {
+        start[request.index] = request.wanted == WantedMode::Holds;
+        if request.wanted == WantedMode::Slides(None) {
             return Err(AnalysisFailure::Modes(format!(
                 "`{}` does not slide at an equilibrium; request this mode at a time of the motion (`--at`)",
-                mechanism.unilaterals[own.index].name
+                mechanism.unilaterals[request.index].name
             )));
         }
     }
     let rubs = |index: usize| mechanism.unilaterals[index].slip.is_some();
-    let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|own| own.index != *index);
+    let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|part| part.index != *index);
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
         return Err(AnalysisFailure::Modes(format!(
@@ -272,7 +272,7 @@ fn modes(
     }
     let mut changes: Vec<usize> = (0..1 << free.len()).collect();
     changes.sort_by_key(|change| change.count_ones());
-    let is_idle = |index: usize| asked.iter().any(|own| own.index == index && own.wanted == WantedMode::Idle);
+    let is_idle = |index: usize| asked.iter().any(|part| part.index == index && part.wanted == WantedMode::Idle);
     let mode = |change: usize| {
         let mut mode = start.clone();
         free.iter().enumerate().for_each(|(place, &index)| mode[index] ^= change >> place & 1 == 1);
@@ -289,7 +289,7 @@ fn modes(
         closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
             && asked
                 .iter()
-                .all(|own| !matches!(own.wanted, WantedMode::Holds | WantedMode::Slides(_)) || mode[own.index])
+                .all(|part| !matches!(part.wanted, WantedMode::Holds | WantedMode::Slides(_)) || mode[part.index])
     };
     Ok(changes.into_iter().map(mode).filter(is_possible).collect())
 }
@@ -317,40 +317,42 @@ fn unfit(
     let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
     let least = TOUCHING * reactions.fold(0.0, f64::max);
     let noise = noise(formulated, variation, point);
-    let stops = here.iter().find_map(|own| {
-        let ([length, force], name) = (own.units(), &own.name);
-        match own.kind {
-            OneSidedKind::Stop if own.closed && own.force < -least => {
-                Some(format!("`{name}` would pull with {}", told(mechanism, -own.force, force)))
+    let stops = here.iter().find_map(|closure| {
+        let ([length, force], name) = (closure.units(), &closure.name);
+        match closure.kind {
+            OneSidedKind::Stop if closure.closed && closure.force < -least => {
+                Some(format!("`{name}` would pull with {}", told(mechanism, -closure.force, force)))
             }
-            OneSidedKind::Freewheel if own.closed && own.force < -least - noise[usize::from(!own.angular)] => {
-                Some(format!("`{name}` would resist with {}", told(mechanism, -own.force, force)))
+            OneSidedKind::Freewheel
+                if closure.closed && closure.force < -least - noise[usize::from(!closure.angular)] =>
+            {
+                Some(format!("`{name}` would resist with {}", told(mechanism, -closure.force, force)))
             }
-            OneSidedKind::Stop if own.is_passed() => {
-                Some(format!("`{name}` is exceeded by {}", told(mechanism, -own.gap, length)))
+            OneSidedKind::Stop if closure.is_passed() => {
+                Some(format!("`{name}` is exceeded by {}", told(mechanism, -closure.gap, length)))
             }
             OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => None,
         }
     });
-    let slides = here.iter().find_map(|own| {
-        let (needed, most, unit) = (own.force.abs(), own.most()?, own.units()[1]);
-        (needed > most + least + noise[usize::from(!own.angular)]).then(|| {
+    let slides = here.iter().find_map(|closure| {
+        let (needed, most, unit) = (closure.force.abs(), closure.most()?, closure.units()[1]);
+        (needed > most + least + noise[usize::from(!closure.angular)]).then(|| {
             let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
             format!(
                 "`{}` would need {needed}, but its friction limit is {most}: it slides from this configuration; {ELSEWHERE}",
-                own.name
+                closure.name
             )
         })
     });
-    let turned = here.iter().find_map(|own| {
-        let slip = mechanism.unilaterals[own.index].slip.as_ref()?;
+    let turned = here.iter().find_map(|closure| {
+        let slip = mechanism.unilaterals[closure.index].slip.as_ref()?;
         let acts = point.value(Symbol::Parameter(slip.direction.0)) != 0.0;
         let same = |sign: &ParameterId| {
             let sign = Symbol::Parameter(sign.0);
             searched.value(sign) == point.value(sign)
         };
         (acts && !slip.signs.iter().all(same))
-            .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", own.name))
+            .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", closure.name))
     });
     let slides = slides.map(|why| Misfit { why, slides: true });
     stops.or(turned).map(|why| Misfit { why, slides: false }).or(slides)
@@ -406,14 +408,15 @@ fn check_determined(
 ) -> Result<(), AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let here = closures(formulated, point);
-    let rubs = |own: &Closure| matches!(own.kind, OneSidedKind::Friction { .. });
-    let sticks =
-        |own: &Closure| rubs(own) && point.value(Symbol::Parameter(mechanism.unilaterals[own.index].closed.0)) != 0.0;
-    let stops = |own: &Closure| !rubs(own) && (own.closed || own.touches());
-    let all = |own: &Closure| if rubs(own) { sticks(own) } else { own.closed };
+    let rubs = |closure: &Closure| matches!(closure.kind, OneSidedKind::Friction { .. });
+    let sticks = |closure: &Closure| {
+        rubs(closure) && point.value(Symbol::Parameter(mechanism.unilaterals[closure.index].closed.0)) != 0.0
+    };
+    let stops = |closure: &Closure| !rubs(closure) && (closure.closed || closure.touches());
+    let all = |closure: &Closure| if rubs(closure) { sticks(closure) } else { closure.closed };
     let ranked = |held: &dyn Fn(&Closure) -> bool| {
         let mut point = point.clone();
-        here.iter().for_each(|own| point.set_parameter(mask(mechanism, own.index, held(own))));
+        here.iter().for_each(|closure| point.set_parameter(mask(mechanism, closure.index, held(closure))));
         ranked(formulated, variation, &point)
     };
     let always = ranked(&|_| false)?;
@@ -424,9 +427,9 @@ fn check_determined(
         }
         // Those without which the others hold as much.
         let mut names = Vec::new();
-        for own in here.iter().filter(|own| holds(own)) {
-            if ranked(&|other| holds(other) && other.index != own.index)?[1] == held[1] {
-                names.push(own.name.clone());
+        for closure in here.iter().filter(|here| holds(here)) {
+            if ranked(&|other| holds(other) && other.index != closure.index)?[1] == held[1] {
+                names.push(closure.name.clone());
             }
         }
         return Err(not_determined(&names));

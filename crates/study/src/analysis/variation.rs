@@ -137,7 +137,7 @@ impl Variation {
         let (mechanical, coordinates) =
             (equations.coordinates.len(), equations.coordinates.len() + equations.states.len());
         let arena = &mut equations.system.arena;
-        let rows = levels.iter().map(|own| own.level.row).chain(loads.iter().map(|own| own.row));
+        let rows = levels.iter().map(|level| level.level.row).chain(loads.iter().map(|load| load.row));
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
             .flat_map(|order| (0..coordinates).map(move |index| unknown(mechanical, index, order)))
             .chain(active.iter().copied().chain(rows).map(Symbol::Reaction))
@@ -433,10 +433,10 @@ fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
 fn roots(formulated: &mut Formulated, active: &[usize], (levels, loads): &Acting) -> Vec<(RowBlock, Vec<Expr>)> {
     let Formulated { equations, outputs, .. } = formulated;
     let mut laws: Vec<Expr> = levels.iter().map(|own| level(equations, &own.level)).collect();
-    laws.extend(loads.iter().map(|own| {
+    laws.extend(loads.iter().map(|load| {
         let arena = &mut equations.system.arena;
-        let value = arena.symbol(Symbol::Reaction(own.row));
-        arena.subtract(value, own.value)
+        let value = arena.symbol(Symbol::Reaction(load.row));
+        arena.subtract(value, load.value)
     }));
     let mut roots = loops(equations, active);
     roots.extend([

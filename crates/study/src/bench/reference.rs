@@ -53,9 +53,9 @@ pub(super) fn find(
     let mut converged: Vec<Converged> = named.filter_map(|method| finest(subject, method, &times).ok()).collect();
     let Some((mut first, mut second, distance)) = closest(&converged) else {
         // The model by itself, which may use several methods, or the only one there is.
-        let own = finest(subject, &methods[0], &times)?;
-        let Converged { method, tolerance, error, .. } = own;
-        return Ok((times, own.found, Reference { method, tolerance, error, other: None, confirmed: false }));
+        let finest_run = finest(subject, &methods[0], &times)?;
+        let Converged { method, tolerance, error, .. } = finest_run;
+        return Ok((times, finest_run.found, Reference { method, tolerance, error, other: None, confirmed: false }));
     };
     if converged[first].engine == Some(chosen) {
         std::mem::swap(&mut first, &mut second);

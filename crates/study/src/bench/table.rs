@@ -79,15 +79,15 @@ fn row(run: &BenchRun) -> Vec<Cell> {
     let mut row = row![run.method, format!("{:.0e}", run.tolerance)];
     match &run.result {
         Err(problem) => row.extend(row![if *problem == BenchError::TooLong { "too slow" } else { "no result" }]),
-        Ok(own) => {
-            let error = match own.error {
+        Ok(converged) => {
+            let error = match converged.error {
                 0.0 => "<1e-16".to_owned(),
-                error => format!("{}{error:.1e}", if own.resolved { "" } else { "<" }),
+                error => format!("{}{error:.1e}", if converged.resolved { "" } else { "<" }),
             };
-            let time = own.cpu_seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.3}", 1e3 * seconds));
-            let residual = power(own.constraint_residual);
-            row.extend(row![time, error, own.steps, own.evaluations, own.factorisations, residual]);
-            row.extend(own.energy_drift.map(|drift| power(drift).into()));
+            let time = converged.cpu_seconds.map_or_else(|| "-".to_owned(), |seconds| format!("{:.3}", 1e3 * seconds));
+            let residual = power(converged.constraint_residual);
+            row.extend(row![time, error, converged.steps, converged.evaluations, converged.factorisations, residual]);
+            row.extend(converged.energy_drift.map(|drift| power(drift).into()));
         }
     }
     row

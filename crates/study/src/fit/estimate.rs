@@ -64,13 +64,13 @@ impl Estimates {
     }
 
     pub fn quantities(&self, start: &[f64], values: &[f64], varying: &Varying) -> Vec<FittedQuantity> {
-        let quantity = |(index, own): (usize, &crate::analysis::Varied)| {
+        let quantity = |(index, varied): (usize, &crate::analysis::Varied)| {
             let place = self.free.iter().position(|&free| free == index);
             let error = place.map(|place| self.covariance[(place, place)].sqrt());
             let value = values[index];
             FittedQuantity {
-                name: own.name.clone(),
-                unit: own.unit.si.clone(),
+                name: varied.name.clone(),
+                unit: varied.unit.si.clone(),
                 start: start[index],
                 value,
                 error,
@@ -85,8 +85,8 @@ impl Estimates {
         let place = |index: usize| self.free.iter().position(|&free| free == index);
         DMatrix::from_fn(count, count, |row, column| match (place(row), place(column)) {
             (Some(row), Some(column)) => {
-                let [own, other] = [row, column].map(|index| self.covariance[(index, index)]);
-                if row == column { 1.0 } else { self.covariance[(row, column)] / (own * other).sqrt() }
+                let [variance, other] = [row, column].map(|index| self.covariance[(index, index)]);
+                if row == column { 1.0 } else { self.covariance[(row, column)] / (variance * other).sqrt() }
             }
             _ => f64::NAN,
         })

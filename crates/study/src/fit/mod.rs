@@ -169,9 +169,13 @@ pub fn fit_watched(
     watch: &mut dyn FnMut(FitTrial) -> bool,
 ) -> Result<Fit, FitError> {
     let names: Vec<String> = request.vary.iter().map(|vary| vary.name.clone()).collect();
-    let own: Vec<Arc<Differentiated>> =
+    let all_differentiated: Vec<Arc<Differentiated>> =
         studies.iter_mut().map(|study| study.differentiated(&names)).collect::<Result<_, _>>()?;
-    let varying: Vec<Varying> = studies.iter().zip(&own).map(|(study, own)| study.varying_of(own)).collect();
+    let varying: Vec<Varying> = studies
+        .iter()
+        .zip(&all_differentiated)
+        .map(|(study, differentiated)| study.varying_of(differentiated))
+        .collect();
     let experiments: Vec<_> = varying.iter().zip(studies.iter().map(Study::experiment)).collect();
     let weighed = request.weighed(&experiments).map_err(FitError::Request)?;
     let experiments = varying.iter().zip(&request.tables).zip(weighed.tables.iter().cloned());
@@ -250,7 +254,7 @@ impl FitProblem<'_, '_> {
                     .experiments
                     .iter()
                     .zip(&motions)
-                    .map(|(own, motion)| own.measured(&motion.rows, &self.weighed))
+                    .map(|(experiment, motion)| experiment.measured(&motion.rows, &self.weighed))
                     .collect(),
                 evaluations: evaluations * self.experiments.len(),
                 ended: found.ended,
@@ -264,14 +268,14 @@ impl FitProblem<'_, '_> {
 
     /// Where the search begins: in all experiments at the same values.
     fn start(&self) -> Vec<f64> {
-        let first = self.experiments.first().map_or(&[][..], |own| own.varying.parameters());
-        first.iter().map(|own| own.start).collect()
+        let first = self.experiments.first().map_or(&[][..], |experiment| experiment.varying.parameters());
+        first.iter().map(|first| first.start).collect()
     }
 
     /// The motion of each experiment with these values.
     fn motions(&self, values: &[f64], from: Option<&Vec<State>>) -> Result<Vec<Along>, AnalysisFailure> {
-        let motion = |(index, own): (usize, &FittedMotion)| {
-            let motion = own.motion(values, from.and_then(|poses| poses.get(index)));
+        let motion = |(index, experiment): (usize, &FittedMotion)| {
+            let motion = experiment.motion(values, from.and_then(|poses| poses.get(index)));
             motion.map_err(|cause| match self.experiments.len() {
                 1 => cause,
                 _ => AnalysisFailure::Experiment { number: index + 1, cause: Box::new(cause) },
@@ -282,28 +286,29 @@ impl FitProblem<'_, '_> {
 
     /// Says that the values that count are too few, if they are.
     fn too_few_left(&self, quantities: usize) -> Option<Undetermined> {
-        let few = too_few(self.experiments.iter().map(|own| own.kept().len()).sum(), quantities)?;
+        let few = too_few(self.experiments.iter().map(|experiment| experiment.kept().len()).sum(), quantities)?;
         let left_out: Vec<f64> = self.experiments.iter().flat_map(FittedMotion::left_out).collect();
-        let rows = self.experiments.iter().map(|own| own.table.times().len()).sum();
+        let rows = self.experiments.iter().map(|experiment| experiment.table.times().len()).sum();
         Some(Undetermined::Other(format!("{few}; {left_out}", left_out = rows_left_out(&left_out, rows)?)))
     }
 
     /// The kind of each value that counts, in the order of the residuals.
     fn kinds(&self) -> Vec<usize> {
-        let kinds =
-            |own: &FittedMotion| own.kept().iter().map(|&(_, column)| own.places.kinds[column]).collect::<Vec<_>>();
+        let kinds = |experiment: &FittedMotion| {
+            experiment.kept().iter().map(|&(_, column)| experiment.places.kinds[column]).collect::<Vec<_>>()
+        };
         self.experiments.iter().flat_map(kinds).collect()
     }
 
     /// Simulated less measured values, SI: of each value that counts, experiment by experiment and row by row.
     fn residuals(&self, motions: &[Along], quantities: usize) -> Residuals {
-        let count = self.experiments.iter().map(|own| own.kept().len()).sum();
+        let count = self.experiments.iter().map(|experiment| experiment.kept().len()).sum();
         let mut residuals = Residuals { values: DVector::zeros(count), derivatives: DMatrix::zeros(count, quantities) };
         let mut index = 0;
-        for (own, motion) in self.experiments.iter().zip(motions) {
-            for &(row, column) in own.kept() {
-                let ((outputs, derivatives), place) = (&motion.rows[row], own.places.outputs[column]);
-                residuals.values[index] = outputs[place] - own.table.column(column)[row];
+        for (experiment, motion) in self.experiments.iter().zip(motions) {
+            for &(row, column) in experiment.kept() {
+                let ((outputs, derivatives), place) = (&motion.rows[row], experiment.places.outputs[column]);
+                residuals.values[index] = outputs[place] - experiment.table.column(column)[row];
                 residuals.derivatives.row_mut(index).copy_from(&derivatives.row(place));
                 index += 1;
             }

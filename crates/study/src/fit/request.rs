@@ -92,22 +92,23 @@ impl FitRequest {
         let kinds = self.kinds();
         let mut tables = Vec::with_capacity(experiments.len());
         for (index, (table, (varying, experiment))) in self.tables.iter().zip(experiments).enumerate() {
-            let mut own = Vec::new();
-            let outputs = places(table, varying, &mut own);
-            check_times(table, *experiment, &mut own);
-            own.extend(differing(varying.parameters(), first.parameters()));
+            let mut outputs_used = Vec::new();
+            let outputs = places(table, varying, &mut outputs_used);
+            check_times(table, *experiment, &mut outputs_used);
+            outputs_used.extend(differing(varying.parameters(), first.parameters()));
             let measured = measured(table);
             let empty = (0..table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
-            own.extend(empty.map(|column| RequestFault::EmptyColumn { column: table.names()[column].clone() }));
-            let kind = |name: &String| kinds.iter().position(|own| *own == name).unwrap_or_default();
+            outputs_used
+                .extend(empty.map(|column| RequestFault::EmptyColumn { column: table.names()[column].clone() }));
+            let kind = |name: &String| kinds.iter().position(|kind| *kind == name).unwrap_or_default();
             tables.push(TablePlaces { outputs, kinds: table.names().iter().map(kind).collect(), measured });
             let several = |fault| match experiments.len() > 1 {
                 true => RequestFault::Other(format!("experiment {number}: {cause}", number = index + 1, cause = fault)),
                 false => fault,
             };
-            faults.extend(own.into_iter().map(several));
+            faults.extend(outputs_used.into_iter().map(several));
         }
-        let (values, quantities) = (tables.iter().map(|own| own.measured.len()).sum(), self.vary.len());
+        let (values, quantities) = (tables.iter().map(|table| table.measured.len()).sum(), self.vary.len());
         if !kinds.is_empty() {
             faults.extend(too_few(values, quantities).map(RequestFault::from));
         }
@@ -136,7 +137,7 @@ impl FitRequest {
     /// How far apart the values of a name are.
     fn extent(&self, kind: &str) -> f64 {
         let column = |table: &CsvTable| {
-            let place = table.names().iter().position(|own| own == kind);
+            let place = table.names().iter().position(|name| name == kind);
             place.map_or_else(Vec::new, |place| table.column(place).to_vec())
         };
         extent(&self.tables.iter().flat_map(column).collect::<Vec<f64>>())
@@ -145,13 +146,13 @@ impl FitRequest {
 
 /// What is varied is the same in all experiments: none may set it otherwise.
 fn differing(parameters: &[Varied], first: &[Varied]) -> Vec<RequestFault> {
-    let differs = parameters.iter().zip(first).filter(|(own, first)| own.start != first.start);
-    let fault = |(own, first): (&Varied, &Varied)| {
+    let differs = parameters.iter().zip(first).filter(|(varied, first)| varied.start != first.start);
+    let fault = |(varied, first): (&Varied, &Varied)| {
         RequestFault::Other(format!(
             "`{name}` is varied, but set to {here:?} {unit} here and to {first:?} {unit} in the first one",
-            name = own.name,
-            here = own.start,
-            unit = own.unit.si,
+            name = varied.name,
+            here = varied.start,
+            unit = varied.unit.si,
             first = first.start
         ))
     };
@@ -166,8 +167,8 @@ fn deviation(
     text: &str,
 ) -> Result<(usize, f64), RequestFault> {
     let (name, text) = (name.to_owned(), text.to_owned());
-    let Some(kind) = kinds.iter().position(|own| **own == name) else {
-        let known = suggest::known(&name, kinds.iter().map(|own| own.as_str()));
+    let Some(kind) = kinds.iter().position(|kind| **kind == name) else {
+        let known = suggest::known(&name, kinds.iter().map(|kind| kind.as_str()));
         return Err(RequestFault::Other(format!("there is no column `{name}`; {known}")));
     };
     let mut outputs = experiments.iter().flat_map(|(varying, _)| varying.outputs());
@@ -185,22 +186,24 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<Re
         faults.push(RequestFault::Other("nothing is varied".to_owned()));
     }
     let mut bounds = Vec::with_capacity(parameters.len());
-    for (index, (vary, own)) in varied.iter().zip(parameters).enumerate() {
+    for (index, (vary, parameter)) in varied.iter().zip(parameters).enumerate() {
         if varied[..index].iter().any(|other| other.name == vary.name) {
             faults.push(RequestFault::VariedTwice { name: vary.name.clone() });
         }
-        let mut range = [own.bounds[0].unwrap_or(f64::NEG_INFINITY), own.bounds[1].unwrap_or(f64::INFINITY)];
+        let mut range =
+            [parameter.bounds[0].unwrap_or(f64::NEG_INFINITY), parameter.bounds[1].unwrap_or(f64::INFINITY)];
         for (place, text) in vary.bounds.iter().enumerate() {
             let Some(text) = text else { continue };
             let (name, text) = (vary.name.clone(), text.clone());
-            match quantity(&text, &own.unit).map(|value| (value, own.unit.permit(value, own.bounds))) {
+            match quantity(&text, &parameter.unit).map(|value| (value, parameter.unit.permit(value, parameter.bounds)))
+            {
                 Ok((value, Ok(()))) => range[place] = value,
                 Ok((_, Err(cause))) => faults.push(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
                 Err(cause) => faults.push(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
             }
         }
-        let ([low, high], start) = (range, own.start);
-        let (name, unit) = (vary.name.clone(), own.unit.si.clone());
+        let ([low, high], start) = (range, parameter.start);
+        let (name, unit) = (vary.name.clone(), parameter.unit.si.clone());
         if low >= high {
             faults.push(RequestFault::Other(format!("`{name}`: {low:?} {unit} is not below {high:?} {unit}")));
         } else if !(low..=high).contains(&start) {
@@ -220,13 +223,17 @@ pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<Reque
     }
     let mut places = Vec::new();
     for (name, unit) in table.names().iter().zip(table.units()) {
-        let Some((place, (_, own))) = varying.outputs().enumerate().find(|(_, (own, _))| own == name) else {
-            let known = suggest::known(name, varying.outputs().map(|(own, _)| own));
+        let Some((place, (_, name_of_output))) =
+            varying.outputs().enumerate().find(|(_, (name_of_output, _))| name_of_output == name)
+        else {
+            let known = suggest::known(name, varying.outputs().map(|(name_of_output, _)| name_of_output));
             faults.push(RequestFault::Other(format!("the column `{column}` is not an output; {known}", column = name)));
             continue;
         };
-        if let Some(unit) = unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
-            let (column, unit, si) = (name.clone(), unit.shown().to_owned(), own.si.clone());
+        if let Some(unit) =
+            unit.as_ref().filter(|unit| !name_of_output.si.is_empty() && !unit.is_compatible(name_of_output))
+        {
+            let (column, unit, si) = (name.clone(), unit.shown().to_owned(), name_of_output.si.clone());
             faults
                 .push(RequestFault::Other(format!("the column `{column}` is in `{unit}`, but the variable in `{si}`")));
         }

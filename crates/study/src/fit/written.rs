@@ -30,17 +30,18 @@ pub fn with_values(scene: &Scene, values: &[(String, f64, String)]) -> Result<St
 /// The table that gives the value of a name.
 fn table(scene: &Scene, name: &str) -> &'static str {
     match name {
-        _ if scene.parameters.iter().any(|own| own.name.text == name) => "parameters",
-        _ if scene.inputs.iter().any(|own| own.name.text == name) => "inputs",
+        _ if scene.parameters.iter().any(|parameter| parameter.name.text == name) => "parameters",
+        _ if scene.inputs.iter().any(|input| input.name.text == name) => "inputs",
         _ => "initial",
     }
 }
 
 /// The value of a name, as it is written.
 fn written<'s>(scene: &'s Scene, name: &str) -> Option<&'s Quantity> {
-    let parameter = scene.parameters.iter().find(|own| own.name.text == name).map(|own| &own.value);
-    let input = || scene.inputs.iter().find(|own| own.name.text == name).and_then(|own| own.start.as_ref());
-    let line = || scene.initial.iter().find(|own| own.variable.text == name).map(|line| &line.value);
+    let parameter =
+        scene.parameters.iter().find(|parameter| parameter.name.text == name).map(|parameter| &parameter.value);
+    let input = || scene.inputs.iter().find(|input| input.name.text == name).and_then(|input| input.start.as_ref());
+    let line = || scene.initial.iter().find(|line_data| line_data.variable.text == name).map(|line| &line.value);
     parameter.or_else(input).or_else(line)
 }
 

@@ -40,7 +40,7 @@ impl MovingBody<'_> {
 pub fn centres(mechanism: &Mechanism, table: &InputTable, rate: f64) -> (Vec<Centres>, Vec<RelativeCentres>) {
     let bodies: Vec<MovingBody> = mechanism.bodies.iter().filter_map(|body| moving(&body.name, table)).collect();
     let along = |of: &dyn Fn(usize) -> [f64; 3]| (0..table.count()).map(|index| centre(of(index), rate)).collect();
-    let own = |body: &MovingBody| Centres { body: body.name.to_string(), at: along(&|index| body.at(index)) };
+    let centres = |body: &MovingBody| Centres { body: body.name.to_string(), at: along(&|index| body.at(index)) };
     let mut relative = Vec::new();
     for (index, first) in bodies.iter().enumerate() {
         for second in &bodies[index + 1..] {
@@ -52,7 +52,7 @@ pub fn centres(mechanism: &Mechanism, table: &InputTable, rate: f64) -> (Vec<Cen
             relative.push(RelativeCentres { bodies, at: along(&between) });
         }
     }
-    (bodies.iter().map(own).collect(), relative)
+    (bodies.iter().map(centres).collect(), relative)
 }
 
 fn moving<'m>(name: &'m str, table: &InputTable) -> Option<MovingBody<'m>> {

@@ -567,7 +567,7 @@ impl Figures {
             if let Some(effort) = &effort {
                 let unit = if self.input.angular { "N.m" } else { "N" };
                 self.push("drive", unit, effort);
-                if let Some(without) = self.friction.as_ref().and_then(|own| own.without.clone()) {
+                if let Some(without) = self.friction.as_ref().and_then(|friction| friction.without.clone()) {
                     self.push("drive without friction", unit, &without);
                 }
                 self.drive = (!only_table).then(|| Extent::of(effort, places));

@@ -100,10 +100,10 @@ pub(super) fn output(
         Some(motion) if on_ground(motion.0) => Ok(Some(Watched::of_joint(mechanism, motion))),
         _ => match mechanism.joints.iter().find(|joint| joint.name == name) {
             Some(joint) => {
-                let own: Vec<String> = joint.component().variables.iter().map(|quantity| quantity.of(name)).collect();
-                let own = suggest::list(own.iter().map(String::as_str));
+                let names: Vec<String> = joint.component().variables.iter().map(|quantity| quantity.of(name)).collect();
+                let names = suggest::list(names.iter().map(String::as_str));
                 Err(MotionError::Request(format!(
-                    "`{name}` is not a joint on the ground that a driver could move; name a variable: {own}"
+                    "`{name}` is not a joint on the ground that a driver could move; name a variable: {names}"
                 )))
             }
             None => variable(scene, mechanism, name).map(Some),
@@ -116,9 +116,9 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
     let expressions = || scene.outputs.expressions.iter().map(|output| output.name.text.as_str());
     let unknown =
         |more: String| MotionError::Request(format!("there is no joint, variable or output `{name}`; {more}"));
-    if !name.contains('.') && !expressions().any(|own| own == name) {
+    if !name.contains('.') && !expressions().any(|expression| expression == name) {
         let owners = mechanism.bodies.iter().map(|body| body.name.as_str());
-        if owners.clone().any(|own| own == name) {
+        if owners.clone().any(|owner| owner == name) {
             return Err(unknown(format!("name a variable of the body, such as `{name}.angle` or `{name}.x`")));
         }
         let joints = mechanism.joints.iter().map(|joint| joint.name.as_str());

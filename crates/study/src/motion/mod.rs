@@ -301,7 +301,7 @@ fn whole_way(moved: &Moved, drive: &mut DrivenJoint) -> Result<(InputTable, Spec
         match drive::sample(moved, drive, None) {
             Err(MotionError::Run(_)) => {}
             // The turn begins a little ahead of the scene: out of reach already.
-            Err(MotionError::Scene(faults)) if faults.list.iter().all(|own| own.kind() == FaultKind::Assembly) => {}
+            Err(MotionError::Scene(faults)) if faults.list.iter().all(|list| list.kind() == FaultKind::Assembly) => {}
             sampled => {
                 let table = sampled?;
                 let crossings = drive::change_points(moved, drive)?;

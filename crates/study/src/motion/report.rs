@@ -49,7 +49,7 @@ fn cam_lines(cam: &Cam) -> Vec<Cell> {
         ("convex radius of the profile", &cam.convex_radius),
         ("hollow radius of the profile", &cam.hollow_radius),
     ] {
-        lines.extend(radius.iter().map(|own| line!["  smallest ", what, " ", at(own, "m")]));
+        lines.extend(radius.iter().map(|smallest| line!["  smallest ", what, " ", at(smallest, "m")]));
     }
     if let Some(ends) = &cam.face {
         let [low, high] = ends.each_ref().map(|end| at(end, "m"));
@@ -82,7 +82,7 @@ impl Figures {
         let mut title = vec![self.kind()];
         let way = "` backwards; the figures are for the forward direction, at the same speed";
         title.extend(self.reversed.then(|| line!["the scene moves `", self.input.name, way]));
-        title.extend(self.stops.iter().flat_map(|own| self.stop_lines(own)));
+        title.extend(self.stops.iter().flat_map(|stop| self.stop_lines(stop)));
         title.extend(self.output_lines());
         title.extend(self.transmission.iter().map(|angle| self.transmission_line(angle)));
         if let (Some(index), Some(output)) = (&self.joint_force_index, &self.output) {
@@ -136,24 +136,24 @@ impl Figures {
     /// What stops the input at an end of the range, which may go backwards.
     fn stop_at(&self, index: usize) -> Option<&InputStop> {
         let at = self.range?[index];
-        self.stops.iter().flat_map(|own| own.ends.iter().flatten()).find(|end| end.input == at)
+        self.stops.iter().flat_map(|stop| stop.ends.iter().flatten()).find(|end| end.input == at)
     }
 
     /// How far the drive goes between stops, and what is not said of it.
-    fn stop_lines(&self, own: &Stops) -> Vec<Cell> {
+    fn stop_lines(&self, stops: &Stops) -> Vec<Cell> {
         let unit = &*self.input.unit;
         let mut lines = Vec::new();
-        if let Some([from, to]) = own.asked.map(|asked| asked.map(|end| number(end, unit))) {
+        if let Some([from, to]) = stops.asked.map(|range| range.map(|end| number(end, unit))) {
             lines.push(line!["the rest of the range from ", from, " to ", to, " is not reachable and not analysed"]);
         }
-        let ends = own.ends.iter().zip(["less", "more"]);
+        let ends = stops.ends.iter().zip(["less", "more"]);
         lines.extend(ends.filter_map(|(end, word)| Some(self.end_line(end.as_ref()?, word))));
-        lines.extend(own.beyond.iter().map(|own| self.beyond_line(own)));
-        lines.extend(own.clear.iter().map(|Clear { name, unit, at }| {
+        lines.extend(stops.beyond.iter().map(|beyond| self.beyond_line(beyond)));
+        lines.extend(stops.clear.iter().map(|Clear { name, unit, at }| {
             let least = number(at.value, unit).within(Noise(NOISE));
             line!["`", name, "` is not reached: open by ", least, " or more, least at ", self.at(at)]
         }));
-        lines.extend(own.plays.iter().map(|own| self.play_line(own)));
+        lines.extend(stops.plays.iter().map(|play| self.play_line(play)));
         lines
     }
 
@@ -168,8 +168,8 @@ impl Figures {
     }
 
     /// Where a stop ends what the drive can do; how hard it is driven against the stop is nobody's to say.
-    fn end_line(&self, own: &InputStop, word: &str) -> Cell {
-        let InputStop { name, input, unit, presses } = own;
+    fn end_line(&self, input_stop: &InputStop, word: &str) -> Cell {
+        let InputStop { name, input, unit, presses } = input_stop;
         let effort = unit_of(if self.input.angular { "N.m" } else { "N" });
         let presses = match presses {
             Some(presses) => line![
@@ -185,9 +185,9 @@ impl Figures {
     }
 
     /// Where the mechanism would be beyond a stop.
-    fn beyond_line(&self, own: &Beyond) -> Cell {
-        let name = &own.name;
-        match [own.from, own.to].map(|at| at.map(|at| self.exactly(at))) {
+    fn beyond_line(&self, beyond: &Beyond) -> Cell {
+        let name = &beyond.name;
+        match [beyond.from, beyond.to].map(|at| at.map(|at| self.exactly(at))) {
             [Some(from), Some(to)] => line!["beyond `", name, "` it would be from ", from, " to ", to],
             [Some(from), None] => line!["beyond `", name, "` it would be from ", from, " on"],
             [None, Some(to)] => line!["beyond `", name, "` it would be up to ", to],
@@ -283,16 +283,16 @@ impl Figures {
     fn dynamic_lines(&self) -> Vec<Cell> {
         let mut lines = Vec::new();
         let extent = |name: &str, extent: &Option<Extent>, unit: &str| {
-            extent.as_ref().map(|own| {
-                let name = self.told_of(name.into(), own.unbounded.as_ref());
-                line![name, " ", self.ends([&own.min, &own.max], unit), ", RMS ", number(own.rms, unit)]
+            extent.as_ref().map(|extent| {
+                let name = self.told_of(name.into(), extent.unbounded.as_ref());
+                line![name, " ", self.ends([&extent.min, &extent.max], unit), ", RMS ", number(extent.rms, unit)]
             })
         };
         let [effort, word, inertia] =
             if self.input.angular { ["N.m", "drive torque", "kg.m2"] } else { ["N", "drive force", "kg"] };
         lines.extend(extent(word, &self.drive, effort));
         lines.extend(extent("drive power", &self.power, "W"));
-        lines.extend(self.friction.iter().map(|own| self.friction_line(own)));
+        lines.extend(self.friction.iter().map(|friction| self.friction_line(friction)));
         let peak = |name: Cell, Peak { max, rms, unbounded }: &Peak| {
             let name = match unbounded {
                 Some(_) => self.told_of(name, unbounded.as_ref()),
@@ -305,11 +305,11 @@ impl Figures {
         lines.extend(self.shaking_force.iter().map(|force| peak("shaking force".into(), force)));
         lines.extend(extent("shaking moment", &self.shaking_moment, "N.m"));
         lines.extend(extent("generalised inertia", &self.inertia, inertia));
-        if let Some(own) = &self.fluctuation {
-            let free = line!["coefficient of fluctuation without drive and loads ", plain(own.free, 0.0)];
-            let [torque, energy] = [number(own.mean_torque, "N.m"), number(own.energy, "J")];
+        if let Some(fluctuation) = &self.fluctuation {
+            let free = line!["coefficient of fluctuation without drive and loads ", plain(fluctuation.free, 0.0)];
+            let [torque, energy] = [number(fluctuation.mean_torque, "N.m"), number(fluctuation.energy, "J")];
             lines.push(line![free, "; the loads need ", torque, " and vary by ", energy]);
-            let wheels = own.flywheel.zip(own.added_inertia);
+            let wheels = fluctuation.flywheel.zip(fluctuation.added_inertia);
             lines.extend(wheels.map(|(loads, added)| {
                 let [loads, added] = [loads, added].map(|inertia| number(inertia, "kg.m2"));
                 line![
@@ -325,24 +325,24 @@ impl Figures {
     }
 
     /// What friction takes, and whether it holds what has been moved.
-    fn friction_line(&self, own: &DriveFriction) -> Cell {
+    fn friction_line(&self, drive_friction: &DriveFriction) -> Cell {
         let way = if self.full_turn { "turn" } else { "range" };
-        let work = if own.work < 0.0 { "give" } else { "take" };
+        let work = if drive_friction.work < 0.0 { "give" } else { "take" };
         let line = line![
             "friction takes ",
-            number(own.loss, "J"),
+            number(drive_friction.loss, "J"),
             " over the ",
             way,
             ", loads and masses ",
             work,
             " ",
-            number(own.work.abs(), "J")
+            number(drive_friction.work.abs(), "J")
         ];
-        let line = match own.efficiency {
+        let line = match drive_friction.efficiency {
             Some(efficiency) => line![line, ": efficiency ", percent(efficiency)],
             None => line,
         };
-        match own.locked {
+        match drive_friction.locked {
             Some(locked) if locked >= 1.0 => line![line, "; loads do not move it back (self-locking)"],
             Some(locked) if locked > 0.0 => {
                 let share = percent(locked);
@@ -400,8 +400,8 @@ fn rows(columns: &[MotionColumn], cell: impl Fn(f64, &MotionColumn) -> Cell) -> 
 /// A value of the table. Next to a limit the advantage is as large as rounding errors let it be, and no measure of the others.
 fn told(value: f64, column: &MotionColumn) -> Cell {
     let value = if value.abs() >= INFINITE { f64::INFINITY.copysign(value) } else { value };
-    let own = number(value, &column.unit);
-    if column.name == "advantage" { own.within(Noise(NOISE)) } else { own }
+    let cell = number(value, &column.unit);
+    if column.name == "advantage" { cell.within(Noise(NOISE)) } else { cell }
 }
 
 /// The column of the radius of curvature where a cam touches.

@@ -40,7 +40,10 @@ pub(super) fn rows(subject: &Subject, figures: &Figures) -> Result<Vec<MotionCol
     let [head, tail] = [(places.first, ends[0]), (at_last, ends[1])]
         .map(|(place, end)| !figures.full_turn && (places.count == 0 || !is_end(place, end)));
     let with_ends = |column: &MotionColumn| {
-        let rows = between.iter().find(|own| own.name == column.name).map_or(&[][..], |own| &own.values);
+        let rows = between
+            .iter()
+            .find(|column_between| column_between.name == column.name)
+            .map_or(&[][..], |column_between| &column_between.values);
         let head = column.values.first().filter(|_| head);
         let values = head.into_iter().chain(rows).chain(column.values.last().filter(|_| tail)).copied();
         MotionColumn { values: values.collect(), ..column.clone() }

@@ -89,9 +89,9 @@ pub(super) struct Obstacles {
 }
 
 /// None of what couples: that holds always while the drive moves it.
-fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<StopGap>, MotionError> {
-    let name = own.name.clone();
-    if own.held.of_rate {
+fn gap(mechanism: &Mechanism, unilateral: &Unilateral, part: &Part) -> Result<Option<StopGap>, MotionError> {
+    let name = unilateral.name.clone();
+    if unilateral.held.of_rate {
         return Err(MotionError::Request(format!(
             "whether freewheel `{name}` is engaged depends on the direction of the drive, not on its position: remove it, or use `simulate` with a force or a torque instead of a driver"
         )));
@@ -105,13 +105,13 @@ fn gap(mechanism: &Mechanism, own: &Unilateral, part: &Part) -> Result<Option<St
         _ if part.component().variables.contains(&Quantity::Gap) => (variable(Quantity::Gap), false),
         Some(turns) => {
             let motion = variable(if turns { Quantity::Angle } else { Quantity::S });
-            let off = motion + Formula::Number(-1.0) * own.held.bound.clone();
-            (Formula::Number(own.held.sign) * off, turns)
+            let off = motion + Formula::Number(-1.0) * unilateral.held.bound.clone();
+            (Formula::Number(unilateral.held.sign) * off, turns)
         }
         None => return Ok(None),
     };
     let unit = if turns { Unit::angle() } else { Unit::length() };
-    let bound = evaluate(&own.held.bound, &mechanism.parameter_values());
+    let bound = evaluate(&unilateral.held.bound, &mechanism.parameter_values());
     let asked = mechanism.output(Variable { owner: part.owner, quantity: Quantity::Gap });
     let output = Output { name: format!("cotree_gap.{name}"), unit: unit.clone(), value, ..asked };
     Ok(Some(StopGap { name, unit, bound, output }))
@@ -121,8 +121,8 @@ impl Obstacles {
     /// # Errors
     /// Freewheels: what they hold is no place.
     pub fn of(mechanism: &Mechanism) -> Result<Obstacles, MotionError> {
-        let stops = mechanism.unilaterals.iter().filter(|own| own.slip.is_none());
-        let parts = stops.filter_map(|own| Some((own, mechanism.parts().find(|part| part.owner == own.owner)?)));
+        let stops = mechanism.unilaterals.iter().filter(|unilateral| unilateral.slip.is_none());
+        let parts = stops.filter_map(|stop| Some((stop, mechanism.parts().find(|part| part.owner == stop.owner)?)));
         let gaps = parts.filter_map(|(own, part)| gap(mechanism, own, part).transpose()).collect::<Result<_, _>>()?;
         let has_play = |joint: &Part| {
             joint.limits().is_some()
@@ -159,7 +159,7 @@ impl Obstacles {
             stops.pass(index, gap, &courses, drive.start);
         }
         stops.within_a_turn(drive);
-        stops.asked = drive.range.filter(|asked| *asked != stops.within(*asked));
+        stops.asked = drive.range.filter(|range| *range != stops.within(*range));
         Ok(Some(stops))
     }
 
@@ -246,9 +246,9 @@ impl Stops {
         drive: &DrivenJoint,
         units: &Units,
     ) -> Result<[f64; 2], MotionError> {
-        let own = self.within(asked);
-        if own[0] != own[1] {
-            return Ok(own);
+        let range = self.within(asked);
+        if range[0] != range[1] {
+            return Ok(range);
         }
         let unit = shown(units, &unit_of(drive.motion).si);
         let [from, to] = asked.map(|at| unit.show(at));
@@ -265,7 +265,7 @@ impl Stops {
         for play in &mut self.plays {
             let joint = mechanism.joints.iter().find(|joint| joint.name == play.name);
             let reactions = joint.map_or(&[][..], |joint| joint.component().reactions);
-            let carried = reactions.iter().find_map(|own| table.get(&own.of(&play.name)));
+            let carried = reactions.iter().find_map(|reaction| table.get(&reaction.of(&play.name)));
             play.changes = carried.map(|carried| carried.zeros()).unwrap_or_default();
         }
         self
@@ -316,7 +316,7 @@ impl GapCourse {
     }
 
     fn check_start(&self, index: usize, gap: &StopGap, units: &Units) -> Result<(), MotionError> {
-        let Some(start) = self.gaps.get(index).and_then(|own| own.values().first()) else { return Ok(()) };
+        let Some(start) = self.gaps.get(index).and_then(|gap| gap.values().first()) else { return Ok(()) };
         if *start >= -self.touching(index) {
             return Ok(());
         }
@@ -388,11 +388,11 @@ impl GapCourse {
 
     /// The least gap up to a way, or all along.
     fn least(&self, index: usize, way: Option<f64>) -> Option<ValueAt> {
-        let own = self.gaps.get(index)?;
-        let Some(way) = way else { return Some(own.min()) };
-        let is_before: Vec<bool> = (0..own.values().len()).map(|place| own.input(place) <= way).collect();
-        let end = ValueAt { input: way, value: own.at_input(way) };
-        let before = own.pieces(&is_before).first().map_or(end, Samples::min);
+        let gap = self.gaps.get(index)?;
+        let Some(way) = way else { return Some(gap.min()) };
+        let is_before: Vec<bool> = (0..gap.values().len()).map(|place| gap.input(place) <= way).collect();
+        let end = ValueAt { input: way, value: gap.at_input(way) };
+        let before = gap.pieces(&is_before).first().map_or(end, Samples::min);
         Some(if end.value < before.value { end } else { before })
     }
 }

@@ -20,7 +20,7 @@ pub struct Around {
 impl Searches<'_, '_> {
     /// One for each quantity. Motions go on from their neighbours, from the best values outwards.
     pub(super) fn around(&self, best: &Best) -> Result<Result<Vec<Around>, OptimizeError>, AnalysisFailure> {
-        let values: Vec<f64> = best.quantities.iter().map(|own| own.value).collect();
+        let values: Vec<f64> = best.quantities.iter().map(|quantity| quantity.value).collect();
         let (seen, start) = self.motions.seen(&values, None)?;
         let goal = self.checked.problem.worth(&seen).map(|(goal, _)| self.checked.sign * goal);
         let is_it = goal.zip(best.values[1]).is_some_and(|(own, best)| (own - best).abs() <= SAME[0] * best.abs());
@@ -38,7 +38,7 @@ impl Searches<'_, '_> {
         let [low, high] = [end(low, -1.0), end(high, 1.0)];
         let steps = if self.request.turn.is_some() { TURN_STEPS } else { STEPS };
         let mut values: Vec<f64> = (0..=steps).map(|step| low + (high - low) * step as f64 / steps as f64).collect();
-        let place = values.partition_point(|own| *own < best[quantity]);
+        let place = values.partition_point(|value| *value < best[quantity]);
         values.insert(place, best[quantity]);
         let mut around = Around {
             goal: vec![f64::NAN; values.len()],

@@ -100,8 +100,11 @@ impl Course {
             half += step / 6.0 * (before + 2.0 * after) * self.slopes.row(row).transpose();
         }
         if length == 0.0 {
-            let own = self.values[0];
-            return Linear { value: weight * own.abs(), slope: weight * own.signum() * self.slopes.row(0).transpose() };
+            let first = self.values[0];
+            return Linear {
+                value: weight * first.abs(),
+                slope: weight * first.signum() * self.slopes.row(0).transpose(),
+            };
         }
         let value = (square / length).sqrt();
         // Where everything is zero nothing is smaller.

@@ -335,18 +335,18 @@ impl Searches<'_, '_> {
     }
 
     fn best(&self, name: String, outcomes: Vec<Outcome>) -> Result<Result<Best, OptimizeError>, AnalysisFailure> {
-        let found: Vec<&EndPoint<Start>> = outcomes.iter().filter_map(|own| own.as_ref().ok()).collect();
+        let found: Vec<&EndPoint<Start>> = outcomes.iter().filter_map(|outcome| outcome.as_ref().ok()).collect();
         let better = |one: &&&EndPoint<Start>, other: &&&EndPoint<Start>| one.goal.total_cmp(&other.goal);
-        let Some(best) = found.iter().filter(|own| own.violation() <= MET).min_by(better) else {
+        let Some(best) = found.iter().filter(|optimum| optimum.violation() <= MET).min_by(better) else {
             return Ok(Err(self.nothing(outcomes)));
         };
         let Checked { goal: named, problem, start, sign, .. } = self.checked;
-        let quantity = |(index, own): (usize, &crate::analysis::Varied)| {
+        let quantity = |(index, varied): (usize, &crate::analysis::Varied)| {
             let value = best.values[index];
             let is_at = |bound: &f64| (value - bound).abs() <= AT_BOUND * problem.ranges[index];
             VariedQuantity {
-                name: own.name.clone(),
-                unit: own.unit.si.clone(),
+                name: varied.name.clone(),
+                unit: varied.unit.si.clone(),
                 start: start[index],
                 value,
                 is_at_bound: problem.bounds[index].iter().any(is_at),
@@ -362,9 +362,9 @@ impl Searches<'_, '_> {
             limits: self.checked.limits_at(best, &seen),
             optima: self.optima(&found),
             ended: best.ended.clone(),
-            searches: outcomes.iter().map(|own| self.told(own)).collect(),
+            searches: outcomes.iter().map(|outcome| self.told(outcome)).collect(),
             is_turn: self.request.turn.is_some(),
-            evaluations: found.iter().map(|own| own.evaluations).sum(),
+            evaluations: found.iter().map(|optimum| optimum.evaluations).sum(),
             guesses: best.beside.as_ref().map_or(Ok(Vec::new()), |start| self.varying.moved_guesses(start))?,
         }))
     }
@@ -372,19 +372,19 @@ impl Searches<'_, '_> {
     /// The optima that differ, the best first.
     fn optima(&self, found: &[&EndPoint<Start>]) -> Vec<Optimum> {
         let mut ends: Vec<&&EndPoint<Start>> =
-            found.iter().filter(|own| own.ended == Ended::Settled && own.violation() <= MET).collect();
+            found.iter().filter(|optimum| optimum.ended == Ended::Settled && optimum.violation() <= MET).collect();
         ends.sort_by(|a, b| a.goal.total_cmp(&b.goal));
         let (mut optima, ranges): (Vec<Optimum>, _) = (Vec::new(), &self.checked.problem.ranges);
-        for own in ends {
-            let goal = self.checked.sign * own.goal;
+        for end in ends {
+            let goal = self.checked.sign * end.goal;
             let is_same = |other: &&mut Optimum| {
-                let pairs = own.values.iter().zip(&other.values).zip(ranges);
+                let pairs = end.values.iter().zip(&other.values).zip(ranges);
                 (goal - other.goal).abs() <= SAME[0] * other.goal.abs()
                     && pairs.into_iter().all(|((one, other), range)| (one - other).abs() <= SAME[1] * range)
             };
             match optima.iter_mut().find(is_same) {
                 Some(known) => known.reached += 1,
-                None => optima.push(Optimum { goal, values: own.values.clone(), reached: 1 }),
+                None => optima.push(Optimum { goal, values: end.values.clone(), reached: 1 }),
             }
         }
         optima
@@ -409,7 +409,7 @@ impl Searches<'_, '_> {
 
     /// Why there are no values.
     fn nothing(&self, outcomes: Vec<Outcome>) -> OptimizeError {
-        let nearest = outcomes.iter().filter_map(|own| own.as_ref().ok());
+        let nearest = outcomes.iter().filter_map(|outcome| outcome.as_ref().ok());
         let Some(nearest) = nearest.min_by(|a, b| a.violation().total_cmp(&b.violation())) else {
             return match outcomes.into_iter().find_map(Result::err) {
                 Some(cause) => OptimizeError::Study(cause.into()),

@@ -52,7 +52,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         let (grid, rows) = (grid.iter().map(place).collect(), measured.iter().map(place).collect());
         let matched = table.map(|(table, outputs)| Matched { table, outputs, rows });
         let mut motions = Motions { varying, outputs, matched, times, grid, home: None, most: u64::MAX };
-        let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
+        let start: Vec<f64> = varying.parameters().iter().map(|parameter| parameter.start).collect();
         if let Ok(Along { start, work, .. }) = motions.along(&start, None) {
             (motions.home, motions.most) = (Some(start), DEAREST.saturating_mul(work));
         }
@@ -74,7 +74,7 @@ impl<'a, 'f> Motions<'a, 'f> {
             (None, None) => self.along(values, None)?,
         };
         let courses = self.outputs.iter().map(|&output| self.course(&along, output)).collect::<Result<_, _>>()?;
-        let residuals = self.matched.as_ref().map(|own| own.residuals(&along, values.len()));
+        let residuals = self.matched.as_ref().map(|matched| matched.residuals(&along, values.len()));
         Ok((SeenCourses { courses, residuals }, along.start))
     }
 

@@ -58,7 +58,7 @@ impl Dual<'_> {
             right[size + place] = *bound;
         }
         let mut multipliers = vec![0.0; self.rows.len()];
-        let solved = system.lu().solve(&right).filter(|solved| solved.iter().all(|own| own.is_finite()));
+        let solved = system.lu().solve(&right).filter(|solved| solved.iter().all(|solved| solved.is_finite()));
         let (x, own) = match &solved {
             Some(solved) => (solved.rows(0, size).into_owned(), solved.rows(size, count).iter().copied().collect()),
             None => (self.x, self.multipliers),
@@ -149,7 +149,7 @@ mod tests {
         let rows = [row(&[1.0, 0.0], 1.0), row(&[0.0, 1.0], 1.0), row(&[1.0, 1.0], 5.0)];
         let found = least(&hessian, &gradient, &rows).unwrap();
         assert!((found.x - DVector::from_vec(vec![1.0, 1.0])).norm() < 1e-14);
-        assert_eq!(found.multipliers.iter().map(|own| own.round()).collect::<Vec<_>>(), [2.0, 1.0, 0.0]);
+        assert_eq!(found.multipliers.iter().map(|multiplier| multiplier.round()).collect::<Vec<_>>(), [2.0, 1.0, 0.0]);
         // Within x + y <= 1 the foot of the perpendicular.
         let found = least(&hessian, &gradient, &[row(&[1.0, 1.0], 1.0)]).unwrap();
         assert!(

@@ -33,21 +33,27 @@ impl Best {
     }
 
     fn values_table(&self) -> Table {
-        let row = |own: &VariedQuantity| {
-            let bound = if own.is_at_bound { "at its bound" } else { "" };
-            row![own.name, number(own.start, &own.unit), number(own.value, &own.unit), unit(&own.unit), bound]
+        let row = |quantity_data: &VariedQuantity| {
+            let bound = if quantity_data.is_at_bound { "at its bound" } else { "" };
+            row![
+                quantity_data.name,
+                number(quantity_data.start, &quantity_data.unit),
+                number(quantity_data.value, &quantity_data.unit),
+                unit(&quantity_data.unit),
+                bound
+            ]
         };
         Table::new(row!["quantity", "at the start", "best", "unit", ""], self.quantities.iter().map(row))
     }
 
     /// With what an active limit costs.
     fn limits_table(&self) -> Table {
-        let row = |own: &LimitAt| {
-            let costs = own.multiplier.map_or(Cell::from("not active"), |multiplier| {
-                let by = per(&self.goal.1, &own.unit);
+        let row = |limit: &LimitAt| {
+            let costs = limit.multiplier.map_or(Cell::from("not active"), |multiplier| {
+                let by = per(&self.goal.1, &limit.unit);
                 line![number(multiplier, &by)]
             });
-            row![own.text, number(own.value, &own.unit), unit(&own.unit), costs]
+            row![limit.text, number(limit.value, &limit.unit), unit(&limit.unit), costs]
         };
         let title = format!("{} by the limit", self.goal.0);
         Table::new(row!["limit", "best", "unit", title], self.limits.iter().map(row))
@@ -55,11 +61,12 @@ impl Best {
 
     fn optima_table(&self) -> Table {
         let (goal, of) = &self.goal;
-        let names = self.quantities.iter().map(|own| named(&own.name, &own.unit));
+        let names = self.quantities.iter().map(|quantity| named(&quantity.name, &quantity.unit));
         let columns = row!["optimum", named(goal, of), "reached"].into_iter().chain(names).collect();
-        let row = |(index, own): (usize, &Optimum)| {
-            let values = own.values.iter().zip(&self.quantities).map(|(value, own)| number(*value, &own.unit));
-            row![index + 1, number(own.goal, of), own.reached].into_iter().chain(values).collect()
+        let row = |(index, optimum): (usize, &Optimum)| {
+            let values =
+                optimum.values.iter().zip(&self.quantities).map(|(value, quantity)| number(*value, &quantity.unit));
+            row![index + 1, number(optimum.goal, of), optimum.reached].into_iter().chain(values).collect()
         };
         Table::new(columns, self.optima.iter().take(SHOWN).enumerate().map(row))
     }
@@ -80,14 +87,14 @@ impl Best {
         if self.optima.len() > SHOWN {
             notes.push(format!("{} more optima are in --json and --table", self.optima.len() - SHOWN).into());
         }
-        let lost = self.searches.iter().filter(|own| own.ended != "optimum").count();
+        let lost = self.searches.iter().filter(|search| search.ended != "optimum").count();
         if lost > 0 {
             notes.push(
                 format!("{lost} of {} searches did not end at an optimum: see --table", self.searches.len()).into(),
             );
         }
         if !self.guesses.is_empty() {
-            let names = list(self.guesses.iter().map(|own| &own.name));
+            let names = list(self.guesses.iter().map(|guess| &guess.name));
             notes.push(
                 format!("the start has moved away from the guess of {names}; -o writes the new guess too").into(),
             );
@@ -98,12 +105,13 @@ impl Best {
     /// A line for each search.
     fn sheet(&self) -> Table {
         let (goal, of) = &self.goal;
-        let names = self.quantities.iter().map(|own| named(&own.name, &own.unit));
+        let names = self.quantities.iter().map(|quantity| named(&quantity.name, &quantity.unit));
         let columns = row!["search", "ended", named(goal, of)].into_iter().chain(names).collect();
-        let row = |(index, own): (usize, &super::Search)| {
-            let value = |place: usize| own.values.get(place).copied().unwrap_or(f64::NAN);
-            let values = self.quantities.iter().enumerate().map(|(place, own)| number(value(place), &own.unit));
-            row![index, own.ended, number(own.goal.unwrap_or(f64::NAN), of)].into_iter().chain(values).collect()
+        let row = |(index, search): (usize, &super::Search)| {
+            let value = |place: usize| search.values.get(place).copied().unwrap_or(f64::NAN);
+            let values =
+                self.quantities.iter().enumerate().map(|(place, quantity)| number(value(place), &quantity.unit));
+            row![index, search.ended, number(search.goal.unwrap_or(f64::NAN), of)].into_iter().chain(values).collect()
         };
         Table::new(columns, self.searches.iter().enumerate().map(row))
     }
@@ -116,11 +124,11 @@ impl Best {
             Ended::Stuck(None) => "short",
             Ended::Stuck(Some(_)) => "blocked",
         };
-        let quantity = |own: &VariedQuantity| json!({ "name": own.name, "unit": own.unit, "start": own.start, "value": own.value, "at_bound": own.is_at_bound });
-        let limit = |own: &LimitAt| json!({ "limit": own.text, "unit": own.unit, "bound": own.bound, "value": own.value, "multiplier": own.multiplier });
-        let optimum = |own: &Optimum| json!({ "goal": own.goal, "values": own.values, "reached": own.reached });
-        let search = |own: &super::Search| json!({ "goal": own.goal, "values": own.values, "ended": own.ended });
-        let guess = |own: &crate::analysis::Guess| json!({ "name": own.name, "unit": own.unit.si, "guess": own.guessed, "found": own.found });
+        let quantity = |quantity_data: &VariedQuantity| json!({ "name": quantity_data.name, "unit": quantity_data.unit, "start": quantity_data.start, "value": quantity_data.value, "at_bound": quantity_data.is_at_bound });
+        let limit = |limit_data: &LimitAt| json!({ "limit": limit_data.text, "unit": limit_data.unit, "bound": limit_data.bound, "value": limit_data.value, "multiplier": limit_data.multiplier });
+        let optimum = |optimum_data: &Optimum| json!({ "goal": optimum_data.goal, "values": optimum_data.values, "reached": optimum_data.reached });
+        let search = |search_data: &super::Search| json!({ "goal": search_data.goal, "values": search_data.values, "ended": search_data.ended });
+        let guess = |guess_data: &crate::analysis::Guess| json!({ "name": guess_data.name, "unit": guess_data.unit.si, "guess": guess_data.guessed, "found": guess_data.found });
         json!({
             "name": self.name, "goal": { "name": self.goal.0, "unit": self.goal.1, "start": self.values[0], "value": self.values[1] },
             "ended": ended, "evaluations": self.evaluations,

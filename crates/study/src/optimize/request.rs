@@ -126,7 +126,7 @@ impl OptimizeRequest {
                     )));
                     return 0;
                 };
-                outputs.iter().position(|own| *own == place).unwrap_or_else(|| {
+                outputs.iter().position(|output| *output == place).unwrap_or_else(|| {
                     outputs.push(place);
                     outputs.len() - 1
                 })
@@ -153,7 +153,7 @@ impl OptimizeRequest {
             faults.dedup();
             return Err(faults);
         }
-        let start = parameters.iter().map(|own| own.start).collect();
+        let start = parameters.iter().map(|parameter| parameter.start).collect();
         let goal_named = self.named(known, &columns);
         let problem = Problem { goal, limits: conditions, bounds, ranges };
         Ok(Checked { problem, start, outputs, columns, sign, goal: goal_named, limits })
@@ -162,12 +162,19 @@ impl OptimizeRequest {
     /// How much of each quantity is much.
     fn ranges(&self, bounds: &[[f64; 2]], parameters: &[Varied], faults: &mut Vec<RequestFault>) -> Vec<f64> {
         let is_open = |[low, high]: &[f64; 2]| !low.is_finite() || !high.is_finite();
-        let open = bounds.iter().zip(parameters).filter(|(own, _)| is_open(own)).map(|(_, own)| &own.name);
+        let open = bounds
+            .iter()
+            .zip(parameters)
+            .filter(|(parameter_bound, _)| is_open(parameter_bound))
+            .map(|(_, parameter_bound)| &parameter_bound.name);
         let open = suggest::list(open);
         if !open.is_empty() && self.starts > 1 {
             faults.push(RequestFault::Other(format!("{names}: several starts need bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
         }
-        let range = |(own @ [low, high], parameter): (&[f64; 2], &Varied)| match (is_open(own), parameter.start.abs()) {
+        let range = |(parameter_bound @ [low, high], parameter): (&[f64; 2], &Varied)| match (
+            is_open(parameter_bound),
+            parameter.start.abs(),
+        ) {
             (false, _) => high - low,
             (true, 0.0) => 1.0,
             (true, size) => size,
@@ -198,7 +205,7 @@ impl OptimizeRequest {
         check_times(table, experiment, faults);
         let units: Vec<&str> =
             columns.iter().filter_map(|&place| varying.outputs().nth(place)).map(|(_, own)| &*own.si).collect();
-        if let Some(other) = units.iter().find(|own| **own != units[0]) {
+        if let Some(other) = units.iter().find(|unit| **unit != units[0]) {
             faults.push(RequestFault::Squares { first: units[0].to_owned(), other: (*other).to_owned() });
         }
         columns
@@ -274,7 +281,7 @@ impl Checked {
         };
         let conditions = self.problem.limits.iter().zip(&found.beyond);
         let missed: Vec<String> = self.limits.iter().zip(conditions).filter_map(missed).collect();
-        let nearest = values.map(|own| own.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
+        let nearest = values.map(|value| value.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
         OptimizeError::Unmet { nearest, missed: missed.join(", ") }
     }
 }

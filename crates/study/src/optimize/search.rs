@@ -139,9 +139,9 @@ impl Problem {
             Some(sum) => sum.of(seen)?,
             None => squares,
         };
-        let beyond = |own: &GoalCondition| Some(own.beyond(own.sign * own.sum.of(seen)?));
+        let beyond = |condition: &GoalCondition| Some(condition.beyond(condition.sign * condition.sum.of(seen)?));
         let beyond = self.limits.iter().map(beyond).collect::<Option<Vec<f64>>>()?;
-        (goal.is_finite() && beyond.iter().all(|own| own.is_finite())).then_some((goal, beyond))
+        (goal.is_finite() && beyond.iter().all(|beyond| beyond.is_finite())).then_some((goal, beyond))
     }
 }
 
@@ -382,14 +382,14 @@ impl<'p> LinearModel<'p> {
         let straight = |piece: SmoothPiece| {
             let Linear { value, slope } = piece.of(&seen.courses)?;
             let linear = Linear { value, slope: slope.component_mul(&ranges) };
-            linear.slope.iter().all(|own| own.is_finite()).then_some((piece, linear))
+            linear.slope.iter().all(|slope| slope.is_finite()).then_some((piece, linear))
         };
         let all = |parts: Vec<Largest>| {
             let largest = |own: Largest| own.into_iter().map(straight).collect::<Option<Vec<_>>>();
             parts.into_iter().map(largest).collect::<Option<Vec<_>>>()
         };
         let goal = problem.goal.as_ref().map_or(Some(Vec::new()), |sum| all(sum.parts(1.0, false, seen)))?;
-        let of = |own: &GoalCondition| all(own.sum.parts(own.sign, own.is_equation, seen));
+        let of = |condition: &GoalCondition| all(condition.sum.parts(condition.sign, condition.is_equation, seen));
         let limits = problem.limits.iter().map(of).collect::<Option<_>>()?;
         let (mut gradient, mut squares) = (None, None);
         if let (None, Some(residuals)) = (&problem.goal, &seen.residuals) {
@@ -406,13 +406,13 @@ impl<'p> LinearModel<'p> {
 
     /// Does a second step help: are there limits or largest pieces?
     fn is_bent(&self) -> bool {
-        !self.limits.is_empty() || self.goal.iter().any(|own| own.len() > 1)
+        !self.limits.is_empty() || self.goal.iter().any(|goal| goal.len() > 1)
     }
 
     /// The steepest slope of the goal.
     fn steepest(&self) -> f64 {
         let pieces = self.goal.iter().flatten().map(|(_, own)| own.slope.amax());
-        let most = pieces.chain(self.gradient.iter().map(|own| own.amax())).fold(0.0, f64::max);
+        let most = pieces.chain(self.gradient.iter().map(|gradient| gradient.amax())).fold(0.0, f64::max);
         if most > 0.0 { most } else { 1.0 }
     }
 
@@ -425,7 +425,9 @@ impl<'p> LinearModel<'p> {
 
     /// The sum of the violations behind a step, straight.
     fn violation(&self, change: &DVector<f64>) -> f64 {
-        let beyond = |(own, parts): (&GoalCondition, &Vec<Vec<(SmoothPiece, Linear)>>)| own.beyond(sum(parts, change));
+        let beyond = |(condition, parts): (&GoalCondition, &Vec<Vec<(SmoothPiece, Linear)>>)| {
+            condition.beyond(sum(parts, change))
+        };
         self.problem.limits.iter().zip(&self.limits).map(beyond).sum()
     }
 
@@ -486,8 +488,8 @@ type First<'a> = (&'a SeenCourses, &'a DVector<f64>);
 
 impl StepProblem {
     fn new(model: &LinearModel, unit: f64, price: f64, first: Option<First>) -> Self {
-        let groups = |parts: &[Vec<(SmoothPiece, Linear)>]| parts.iter().filter(|own| own.len() > 1).count();
-        let heights = groups(&model.goal) + model.limits.iter().map(|own| groups(own)).sum::<usize>();
+        let groups = |parts: &[Vec<(SmoothPiece, Linear)>]| parts.iter().filter(|part| part.len() > 1).count();
+        let heights = groups(&model.goal) + model.limits.iter().map(|limit| groups(limit)).sum::<usize>();
         let (count, limits) = (model.count, model.limits.len());
         let size = count + heights + limits;
         let mut system = StepProblem {
@@ -556,38 +558,45 @@ impl StepProblem {
 
     fn limit(
         &mut self,
-        own: &GoalCondition,
+        goal_condition: &GoalCondition,
         parts: &[Vec<(SmoothPiece, Linear)>],
         unit: f64,
         first: Option<First>,
         beyond: usize,
     ) {
-        let weight = unit / own.scale;
-        let mut row = Inequality { slope: DVector::zeros(self.gradient.len()), bound: own.bound / own.scale };
+        let weight = unit / goal_condition.scale;
+        let mut row = Inequality {
+            slope: DVector::zeros(self.gradient.len()),
+            bound: goal_condition.bound / goal_condition.scale,
+        };
         let mut pieces = Vec::new();
         for group in parts {
-            match self.group(group, [own.scale, weight], first) {
+            match self.group(group, [goal_condition.scale, weight], first) {
                 Some(height) => {
                     row.slope[height] = 1.0;
-                    row.bound -= group.iter().map(|(_, own)| own.value).fold(f64::MIN, f64::max) / own.scale;
+                    row.bound -= group.iter().map(|(_, own)| own.value).fold(f64::MIN, f64::max) / goal_condition.scale;
                 }
                 None => {
                     for (piece, straight) in group {
-                        row.slope.rows_mut(0, straight.slope.len()).axpy(1.0 / own.scale, &straight.slope, 1.0);
-                        row.bound -= value(piece, straight, first) / own.scale;
+                        row.slope.rows_mut(0, straight.slope.len()).axpy(
+                            1.0 / goal_condition.scale,
+                            &straight.slope,
+                            1.0,
+                        );
+                        row.bound -= value(piece, straight, first) / goal_condition.scale;
                         pieces.push((piece.clone(), weight));
                     }
                 }
             }
         }
         let mut both = vec![(row, pieces)];
-        if own.is_equation {
+        if goal_condition.is_equation {
             let (row, pieces) = &both[0];
             let opposite = Inequality { slope: -&row.slope, bound: -row.bound };
             both.push((opposite, pieces.iter().map(|(piece, weight)| (piece.clone(), -weight)).collect()));
         }
         let first = self.rows.len();
-        self.of_limit.push((first, own.is_equation.then_some(first + 1)));
+        self.of_limit.push((first, goal_condition.is_equation.then_some(first + 1)));
         for (mut row, pieces) in both {
             row.slope[beyond] = -1.0;
             self.push(row, pieces);
@@ -624,9 +633,9 @@ impl StepProblem {
 }
 
 /// The value of a piece at the beginning of a step; after a first one that from which the straight piece leads to what was seen there.
-fn value(piece: &SmoothPiece, own: &Linear, first: Option<First>) -> f64 {
-    let seen = first.and_then(|(seen, change)| Some(piece.of(&seen.courses)?.value - own.slope.dot(change)));
-    seen.unwrap_or(own.value)
+fn value(piece: &SmoothPiece, linear: &Linear, first: Option<First>) -> f64 {
+    let seen = first.and_then(|(seen, change)| Some(piece.of(&seen.courses)?.value - linear.slope.dot(change)));
+    seen.unwrap_or(linear.value)
 }
 
 #[cfg(test)]
@@ -673,7 +682,7 @@ mod tests {
 
     fn found(problem: &Problem, start: &[f64], rows: impl Fn(&[f64]) -> Vec<Vec<(f64, Vec<f64>)>>) -> EndPoint<()> {
         let evaluate = |x: &[f64], _: Option<&()>| {
-            Ok((SeenCourses { courses: rows(x).iter().map(|own| course(own)).collect(), residuals: None }, ()))
+            Ok((SeenCourses { courses: rows(x).iter().map(|row| course(row)).collect(), residuals: None }, ()))
         };
         search(problem, start, 300, evaluate, || true).unwrap()
     }
@@ -754,7 +763,7 @@ mod tests {
         });
         let lost: Vec<String> = reached.filter_map(Result::err).collect();
         // The others end in the second minimum, where the spring is fixed low and pulls far out.
-        let second = lost.iter().filter(|own| own.contains("Settled 3.40010241")).count();
+        let second = lost.iter().filter(|lost| lost.contains("Settled 3.40010241")).count();
         assert!(lost.len() == second && second <= 15, "{} of 50 did not: {lost:#?}", lost.len());
     }
 

@@ -74,7 +74,7 @@ mod tests {
                 let [low, high] = bounds[place];
                 (8.0 * (own[place] - low) / (high - low)) as usize == eighth
             };
-            assert!((0..2).all(|place| large.iter().any(|own| is_there(own, place))), "{eighth}: {large:?}");
+            assert!((0..2).all(|place| large.iter().any(|large| is_there(large, place))), "{eighth}: {large:?}");
         }
         let open = Starts { scene: &[2.0], bounds: &[[0.0, f64::INFINITY]], count: 1, seed: 0 };
         assert_eq!(open.of(0).collect::<Vec<_>>(), [vec![2.0]]);

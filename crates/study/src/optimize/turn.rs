@@ -47,7 +47,7 @@ pub fn known(
     let figures = figures_of(&turned(scene, study, request)?);
     // A unit such as `1/rad` has no name of its own: numbers in it are bare.
     let unit = |text: String| compile::unit(&text).unwrap_or_else(|_| Unit { si: text, ..Unit::default() });
-    Ok(figures.into_iter().map(|own| (own.name, unit(own.unit))).collect())
+    Ok(figures.into_iter().map(|figure| (figure.name, unit(figure.unit))).collect())
 }
 
 fn turned(scene: &Scene, study: &Study, request: &motion::MotionRequest) -> Result<Figures, AnalysisFailure> {
@@ -58,7 +58,7 @@ fn turned(scene: &Scene, study: &Study, request: &motion::MotionRequest) -> Resu
 fn figures_of(figures: &Figures) -> Vec<Figure> {
     let columns = figures.table.iter().skip(1);
     let mut all: Vec<Figure> = columns
-        .map(|own| Figure { name: own.name.clone(), unit: own.unit.clone(), values: own.values.clone() })
+        .map(|column| Figure { name: column.name.clone(), unit: column.unit.clone(), values: column.values.clone() })
         .collect();
     let angles = all.iter().filter(|own| own.name.starts_with("transmission at ")).map(|own| own.values.clone());
     let smallest =
@@ -82,7 +82,7 @@ impl Turns<'_> {
     /// There is no such turn, or none beside it.
     pub fn seen(&self, values: &[f64]) -> Result<SeenCourses, AnalysisFailure> {
         let (times, here) = self.measured(values)?;
-        let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|own| DMatrix::zeros(own.len(), values.len())).collect();
+        let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|here| DMatrix::zeros(here.len(), values.len())).collect();
         for quantity in 0..values.len() {
             let [p, q] = self.beside(quantity, values[quantity]);
             let [at_p, at_q] = [p, q].map(|step| {
@@ -111,7 +111,8 @@ impl Turns<'_> {
             Course { times, values: DVector::from_vec(own), slopes }
         });
         let courses: Vec<Course> = courses.collect();
-        let infinite = |own: &Course| own.values.iter().chain(own.slopes.iter()).any(|own| !own.is_finite());
+        let infinite =
+            |course: &Course| course.values.iter().chain(course.slopes.iter()).any(|value| !value.is_finite());
         match courses.iter().position(infinite) {
             None => Ok(SeenCourses { courses, residuals: None }),
             Some(figure) => {

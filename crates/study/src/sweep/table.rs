@@ -33,10 +33,11 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
         return Err(vec![DesignError::Other("the first line of the table must have the names".to_owned())]);
     }
     let (mut wrong, units) = (Vec::new(), description.units());
-    let read =
-        |own: &Heading| column(description, own.of_variable(|name| units.get(name).copied().cloned()), &own.text);
+    let read = |heading: &Heading| {
+        column(description, heading.of_variable(|name| units.get(name).copied().cloned()), &heading.text)
+    };
     let found: Vec<Option<FactorColumn>> =
-        headings.iter().map(|own| read(own).map_err(|error| wrong.push(error)).ok()).collect();
+        headings.iter().map(|heading| read(heading).map_err(|error| wrong.push(error)).ok()).collect();
     let mut columns: Vec<FactorColumn> = found.into_iter().flatten().collect();
     if columns.len() < headings.len() {
         return Err(wrong); // what their values mean is not known

@@ -151,7 +151,7 @@ fn region(region: Option<&Region>, middle: Point, size: f64) -> [Point; 2] {
     let around = Point::new(size, size) * 2.0;
     let [low, high] = region.map_or([middle - around, middle + around], Region::bounds);
     let within = |own: f64, other: f64| if own.is_finite() { own } else { other };
-    let corner = |own: Point, other: Point| Point::new(within(own.re, other.re), within(own.im, other.im));
+    let corner = |point: Point, other: Point| Point::new(within(point.re, other.re), within(point.im, other.im));
     [corner(low, middle - around), corner(high, middle + around)]
 }
 
@@ -167,7 +167,8 @@ fn sampled(task: &Task, limits: &LinkageLimits, poses: &[Pose]) -> Result<Sample
     let ground = region(limits.ground.as_ref(), middle, size);
     let moving = region(limits.moving.as_ref(), Point::new(0.0, 0.0), size);
     let permitted = |dyad: &Dyad| {
-        let inside = |region: &Option<Region>, pin: Point| region.as_ref().is_none_or(|own| own.outside(pin) == 0.0);
+        let inside =
+            |region: &Option<Region>, pin: Point| region.as_ref().is_none_or(|region| region.outside(pin) == 0.0);
         match *dyad {
             Dyad::Bar { moving, ground, length } => {
                 inside(&limits.ground, ground)
@@ -316,7 +317,7 @@ pub(super) fn settled(linkage: &Linkage, poses: &[Pose]) -> (Vec<Pose>, f64) {
     let on = |pose: &Pose| {
         // Where a pose is met up to rounding, it is itself: dead points are no places to divide at.
         let met = linkage.first.error(pose).abs().max(linkage.second.error(pose).abs());
-        let size = extent(poses.iter().map(|own| own.at)).1;
+        let size = extent(poses.iter().map(|pose| pose.at)).1;
         let exact = (met > 1e-10 * size).then(|| linkage.pose(linkage.input(pose), linkage.side(pose))).flatten();
         let exact = exact.unwrap_or(*pose);
         most = most.max((exact.at - pose.at).norm()).max(if met > 1e-10 * size { met } else { 0.0 });
@@ -339,7 +340,7 @@ fn function(
         return Err(task.fault("a function needs at least three pairs", "add pairs, or write a law"));
     }
     let twice = (0..pairs.len()).find_map(|second| {
-        let alike = |own: &Pair| (own.input - pairs[second].input).abs() <= ALIKE;
+        let alike = |pair: &Pair| (pair.input - pairs[second].input).abs() <= ALIKE;
         Some((pairs[..second].iter().position(alike)?, second))
     });
     if let Some((first, second)) = twice {
@@ -393,10 +394,10 @@ pub(super) fn path_of(task: &Task) -> Option<CouplerPath> {
     let TaskKind::Path { points, closed, crank, pivots } = &task.kind else { return None };
     let at = |[x, y]: [f64; 2]| Point::new(x, y);
     Some(CouplerPath {
-        points: points.iter().map(|own| at(*own)).collect(),
+        points: points.iter().map(|point| at(*point)).collect(),
         closed: *closed,
         crank: crank.clone(),
-        pivots: pivots.map(|own| own.map(at)),
+        pivots: pivots.map(|pivot| pivot.map(at)),
     })
 }
 
@@ -411,11 +412,11 @@ pub(super) fn reach(points: &[Point]) -> f64 {
 
 /// The limits of a path's search: bars of any length would be as long as a few points on a circle can be far away.
 pub(super) fn path_limits(path: &CouplerPath, limits: &LinkageLimits) -> LinkageLimits {
-    let mut own = limits.clone();
+    let mut bounded = limits.clone();
     if path.pivots.is_none() {
-        own.length = own.length.or(Some([0.0, SIZES * reach(&path.points)]));
+        bounded.length = bounded.length.or(Some([0.0, SIZES * reach(&path.points)]));
     }
-    own
+    bounded
 }
 
 fn path_followers(path: &CouplerPath, limits: &LinkageLimits, task: &Task) -> Candidates {
@@ -429,34 +430,34 @@ fn path_followers(path: &CouplerPath, limits: &LinkageLimits, task: &Task) -> Ca
     let mut known = Vec::new();
     for follower in all.into_iter().take(most) {
         let Follower { linkage, poses, largest, rms } = follower;
-        let mut own = |linkage: Linkage, poses: Vec<Pose>| {
+        let mut add = |linkage: Linkage, poses: Vec<Pose>| {
             known.push(Follower { linkage, poses: poses.clone(), largest, rms });
             let both = path.crank.is_none();
             candidates.push(CandidateLinkage { linkage, poses, error: largest, dyads: None, both, price: 0.0 });
         };
         if path.pivots.is_none() && path.crank.is_none() {
-            with_cognates(&linkage, &poses).into_iter().for_each(|(linkage, poses)| own(linkage, poses));
+            with_cognates(&linkage, &poses).into_iter().for_each(|(linkage, poses)| add(linkage, poses));
         }
-        own(linkage, poses);
+        add(linkage, poses);
     }
     if exact == 0 {
         let limits = path_limits(path, limits);
         let within = bounded_followers(path, &limits, wish(task), &known, &PathEffort::default());
-        candidates.extend(within.into_iter().map(|own| bounded(own, path)));
+        candidates.extend(within.into_iter().map(|within| bounded(within, path)));
     }
     found(Vec::new(), candidates, (exact == 0).then_some(SHOWN))
 }
 
 /// A four-bar that was found within limits.
-pub(super) fn bounded(own: Bounded, path: &CouplerPath) -> CandidateLinkage {
-    let Bounded { follower: Follower { linkage, poses, largest, .. }, price } = own;
+pub(super) fn bounded(bounded: Bounded, path: &CouplerPath) -> CandidateLinkage {
+    let Bounded { follower: Follower { linkage, poses, largest, .. }, price } = bounded;
     CandidateLinkage { linkage, poses, error: largest, dyads: None, both: path.crank.is_none(), price }
 }
 
 /// Both cognates, their coupler at each place of the point.
 fn with_cognates(linkage: &Linkage, poses: &[Pose]) -> Vec<(Linkage, Vec<Pose>)> {
     let origin = Point::new(0.0, 0.0);
-    let at = |pose: &Pose| Some(coupler_cognates(linkage, origin, pose)?.map(|(own, _)| own));
+    let at = |pose: &Pose| Some(coupler_cognates(linkage, origin, pose)?.map(|(cognate, _)| cognate));
     let Some(first) = poses.first().and_then(at) else { return Vec::new() };
     let pin = |linkage: &Linkage| match linkage.first {
         Dyad::Bar { moving, .. } | Dyad::Slider { moving, .. } => moving,
@@ -508,8 +509,8 @@ fn rocker_stroke(limits: &LinkageLimits, turn: f64, swing: f64, ground: f64) -> 
     if strokes.is_empty() {
         return Err(NoStroke::NoCrank);
     }
-    let candidate = |own: &Stroke| {
-        let lengths = own.lengths.map(|length| length * ground);
+    let candidate = |stroke: &Stroke| {
+        let lengths = stroke.lengths.map(|length| length * ground);
         let [ground, crank, coupler, rocker] = lengths;
         // The pin of the rocker, as far from the pivot of the crank as coupler and crank together, and as their difference.
         let pin = |long: f64| {
@@ -523,15 +524,15 @@ fn rocker_stroke(limits: &LinkageLimits, turn: f64, swing: f64, ground: f64) -> 
 
 fn slider_stroke(limits: &LinkageLimits, turn: f64, way: f64, offset: Option<f64>) -> Result<Candidates, NoStroke> {
     let half = (turn - PI).abs() < 1e-9;
-    let own = match stroke::slider(turn, way, offset) {
-        Err(NoStroke::NoBest) if half && offset.is_none_or(|own| own == 0.0) => {
+    let slider_stroke = match stroke::slider(turn, way, offset) {
+        Err(NoStroke::NoBest) if half && offset.is_none_or(|offset| offset == 0.0) => {
             // The longer the rod, the better: the limit of lengths decides.
             let [_, rod] = limits.length.ok_or(NoStroke::NoBest)?;
             stroke::central_slider(way, rod)?
         }
         other => other?,
     };
-    let [offset, crank, rod, _] = own.lengths;
+    let [offset, crank, rod, _] = slider_stroke.lengths;
     let origin = Point::new(0.0, 0.0);
     let linkage = Linkage {
         first: Dyad::Bar { moving: origin, ground: origin, length: crank },

@@ -23,11 +23,11 @@ pub fn refined(task: &Task, limits: &LinkageLimits, judged: &[Judged]) -> Vec<Ca
     }
     let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
     let chosen = task.choose != cotree::task::Choose::default();
-    let mut ranked: Vec<&Judged> = judged.iter().filter(|own| is_four_bar(&own.linkage)).collect();
+    let mut ranked: Vec<&Judged> = judged.iter().filter(|judged| is_four_bar(&judged.linkage)).collect();
     ranked.sort_by(|a, b| merit(a, &poses).total_cmp(&merit(b, &poses)));
     let mut random = Random::new(11);
     let starts = ranked.into_iter().take(if chosen { 0 } else { STARTS });
-    starts.filter_map(|own| climbed(task, limits, own, &poses, &mut random)).collect()
+    starts.filter_map(|start| climbed(task, limits, start, &poses, &mut random)).collect()
 }
 
 fn is_four_bar(linkage: &Linkage) -> bool {
@@ -35,13 +35,13 @@ fn is_four_bar(linkage: &Linkage) -> bool {
 }
 
 /// The less the better: defects, then what limits are missed by, then the transmission angle.
-fn merit(own: &Judged, poses: &[Pose]) -> f64 {
+fn merit(judged: &Judged, poses: &[Pose]) -> f64 {
     let size = extent(poses.iter().map(|pose| pose.at)).1;
     let missed: f64 =
-        own.misses.iter().map(|(limit, miss)| if limit.is_length() { miss / size } else { miss.min(1.0) }).sum();
-    let defects = 10.0 * own.verdict.defects.len() as f64;
-    let nothing = if own.reason.is_some() && missed == 0.0 && defects == 0.0 { 100.0 } else { 0.0 };
-    let angle = if missed + defects == 0.0 { -own.verdict.transmission } else { 0.0 };
+        judged.misses.iter().map(|(limit, miss)| if limit.is_length() { miss / size } else { miss.min(1.0) }).sum();
+    let defects = 10.0 * judged.verdict.defects.len() as f64;
+    let nothing = if judged.reason.is_some() && missed == 0.0 && defects == 0.0 { 100.0 } else { 0.0 };
+    let angle = if missed + defects == 0.0 { -judged.verdict.transmission } else { 0.0 };
     nothing + defects + missed + angle
 }
 
@@ -63,7 +63,7 @@ fn climbed(
         let next = moved(linkage.first, random).zip(moved(linkage.second, random));
         let next = next.map(|(first, second)| Linkage { first, second });
         let candidate = next.map(|linkage| candidate(linkage, poses));
-        let judged = candidate.as_ref().and_then(|own| Some((best(own, limits, task)?, own)));
+        let judged = candidate.as_ref().and_then(|candidate| Some((best(candidate, limits, task)?, candidate)));
         match judged.filter(|(own, _)| merit(own, poses) < value) {
             Some((own, candidate)) => {
                 (linkage, value) = (candidate.linkage, merit(&own, poses));
@@ -96,7 +96,7 @@ fn beside(dyad: Dyad, poses: &[Pose], by: Point, along: f64) -> Option<Dyad> {
         [a, b, c] => circle_dyad(moving + by, &[a, b, c]),
         _ => {
             let line = Condition::Ground { direction: Point::new(1.0, 0.0), value: ground.re + along };
-            let far = |own: &Dyad| match own {
+            let far = |dyad: &Dyad| match dyad {
                 Dyad::Bar { moving: pin, ground: pivot, .. } => (pin - moving).norm() + (pivot - ground).norm(),
                 Dyad::Slider { .. } | Dyad::Slot { .. } => f64::INFINITY,
             };

@@ -120,26 +120,27 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
         last: None,
         costs: Vec::new(),
     };
-    let mut judged: Vec<Judged> = found.candidates.iter().filter_map(|own| best(own, &limits, task)).collect();
+    let mut judged: Vec<Judged> =
+        found.candidates.iter().filter_map(|candidate| best(candidate, &limits, task)).collect();
     let refined = family::refined(task, &limits, &judged);
-    judged.extend(refined.iter().filter_map(|own| best(own, &limits, task)));
+    judged.extend(refined.iter().filter_map(|candidate| best(candidate, &limits, task)));
     answer.looked_at += answer.left_out.values().sum::<usize>() + refined.len();
-    for own in judged.iter().filter(|own| own.reason.is_some()) {
-        *answer.left_out.entry(own.reason.clone().unwrap_or_default()).or_default() += 1;
+    for judgement in judged.iter().filter(|judged| judged.reason.is_some()) {
+        *answer.left_out.entry(judgement.reason.clone().unwrap_or_default()).or_default() += 1;
     }
     judged.sort_by(|a, b| a.rank(task).total_cmp(&b.rank(task)));
     let most = found.most.unwrap_or(usize::MAX);
-    let (good, bad): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|own| own.reason.is_none());
+    let (good, bad): (Vec<Judged>, Vec<Judged>) = judged.into_iter().partition(|judgement| judgement.reason.is_none());
     answer.last = last(task, &bad, good.is_empty());
     answer.costs = costs(task, &bad, good.first());
-    for own in good {
-        let lengths = own.linkage.lengths();
+    for judgement in good {
+        let lengths = judgement.linkage.lengths();
         let is_like = |other: &Solution| is_beside(&other.lengths, &lengths);
         if found.most.is_some() && (answer.solutions.len() >= most || answer.solutions.iter().any(is_like)) {
             *answer.left_out.entry(MORE.to_owned()).or_default() += 1;
             continue;
         }
-        let solution = solution(task, own, answer.solutions.len() + 1);
+        let solution = solution(task, judgement, answer.solutions.len() + 1);
         match &solution.reason {
             None => answer.solutions.push(solution),
             Some(reason) => *answer.left_out.entry(reason.clone()).or_default() += 1,
@@ -150,7 +151,9 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
         || (task.limits.bars.is_none() && task.limits.within.is_some() && answer.solutions.is_empty())
     {
         answer.six_bars = six_bars(task, &limits, &near(task, &limits, &answer.solutions));
-        answer.six_bars.retain(|own| task.limits.within.is_none_or(|within| own.error <= within * (1.0 + 1e-9)));
+        answer
+            .six_bars
+            .retain(|six_bar| task.limits.within.is_none_or(|within| six_bar.error <= within * (1.0 + 1e-9)));
     }
     if all {
         let shown = bad.into_iter().take(found.most.map_or(usize::MAX, |most| 4 * most));
@@ -167,23 +170,28 @@ fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Soluti
     }
     let known: Vec<Follower> = good
         .iter()
-        .map(|own| Follower { linkage: own.linkage, poses: own.poses.clone(), largest: own.error, rms: own.error })
+        .map(|good| Follower { linkage: good.linkage, poses: good.poses.clone(), largest: good.error, rms: good.error })
         .collect();
     let found = shorter_followers(&path, &candidates::path_limits(&path, limits), &known, SHORTER);
-    let judged = found.into_iter().filter_map(|own| best(&candidates::bounded(own, &path), limits, task));
-    let driven =
-        judged.filter(|own| own.reason.is_none()).enumerate().map(|(index, own)| solution(task, own, index + 1));
-    let longest = |own: &Solution| own.lengths.into_iter().flatten().fold(0.0, f64::max);
-    let all: Vec<Solution> = driven.filter(|own| own.reason.is_none()).collect();
+    let judged = found.into_iter().filter_map(|candidate| best(&candidates::bounded(candidate, &path), limits, task));
+    let driven = judged
+        .filter(|judged| judged.reason.is_none())
+        .enumerate()
+        .map(|(index, judgement)| solution(task, judgement, index + 1));
+    let longest = |solution_data: &Solution| solution_data.lengths.into_iter().flatten().fold(0.0, f64::max);
+    let all: Vec<Solution> = driven.filter(|driven| driven.reason.is_none()).collect();
     // One with longer bars and a larger error than a later one is no choice.
-    let is_choice = |own: &Solution| {
-        good.iter().take(1).chain(&all).all(|other| longest(other) >= longest(own) || other.error > own.error)
-            && !good.iter().take(1).any(|best| longest(own) > 0.99 * longest(best))
+    let is_choice = |candidate: &Solution| {
+        good.iter()
+            .take(1)
+            .chain(&all)
+            .all(|other| longest(other) >= longest(candidate) || other.error > candidate.error)
+            && !good.iter().take(1).any(|best| longest(candidate) > 0.99 * longest(best))
     };
     let mut choices: Vec<Solution> = Vec::new();
-    for own in all.iter().filter(|own| is_choice(own)) {
-        if choices.last().is_none_or(|last| longest(own) < 0.99 * longest(last)) {
-            choices.push(own.clone());
+    for candidate in all.iter().filter(|candidate| is_choice(candidate)) {
+        if choices.last().is_none_or(|last| longest(candidate) < 0.99 * longest(last)) {
+            choices.push(candidate.clone());
         }
     }
     choices
@@ -194,7 +202,11 @@ fn near(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution>
     let Some(path) = candidates::path_of(task).filter(|_| good.is_empty()) else { return good.to_vec() };
     let limits = candidates::path_limits(&path, limits);
     let found = bounded_followers(&path, &limits, Wish::Accuracy, &[], &PathEffort::default());
-    found.into_iter().filter_map(|own| best(&candidates::bounded(own, &path), &limits, task)).map(undriven).collect()
+    found
+        .into_iter()
+        .filter_map(|candidate| best(&candidates::bounded(candidate, &path), &limits, task))
+        .map(undriven)
+        .collect()
 }
 
 /// So many linkages with shorter and shorter bars are looked for.
@@ -347,8 +359,8 @@ fn written(task: &Task, error: f64) -> String {
 
 /// What removed the last linkages, and how near the nearest came.
 fn last(task: &Task, bad: &[Judged], none_is_good: bool) -> Option<String> {
-    let stage = bad.iter().map(|own| own.stage).max().filter(|_| none_is_good)?;
-    let those = || bad.iter().filter(|own| own.stage == stage);
+    let stage = bad.iter().map(|bad| bad.stage).max().filter(|_| none_is_good)?;
+    let those = || bad.iter().filter(|bad| bad.stage == stage);
     let nearest = those().min_by(|a, b| a.miss.total_cmp(&b.miss))?;
     let reason = nearest.reason.as_deref()?;
     let count = those().count();
@@ -379,7 +391,7 @@ fn costs(task: &Task, bad: &[Judged], best: Option<&Judged>) -> Vec<String> {
         LinkageLimit::Transmission,
     ];
     let cost = |limit: LinkageLimit| {
-        let alone = bad.iter().filter(|own| own.alone() == Some(limit));
+        let alone = bad.iter().filter(|bad| bad.alone() == Some(limit));
         let nearest = alone.min_by(|a, b| a.error.total_cmp(&b.error))?;
         if best.is_some_and(|best| best.error <= nearest.error) {
             return None;
@@ -406,55 +418,55 @@ fn is_beside(a: &[Option<f64>; 4], b: &[Option<f64>; 4]) -> bool {
     })
 }
 
-fn undriven(own: Judged) -> Solution {
+fn undriven(judged: Judged) -> Solution {
     Solution {
-        linkage: own.linkage,
-        dyads: own.dyads,
-        lengths: own.linkage.lengths(),
-        class: class(&own.linkage, &own.verdict),
-        error: own.error,
-        transmission: own.verdict.transmission,
-        full_turn: own.verdict.full_turn,
-        defects: own.verdict.defects,
-        active: own.active,
-        price: own.price,
-        reason: own.reason,
-        poses: own.poses,
+        linkage: judged.linkage,
+        dyads: judged.dyads,
+        lengths: judged.linkage.lengths(),
+        class: class(&judged.linkage, &judged.verdict),
+        error: judged.error,
+        transmission: judged.verdict.transmission,
+        full_turn: judged.verdict.full_turn,
+        defects: judged.verdict.defects,
+        active: judged.active,
+        price: judged.price,
+        reason: judged.reason,
+        poses: judged.poses,
         driven: None,
         scene: None,
     }
 }
 
 /// Written as a scene, and driven by the program: what it does not do is no solution.
-fn solution(task: &Task, own: Judged, number: usize) -> Solution {
-    let inputs = &own.verdict.inputs;
-    let (_, size) = extent(own.poses.iter().map(|pose| pose.at));
+fn solution(task: &Task, judged: Judged, number: usize) -> Solution {
+    let inputs = &judged.verdict.inputs;
+    let (_, size) = extent(judged.poses.iter().map(|pose| pose.at));
     let (first, last) = (inputs.first().copied().unwrap_or(0.0), inputs.last().copied().unwrap_or(0.0));
     let sense = if last < first { -1.0 } else { 1.0 };
     let start = inputs.iter().map(|input| sense * input).fold(f64::INFINITY, f64::min) * sense;
     let end = inputs.iter().map(|input| sense * input).fold(f64::NEG_INFINITY, f64::max) * sense;
-    let turns = matches!(own.linkage.first, Dyad::Bar { .. });
-    let whole = turns && own.verdict.full_turn && (task.limits.crank || is_turn(task));
+    let turns = matches!(judged.linkage.first, Dyad::Bar { .. });
+    let whole = turns && judged.verdict.full_turn && (task.limits.crank || is_turn(task));
     let end = if whole { start + sense * std::f64::consts::TAU } else { end };
     let duration = if turns { (end - start).abs() } else { 1.0 };
     let time = |input: f64| (input - start) / (end - start) * duration;
     let mut stations: Vec<Station> =
-        inputs.iter().zip(&own.poses).map(|(input, pose)| Station { time: time(*input), pose: *pose }).collect();
+        inputs.iter().zip(&judged.poses).map(|(input, pose)| Station { time: time(*input), pose: *pose }).collect();
     stations.sort_by(|a, b| a.time.total_cmp(&b.time));
     let begin = stations.first().map_or(Pose::new(0.0, 0.0, 0.0), |station| station.pose);
     let name = format!("{}_{number}", cotree::model::identifier(&task.name));
-    let about = format!("{} for the task {}", class(&own.linkage, &own.verdict), task.name);
+    let about = format!("{} for the task {}", class(&judged.linkage, &judged.verdict), task.name);
     let driven = scene::DrivenLinkage {
         name: &name,
         about: &about,
-        linkage: &own.linkage,
+        linkage: &judged.linkage,
         start: begin,
         way: [start, end],
         duration,
     };
     let text = scene::text(&driven);
     let miss = largest_miss(&text, &stations, size);
-    let mut solution = undriven(own);
+    let mut solution = undriven(judged);
     match miss {
         Ok(miss) if miss <= MET => solution.driven = Some(miss),
         Ok(_) => solution.reason = Some("misses its poses in the simulation".to_owned()),
@@ -497,7 +509,7 @@ fn limits(asked: &Demands) -> LinkageLimits {
     let at = |[x, y]: [f64; 2]| Point::new(x, y);
     let region = |area: &Area| match area {
         Area::Box(low, high) => Region::Box(at(*low), at(*high)),
-        Area::Polygon(corners) => Region::Polygon(corners.iter().map(|own| at(*own)).collect()),
+        Area::Polygon(corners) => Region::Polygon(corners.iter().map(|corner| at(*corner)).collect()),
     };
     LinkageLimits {
         ground: asked.ground.as_ref().map(region),

@@ -65,33 +65,39 @@ impl Answer {
         let found: Vec<(usize, Option<Tolerances>)> = good
             .iter()
             .enumerate()
-            .map(|(index, own)| (index + 1, tolerances(&own.linkage, &own.poses, measured, length, pivot)))
+            .map(|(index, solution)| {
+                (index + 1, tolerances(&solution.linkage, &solution.poses, measured, length, pivot))
+            })
             .collect();
-        let all = || found.iter().filter_map(|(index, own)| Some((index, own.as_ref()?)));
+        let all = || found.iter().filter_map(|(index, tolerances_found)| Some((index, tolerances_found.as_ref()?)));
         let columns =
             row!["scene", named("worst case", unit), named("3 sigma", unit), named("sampled", unit), "jammed"];
-        let rows = all().map(|(index, own)| {
-            let [worst, sigma, sampled] = [own.worst, own.three_sigma, own.sampled].map(|own| number(own, unit));
-            row![format!("{index}.toml"), worst, sigma, sampled, own.jammed.to_string()]
+        let rows = all().map(|(index, found_tolerances)| {
+            let [worst, sigma, sampled] =
+                [found_tolerances.worst, found_tolerances.three_sigma, found_tolerances.sampled]
+                    .map(|value| number(value, unit));
+            row![format!("{index}.toml"), worst, sigma, sampled, found_tolerances.jammed.to_string()]
         });
         let mut tables = vec![Table::new(columns, rows)];
-        tables.extend(all().take(1).map(|(index, own)| {
+        tables.extend(all().take(1).map(|(index, found_tolerances)| {
             let columns = row!["dimension", named("deviates by", "m"), named("error of this deviation alone", unit)];
-            let row = |own: &Contribution| row![own.name, number(own.tolerance, "m"), number(own.error, unit)];
+            let row = |contribution: &Contribution| {
+                row![contribution.name, number(contribution.tolerance, "m"), number(contribution.error, unit)]
+            };
             let heading = Cell::from(format!("{index}.toml, deviations of each dimension"));
-            Table { heading: Some(heading), ..Table::new(columns, own.contributions.iter().map(row)) }
+            Table { heading: Some(heading), ..Table::new(columns, found_tolerances.contributions.iter().map(row)) }
         }));
-        let without = found.iter().filter(|(_, own)| own.is_none()).count();
+        let without = found.iter().filter(|(_, tolerances_found)| tolerances_found.is_none()).count();
         let note = format!("{} have no table of deviations: they have a slider or a slot", count(without, "linkage"));
         let notes = (without > 0).then(|| Cell::from(note)).into_iter().collect();
-        let data = all().map(|(index, own)| {
-            let each = own
+        let data = all().map(|(index, found_tolerances)| {
+            let each = found_tolerances
                 .contributions
                 .iter()
-                .map(|own| json!({ "dimension": own.name, "tolerance": own.tolerance, "error": own.error }));
+                .map(|contribution| json!({ "dimension": contribution.name, "tolerance": contribution.tolerance, "error": contribution.error }));
             json!({
-                "scene": format!("{index}.toml"), "worst": own.worst, "three_sigma": own.three_sigma,
-                "sampled": own.sampled, "jammed": own.jammed, "contributions": each.collect::<Vec<_>>(),
+                "scene": format!("{index}.toml"), "worst": found_tolerances.worst, "three_sigma": found_tolerances.three_sigma,
+                "sampled": found_tolerances.sampled, "jammed": found_tolerances.jammed, "contributions": each.collect::<Vec<_>>(),
             })
         });
         let title = "effect of manufacturing deviations, in addition to the error of the task".to_owned();
@@ -99,7 +105,7 @@ impl Answer {
     }
 
     pub fn good(&self) -> impl Iterator<Item = &Solution> {
-        self.solutions.iter().filter(|own| own.reason.is_none())
+        self.solutions.iter().filter(|solution| solution.reason.is_none())
     }
 
     /// The ground that the task gives, or that is taken, where it has no size but that.
@@ -137,29 +143,39 @@ impl Answer {
     }
 
     /// The limits that a linkage has just reached, and what the first of them costs.
-    fn limited(&self, own: &Solution) -> String {
-        if own.active.is_empty() {
+    fn limited(&self, solution: &Solution) -> String {
+        if solution.active.is_empty() {
             return String::new();
         }
-        let names: Vec<String> = own.active.iter().map(|limit| format!("`{}`", limit.name())).collect();
-        let price = own.price * if self.task.is_angular() { 1.0 } else { 1e3 };
-        let gain = (price > 1e-6 && own.active.contains(&LinkageLimit::Length))
+        let names: Vec<String> = solution.active.iter().map(|limit| format!("`{}`", limit.name())).collect();
+        let price = solution.price * if self.task.is_angular() { 1.0 } else { 1e3 };
+        let gain = (price > 1e-6 && solution.active.contains(&LinkageLimit::Length))
             .then(|| format!("; {} mm less error (RMS) per metre of `length`", cotree::typeset::number(price, 0.0)));
         format!("at {}{}", names.join(", "), gain.unwrap_or_default())
     }
 
     fn rows(&self, solutions: &[Solution], prefix: &str) -> Table {
-        let bars = |own: &Solution| own.lengths.map(|length| number(length.unwrap_or(f64::NAN), "m"));
-        let line = |(index, own): (usize, &Solution)| {
-            let [ground, first, coupler, second] = bars(own);
-            let error = number(own.error, self.error_unit());
-            let name = own
+        let bars = |solution: &Solution| solution.lengths.map(|length| number(length.unwrap_or(f64::NAN), "m"));
+        let line = |(index, solution): (usize, &Solution)| {
+            let [ground, first, coupler, second] = bars(solution);
+            let error = number(solution.error, self.error_unit());
+            let name = solution
                 .scene
                 .as_ref()
-                .filter(|_| own.reason.is_none())
+                .filter(|_| solution.reason.is_none())
                 .map_or("-".to_owned(), |_| format!("{prefix}{}.toml", index + 1));
-            let note = own.reason.clone().unwrap_or_else(|| self.limited(own));
-            row![name, own.class, ground, first, coupler, second, error, number(own.transmission, "rad"), note]
+            let note = solution.reason.clone().unwrap_or_else(|| self.limited(solution));
+            row![
+                name,
+                solution.class,
+                ground,
+                first,
+                coupler,
+                second,
+                error,
+                number(solution.transmission, "rad"),
+                note
+            ]
         };
         let columns = row![
             "scene",
@@ -181,11 +197,11 @@ impl Answer {
         let mut columns = row!["scene", "six-bar"];
         columns.extend(lengths);
         columns.extend(row![named("error", self.error_unit()), named("transmission", "rad"), named("and", "rad")]);
-        let rows = self.six_bars.iter().enumerate().map(|(index, own)| {
-            let mut cells = row![format!("six_{}.toml", index + 1), own.kind.name()];
-            cells.extend(own.lengths.map(|length| number(length, "m")));
-            let [first, second] = own.transmission.map(|angle| number(angle, "rad"));
-            cells.extend(row![number(own.error, self.error_unit()), first, second]);
+        let rows = self.six_bars.iter().enumerate().map(|(index, six_bar)| {
+            let mut cells = row![format!("six_{}.toml", index + 1), six_bar.kind.name()];
+            cells.extend(six_bar.lengths.map(|length| number(length, "m")));
+            let [first, second] = six_bar.transmission.map(|angle| number(angle, "rad"));
+            cells.extend(row![number(six_bar.error, self.error_unit()), first, second]);
             cells
         });
         let heading = Cell::from("six-bars, driven through the task".to_owned());
@@ -199,41 +215,42 @@ impl Answer {
             TaskKind::Path { .. } => "path",
             TaskKind::Stroke { .. } => "stroke",
         };
-        let solution = |prefix: &str, index: usize, own: &Solution| {
-            let there = own.scene.as_ref().filter(|_| own.reason.is_none());
+        let solution = |prefix: &str, index: usize, solution_data: &Solution| {
+            let there = solution_data.scene.as_ref().filter(|_| solution_data.reason.is_none());
             let scene = there.map(|_| format!("{prefix}{}.toml", index + 1));
-            let poses: Vec<[f64; 3]> = own.poses.iter().map(|pose| [pose.at.re, pose.at.im, pose.angle]).collect();
+            let poses: Vec<[f64; 3]> =
+                solution_data.poses.iter().map(|pose| [pose.at.re, pose.at.im, pose.angle]).collect();
             json!({
-                "class": own.class,
-                "lengths": own.lengths,
-                "first": dyad(&own.linkage.first),
-                "second": dyad(&own.linkage.second),
-                "error": own.error,
-                "transmission": own.transmission,
-                "full_turn": own.full_turn,
-                "defects": own.defects.iter().map(|defect| defect.name()).collect::<Vec<_>>(),
-                "active": own.active.iter().map(|limit| limit.name()).collect::<Vec<_>>(),
-                "error_per_length": own.price,
-                "reason": own.reason,
-                "dyads": own.dyads,
+                "class": solution_data.class,
+                "lengths": solution_data.lengths,
+                "first": dyad(&solution_data.linkage.first),
+                "second": dyad(&solution_data.linkage.second),
+                "error": solution_data.error,
+                "transmission": solution_data.transmission,
+                "full_turn": solution_data.full_turn,
+                "defects": solution_data.defects.iter().map(|defect| defect.name()).collect::<Vec<_>>(),
+                "active": solution_data.active.iter().map(|limit| limit.name()).collect::<Vec<_>>(),
+                "error_per_length": solution_data.price,
+                "reason": solution_data.reason,
+                "dyads": solution_data.dyads,
                 "poses": poses,
-                "driven_within": own.driven,
+                "driven_within": solution_data.driven,
                 "scene": scene,
             })
         };
-        let six = |(index, own): (usize, &SixSolution)| {
+        let six = |(index, six_data): (usize, &SixSolution)| {
             json!({
-                "kind": own.kind.name(),
-                "lengths": own.lengths,
-                "error": own.error,
-                "transmission": own.transmission,
-                "full_turn": own.full_turn,
-                "driven_within": own.driven,
+                "kind": six_data.kind.name(),
+                "lengths": six_data.lengths,
+                "error": six_data.error,
+                "transmission": six_data.transmission,
+                "full_turn": six_data.full_turn,
+                "driven_within": six_data.driven,
                 "scene": format!("six_{}.toml", index + 1),
             })
         };
         let list = |prefix: &str, all: &[Solution]| -> Vec<Value> {
-            all.iter().enumerate().map(|(index, own)| solution(prefix, index, own)).collect()
+            all.iter().enumerate().map(|(index, solution_data)| solution(prefix, index, solution_data)).collect()
         };
         json!({
             "name": self.task.name,

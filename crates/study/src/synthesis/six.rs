@@ -40,11 +40,11 @@ pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> 
             let Some(path) = path_of(task) else { return Vec::new() };
             let known: Vec<Follower> = four_bars
                 .iter()
-                .map(|own| Follower {
-                    linkage: own.linkage,
-                    poses: own.poses.clone(),
-                    largest: own.error,
-                    rms: own.error,
+                .map(|four_bar| Follower {
+                    linkage: four_bar.linkage,
+                    poses: four_bar.poses.clone(),
+                    largest: four_bar.error,
+                    rms: four_bar.error,
                 })
                 .collect();
             six_bar_followers(&path, &path_limits(&path, limits), &known, 1)
@@ -60,57 +60,61 @@ pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> 
                 LinkageLimits { transmission: limits.transmission, crank: limits.crank, ..LinkageLimits::default() };
             let known =
                 bounded_followers(&path, &path_limits(&path, &free), Wish::Accuracy, &[], &PathEffort::default());
-            let known: Vec<Follower> = known.into_iter().map(|own| own.follower).collect();
+            let known: Vec<Follower> = known.into_iter().map(|known| known.follower).collect();
             six_bar_poses(&poses, limits, &known, 1)
         }
         TaskKind::Function { .. } | TaskKind::Stroke { .. } => Vec::new(),
     };
     let mut all: Vec<SixSolution> = Vec::new();
-    for own in found {
+    for six_bar in found {
         if all.len() >= SHOWN {
             break;
         }
         let like = |other: &SixSolution| {
-            let size = own.lengths.iter().copied().fold(0.0, f64::max);
-            other.kind == own.kind && (0..6).all(|i| (other.lengths[i] - own.lengths[i]).abs() < 0.02 * size)
+            let size = six_bar.lengths.iter().copied().fold(0.0, f64::max);
+            other.kind == six_bar.kind && (0..6).all(|i| (other.lengths[i] - six_bar.lengths[i]).abs() < 0.02 * size)
         };
         if !all.iter().any(like) {
-            all.extend(driven(task, &own, all.len() + 1));
+            all.extend(driven(task, &six_bar, all.len() + 1));
         }
     }
     all
 }
 
 /// The scene and how far it is from the places of the search; none if the program does not drive it there.
-fn driven(task: &Task, own: &SixBar, number: usize) -> Option<SixSolution> {
-    let (first, last) = (*own.inputs.first()?, *own.inputs.last()?);
+fn driven(task: &Task, six_bar: &SixBar, number: usize) -> Option<SixSolution> {
+    let (first, last) = (*six_bar.inputs.first()?, *six_bar.inputs.last()?);
     let sense = if last < first { -1.0 } else { 1.0 };
-    let start = own.inputs.iter().map(|input| sense * input).fold(f64::INFINITY, f64::min) * sense;
-    let end = own.inputs.iter().map(|input| sense * input).fold(f64::NEG_INFINITY, f64::max) * sense;
-    let end = if own.full_turn { start + sense * TAU } else { end };
+    let start = six_bar.inputs.iter().map(|input| sense * input).fold(f64::INFINITY, f64::min) * sense;
+    let end = six_bar.inputs.iter().map(|input| sense * input).fold(f64::NEG_INFINITY, f64::max) * sense;
+    let end = if six_bar.full_turn { start + sense * TAU } else { end };
     let duration = (end - start).abs();
-    let scene = text(task, own, number, [start, end], duration);
+    let scene = text(task, six_bar, number, [start, end], duration);
     let angular = task.is_angular();
-    let size = if angular { 1.0 } else { extent(own.outputs.iter().copied()).1 };
+    let size = if angular { 1.0 } else { extent(six_bar.outputs.iter().copied()).1 };
     let at = |input: f64| (input - start) / (end - start) * duration;
     let mut stations: Vec<(f64, Point)> =
-        own.inputs.iter().zip(&own.outputs).map(|(input, output)| (at(*input), *output)).collect();
+        six_bar.inputs.iter().zip(&six_bar.outputs).map(|(input, output)| (at(*input), *output)).collect();
     stations.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut off = miss(&scene, &stations, angular, size).ok()?;
-    if !own.turns.is_empty() {
-        let mut turns: Vec<(f64, Point)> =
-            own.inputs.iter().zip(&own.turns).map(|(input, turn)| (at(*input), Point::new(*turn, 0.0))).collect();
+    if !six_bar.turns.is_empty() {
+        let mut turns: Vec<(f64, Point)> = six_bar
+            .inputs
+            .iter()
+            .zip(&six_bar.turns)
+            .map(|(input, turn)| (at(*input), Point::new(*turn, 0.0)))
+            .collect();
         turns.sort_by(|a, b| a.0.total_cmp(&b.0));
         let turned = |index: usize, [angle, _]: [f64; 2]| way(turns[index].1.re, angle).abs();
         off = off.max(largest_output_miss(&scene, ["link.angle", "crank.angle"], &turns, turned).ok()?);
     }
     let miss = Some(off).filter(|miss| *miss <= MET)?;
     Some(SixSolution {
-        kind: own.kind,
-        lengths: own.lengths,
-        error: own.largest,
-        transmission: own.transmission,
-        full_turn: own.full_turn,
+        kind: six_bar.kind,
+        lengths: six_bar.lengths,
+        error: six_bar.largest,
+        transmission: six_bar.transmission,
+        full_turn: six_bar.full_turn,
         driven: miss,
         scene,
     })
@@ -124,30 +128,30 @@ fn miss(scene: &str, stations: &[(f64, Point)], angular: bool, size: f64) -> Res
     // Outputs of the search are turns from the angle where they are zero, which is the same at all stations.
     let mut zero = None;
     let off = |index: usize, [angle, _]: [f64; 2]| {
-        let own = angle - stations[index].1.re;
-        way(*zero.get_or_insert(own), own).abs()
+        let real_angle = angle - stations[index].1.re;
+        way(*zero.get_or_insert(real_angle), real_angle).abs()
     };
     largest_output_miss(scene, ["output.angle", "crank.angle"], stations, off)
 }
 
 /// The scene: bodies, pins, a driver that turns the crank evenly.
-fn text(task: &Task, own: &SixBar, number: usize, [from, to]: [f64; 2], duration: f64) -> String {
+fn text(task: &Task, six_bar: &SixBar, number: usize, [from, to]: [f64; 2], duration: f64) -> String {
     let name = format!("{}_six_{number}", cotree::model::identifier(&task.name));
-    let about = format!("{} six-bar for the task {}", own.kind.name(), task.name);
+    let about = format!("{} six-bar for the task {}", six_bar.kind.name(), task.name);
     let mut text = format!("format      = 1\nname        = {name:?}\ndescription = {about:?}\n\n[ground.points]\n");
     // Writing to a string cannot fail.
-    for (name, place) in &own.ground {
+    for (name, place) in &six_bar.ground {
         let _ = writeln!(text, "{name} = {}", point(*place));
     }
     let mut guesses = String::new();
-    for body in &own.bodies {
+    for body in &six_bar.bodies {
         let points: Vec<String> =
             body.points.iter().map(|(name, place)| format!("{name} = {}", point(*place))).collect();
         let points = points.join(", ");
         let _ = writeln!(text, "\n[bodies.{}]\nmass    = 1.0\ninertia = 0.01\npoints  = {{ {points} }}", body.name);
         let _ = writeln!(guesses, "\"{}.angle\" = {{ guess = {:?} }}", body.name, body.angle);
     }
-    for (index, [one, other]) in own.joints.iter().enumerate() {
+    for (index, [one, other]) in six_bar.joints.iter().enumerate() {
         let name = if index == 0 { "first_pivot".to_owned() } else { format!("pin_{index}") };
         let _ = writeln!(text, "\n[joints.{name}]\ntype    = \"revolute\"\nbetween = [{one:?}, {other:?}]");
     }

@@ -108,11 +108,11 @@ impl Features {
         let mut table = Table::new(columns, []);
         let mut sheet = Table::new(row!["output", "kind", "value", "time", "parameter", "d_value", "d_time"], []);
         let (mut features, mut notes) = (Vec::new(), Vec::new());
-        for own in &self.features {
-            let ((output, of), kind) = (&own.output, word(own.kind));
+        for feature in &self.features {
+            let ((output, of), kind) = (&feature.output, word(feature.kind));
             let [value, time] =
-                [(own.value, &**of), (own.time, "s")].map(|(own, si)| number(own, si).within(Noise(0.0)));
-            let changes = own.changes.as_ref().ok();
+                [(feature.value, &**of), (feature.time, "s")].map(|(own, si)| number(own, si).within(Noise(0.0)));
+            let changes = feature.changes.as_ref().ok();
             for (index, (name, si)) in self.parameters.iter().enumerate() {
                 let [value_by, time_by] =
                     changes.map_or([f64::NAN; 2], |by: &FeatureDerivatives| [by.value[index], by.time[index]]);
@@ -123,9 +123,9 @@ impl Features {
             }
             let [by_value, by_time] = [changes.map(|by| &by.value), changes.map(|by| &by.time)]
                 .map(|by| by.map(|by| by_name(&self.parameters, by)));
-            features.push(json!({ "output": output, "unit": of, "kind": kind, "value": own.value, "time": own.time,
-                                  "d_value": by_value, "d_time": by_time, "refused": own.changes.as_ref().err().map(ToString::to_string) }));
-            let refused = own.changes.as_ref().err();
+            features.push(json!({ "output": output, "unit": of, "kind": kind, "value": feature.value, "time": feature.time,
+                                  "d_value": by_value, "d_time": by_time, "refused": feature.changes.as_ref().err().map(ToString::to_string) }));
+            let refused = feature.changes.as_ref().err();
             notes.extend(refused.map(|what| format!("  no derivatives of the {kind} of {output}: {what}").into()));
         }
         Report {

@@ -66,7 +66,7 @@ impl Statics {
             groups,
             verging: verging(&closures, &equilibrium.shared),
             shared: equilibrium.shared.clone(),
-            standing: closures.iter().filter(|own| own.stands()).map(|own| own.name.clone()).collect(),
+            standing: closures.iter().filter(|closure| closure.stands()).map(|closure| closure.name.clone()).collect(),
             weightless,
         }
     }
@@ -157,7 +157,7 @@ impl PointReader<'_> {
         let states = self.formulated.equations.system.mechanism.states.iter().zip(self.point.states());
         Group {
             title: "states",
-            values: states.map(|(own, &value)| (own.name.clone(), value, own.unit.si.clone())).collect(),
+            values: states.map(|(state, &value)| (state.name.clone(), value, state.unit.si.clone())).collect(),
         }
     }
 
@@ -212,15 +212,15 @@ impl PointReader<'_> {
 
 /// What sticks alone with all that it can.
 fn verging(closures: &[Closure], shared: &[String]) -> Vec<String> {
-    let alone = closures.iter().filter(|own| !shared.contains(&own.name));
+    let alone = closures.iter().filter(|closure| !shared.contains(&closure.name));
     let verges =
-        alone.filter(|own| own.most().is_some_and(|most| most > 0.0 && own.force.abs() >= (1.0 - VERGE) * most));
-    verges.map(|own| own.name.clone()).collect()
+        alone.filter(|alone| alone.most().is_some_and(|most| most > 0.0 && alone.force.abs() >= (1.0 - VERGE) * most));
+    verges.map(|verge| verge.name.clone()).collect()
 }
 
 /// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
 fn margins(closures: &[Closure], shared: &[String]) -> Group {
-    let alone = closures.iter().filter(|own| !shared.contains(&own.name));
+    let alone = closures.iter().filter(|closure| !shared.contains(&closure.name));
     let values = alone.filter_map(|own| {
         let (most, [_, force]) = (own.most()?, own.units());
         let end = |word: &str, load: f64| (format!("{}.{word}", own.name), load, force.to_owned());

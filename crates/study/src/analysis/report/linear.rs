@@ -30,7 +30,7 @@ impl StateSpace {
     /// Rates are by the second: they have the units of their states. Of inputs that are held the rows are states of the next instant.
     fn matrices(&self, held: bool) -> [Named<'_>; 4] {
         fn labels(signals: &[StateSpaceSignal]) -> Vec<Label<'_>> {
-            signals.iter().map(|own| (own.name.clone(), &*own.unit.si)).collect()
+            signals.iter().map(|signal| (signal.name.clone(), &*signal.unit.si)).collect()
         }
         let row = |name| if held { format!("next({name})") } else { format!("d({name})/dt") };
         let rates = || labels(&self.states).into_iter().map(|(name, si)| (row(name), si)).collect();
@@ -45,7 +45,7 @@ impl StateSpace {
 
     /// The usual sizes of the rows and of the columns of a matrix, where they are those of states.
     fn sizes(&self, matrix: &str) -> [Vec<f64>; 2] {
-        let states = || self.states.iter().map(|own| own.size).collect();
+        let states = || self.states.iter().map(|state| state.size).collect();
         match matrix {
             "A" => [states(), states()],
             "B" => [states(), Vec::new()],
@@ -57,9 +57,9 @@ impl StateSpace {
         let rows = |matrix: &DMatrix<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect::<Value>()).collect::<Value>()
         };
-        let signal = |own: &StateSpaceSignal| json!({"name": own.name, "unit": own.unit.si, "value": own.value});
+        let signal = |signal_data: &StateSpaceSignal| json!({"name": signal_data.name, "unit": signal_data.unit.si, "value": signal_data.value});
         let signals = |signals: &[StateSpaceSignal]| signals.iter().map(signal).collect::<Value>();
-        let [states, inputs, outputs] = [&self.states, &self.inputs, &self.outputs].map(|own| signals(own));
+        let [states, inputs, outputs] = [&self.states, &self.inputs, &self.outputs].map(|list| signals(list));
         let mut data =
             json!({"time": self.time, "states": states, "rates": self.rates, "inputs": inputs, "outputs": outputs});
         for (name, matrix, ..) in self.matrices(held) {
@@ -71,8 +71,12 @@ impl StateSpace {
 
     /// Signals and matrices below the time.
     fn tables(&self, held: bool) -> Vec<Table> {
-        let signal = |own: &StateSpaceSignal| {
-            row![own.name, number(own.value, &own.unit.si).within(Noise(ROUNDING)), unit(&own.unit.si)]
+        let signal = |signal_data: &StateSpaceSignal| {
+            row![
+                signal_data.name,
+                number(signal_data.value, &signal_data.unit.si).within(Noise(ROUNDING)),
+                unit(&signal_data.unit.si)
+            ]
         };
         let signals = [("states", &self.states), ("inputs", &self.inputs), ("outputs", &self.outputs)];
         let signals = signals.map(|(title, signals)| Table::list(title, signals.iter().map(signal)));
@@ -91,7 +95,8 @@ impl StateSpace {
                 let noise = Noise(ROUNDING * most * scale(row, column));
                 number(matrix[(row, column)], &per(rows[row].1, columns[column].1)).within(noise)
             };
-            let [above, beside] = [&columns, &rows].map(|labels| labels.iter().map(|own| &own.0).collect::<Vec<_>>());
+            let [above, beside] =
+                [&columns, &rows].map(|labels| labels.iter().map(|label| &label.0).collect::<Vec<_>>());
             Table::matrix(name, &beside, &above, entry)
         });
         let signals = signals.into_iter().filter(|table| !table.rows.is_empty());
@@ -132,7 +137,7 @@ impl Linearization {
     /// # Errors
     /// An input's rate counts, which a held input has not, or the numbers leave their range.
     pub fn held(self, step: f64) -> Result<Self, AnalysisFailure> {
-        let rate = |own: &&StateSpaceSignal| own.name.contains(")/dt");
+        let rate = |signal_data: &&StateSpaceSignal| signal_data.name.contains(")/dt");
         if let Some(rate) = self.points.iter().flat_map(|point| &point.inputs).find(rate) {
             return Err(AnalysisFailure::Followed { input: rate.name.clone() });
         }
@@ -163,12 +168,13 @@ impl Linearization {
     pub fn matlab(&self) -> Option<String> {
         let [point] = &self.points[..] else { return None };
         let names = |name: &str, signals: &[StateSpaceSignal]| {
-            let listed: Vec<String> = signals.iter().map(|own| format!("'{}'", own.name.replace('\'', "''"))).collect();
+            let listed: Vec<String> =
+                signals.iter().map(|signal| format!("'{}'", signal.name.replace('\'', "''"))).collect();
             format!("{name} = {{{}}};\n", listed.join(", "))
         };
         let mut text = format!("% {}: {}; at t = {:?} s, in SI units\n", self.name, self.law(), point.time);
         text += &self.step.map(|step| format!("h = {step:?}; % s from k to k + 1\n")).unwrap_or_default();
-        text += &point.closures.iter().map(|own| format!("% {}\n", own.sentence())).collect::<String>();
+        text += &point.closures.iter().map(|closure| format!("% {}\n", closure.sentence())).collect::<String>();
         text += &names("states", &point.states);
         text += &names("inputs", &point.inputs);
         text += &names("outputs", &point.outputs);

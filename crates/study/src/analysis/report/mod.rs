@@ -31,21 +31,21 @@ pub(crate) const GROUPS: [&str; 7] = ["closed", "open", "caught", "free", "stick
 
 /// The values and units of what is held so. What sticks has a second one: the most that it could hold.
 fn closures_of(closures: &[Closure], group: &str) -> Vec<(String, f64, String)> {
-    let values = |own: &Closure| {
-        let [length, force] = own.units();
-        let (value, si) = match own.group() {
-            "open" => (own.gap, length),
-            "free" => (own.rate, own.unit_of_rate()),
-            _ => (own.force, force),
+    let values = |closure: &Closure| {
+        let [length, force] = closure.units();
+        let (value, si) = match closure.group() {
+            "open" => (closure.gap, length),
+            "free" => (closure.rate, closure.unit_of_rate()),
+            _ => (closure.force, force),
         };
-        let named = |word: &str, value: f64, si: &str| (format!("{}{word}", own.name), value, si.to_owned());
+        let named = |word: &str, value: f64, si: &str| (format!("{}{word}", closure.name), value, si.to_owned());
         let more = [
-            own.most().map(|most| named(".most", most, force)),
-            own.direction().map(|direction| named(".direction", direction, "")),
+            closure.most().map(|most| named(".most", most, force)),
+            closure.direction().map(|direction| named(".direction", direction, "")),
         ];
         std::iter::once(named("", value, si)).chain(more.into_iter().flatten()).collect::<Vec<_>>()
     };
-    closures.iter().filter(|own| own.group() == group).flat_map(values).collect()
+    closures.iter().filter(|closure| closure.group() == group).flat_map(values).collect()
 }
 
 /// How everything is held that need not be, one table each.
@@ -60,7 +60,7 @@ fn closure_tables(closures: &[Closure]) -> impl Iterator<Item = Table> + '_ {
 
 /// The same as data; of stops both words, which of them are open or closed is asked for most.
 fn closure_data(closures: &[Closure], data: &mut Value) {
-    let is_stop = |own: &Closure| GROUPS[..2].contains(&own.group());
+    let is_stop = |closure: &Closure| GROUPS[..2].contains(&closure.group());
     for group in GROUPS {
         let values = closures_of(closures, group);
         if !values.is_empty() || GROUPS[..2].contains(&group) && closures.iter().any(is_stop) {

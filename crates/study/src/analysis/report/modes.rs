@@ -33,10 +33,10 @@ impl VibrationModes {
         let mut sheet = Table::new([keys, row!["coordinate", "shape_real", "shape_imaginary"]].concat(), []);
         let mut modes = Vec::new();
         for (index, mode) in self.modes.iter().enumerate() {
-            let (place, value, own) = (index + 1, mode.eigenvalue, mode.frequency());
-            let told = exact(if value.im > 0.0 { own } else { f64::NAN });
+            let (place, value, frequency) = (index + 1, mode.eigenvalue, mode.frequency());
+            let told = exact(if value.im > 0.0 { frequency } else { f64::NAN });
             table.rows.push(row![place, told, ratio(mode), eigenvalue(mode), kind(mode)]);
-            let numbers = [value.re, value.im, own, mode.natural_frequency()].map(exact).to_vec();
+            let numbers = [value.re, value.im, frequency, mode.natural_frequency()].map(exact).to_vec();
             let mut shape = json!({});
             for (name, part) in self.coordinates.iter().zip(&mode.shape) {
                 shape[name] = json!([part.re, part.im]);
@@ -45,14 +45,14 @@ impl VibrationModes {
             }
             modes.push(json!({
                 "eigenvalue": [value.re, value.im],
-                "frequency": own,
+                "frequency": frequency,
                 "natural_frequency": mode.natural_frequency(),
                 "damping_ratio": mode.damping_ratio(),
                 "free": mode.is_free(),
                 "shape": shape,
             }));
         }
-        let held = match self.closures.iter().any(|own| own.closed) {
+        let held = match self.closures.iter().any(|closure| closure.closed) {
             true => "\nDrivers, closed contacts and engaged freewheels leave 0 degrees of freedom: there are no modes.",
             false => "\nThe drivers determine the motion: there are no modes.",
         };

@@ -82,16 +82,16 @@ impl DifferentiatedMotion<'_> {
                 known_rates.column_mut(index).gemv(1.0, &accelerations.columns(0, index), &earlier.column(0), 1.0);
                 known_positions.column_mut(index).gemv(1.0, &rates.columns(0, index), &earlier.column(0), 1.0);
                 let at = |all: &DMatrix<f64>| DMatrix::from_column_slice(n, parameters, all.column(index).as_slice());
-                let (known, own) = (at(&known_rates), sweep[(index, index)]);
+                let (known, entry) = (at(&known_rates), sweep[(index, index)]);
                 let mut next = node.own.clone();
-                next.gemm(1.0, &node.by_positions, &(at(&known_positions) + &known * own), 1.0);
+                next.gemm(1.0, &node.by_positions, &(at(&known_positions) + &known * entry), 1.0);
                 next.gemm(1.0, &node.by_rates, &known, 1.0);
                 if !factors.solve_mut(&mut next) {
                     return None;
                 }
                 moved = moved.max(self.share(&(&next - at(&accelerations)), &next, length));
                 accelerations.column_mut(index).copy_from_slice(next.as_slice());
-                rates.column_mut(index).copy_from_slice((known + next * own).as_slice());
+                rates.column_mut(index).copy_from_slice((known + next * entry).as_slice());
             }
             if !accelerations.iter().all(|value| value.is_finite()) {
                 return None;
@@ -123,9 +123,9 @@ impl DifferentiatedMotion<'_> {
         let n = self.positions.nrows();
         let last = accelerations * self.rule.tail().transpose();
         let worst = |column: usize| {
-            let own = |all: &DMatrix<f64>| all.rows(column * n, n).into_owned();
-            let error = length * own(&last).column_iter().map(|column| column.amax()).sum::<f64>();
-            let scale = self.reached[column].max(length * own(accelerations).amax());
+            let part = |all: &DMatrix<f64>| all.rows(column * n, n).into_owned();
+            let error = length * part(&last).column_iter().map(|column| column.amax()).sum::<f64>();
+            let scale = self.reached[column].max(length * part(accelerations).amax());
             error / (self.tolerance.max(SMALLEST) * scale)
         };
         (0..self.parameters).map(worst).fold(0.0, f64::max)
@@ -179,13 +179,13 @@ impl DifferentiatedMotion<'_> {
             return Ok((positions, rates));
         }
         let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let own = |row: RowBlock| self.by_parameters(&numbers.block(row, ColumnBlock::Signals));
+        let by_signals = |row: RowBlock| self.by_parameters(&numbers.block(row, ColumnBlock::Signals));
         let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
-        let gap = &jacobian * &positions + own(RowBlock::Loops);
+        let gap = &jacobian * &positions + by_signals(RowBlock::Loops);
         positions -= nearest(gap).map_err(|_| AnalysisFailure::Range)?;
         let gap = &jacobian * &rates
             + numbers.block(RowBlock::Rates, ColumnBlock::Positions) * &positions
-            + own(RowBlock::Rates);
+            + by_signals(RowBlock::Rates);
         rates -= nearest(gap).map_err(|_| AnalysisFailure::Range)?;
         Ok((positions, rates))
     }

@@ -40,8 +40,8 @@ impl SeenMotion<'_, '_> {
         for switch in switched {
             found.extend(self.corner(search, named, switch)?);
         }
-        let begins = [search.interval[0]].into_iter().chain(switched.iter().map(|own| own.times[1]));
-        let ends = switched.iter().map(|own| own.times[0]).chain([search.interval[1]]);
+        let begins = [search.interval[0]].into_iter().chain(switched.iter().map(|switched| switched.times[1]));
+        let ends = switched.iter().map(|switched| switched.times[0]).chain([search.interval[1]]);
         for interval in begins.zip(ends).map(|(low, high)| [low, high]).filter(|[low, high]| low < high) {
             found.extend(self.piece(&FeatureSearch { interval, ..search.clone() }, named)?);
         }
@@ -53,7 +53,7 @@ impl SeenMotion<'_, '_> {
         if let Some(best) = found.into_iter().min_by(before) {
             return Ok(best);
         }
-        let time = switched.first().map_or(search.interval[0], |own| own.times[0]);
+        let time = switched.first().map_or(search.interval[0], |switch| switch.times[0]);
         let [value, _] = self.ends(&FeatureSearch { interval: [time, time], ..search.clone() })?;
         let changes = Err(NotDifferentiable::Corner);
         Ok(Feature { output: named.clone(), kind: search.kind, time, value, changes })
@@ -111,7 +111,7 @@ impl SeenMotion<'_, '_> {
             let (values, derivatives) = self.polynomials(output, interval)?;
             if self.are_exact(output, &values, &derivatives) {
                 let slope = values.slope().at(end) * 2.0 / (high - low);
-                let by = derivatives.iter().map(|own| own.at(end)).collect();
+                let by = derivatives.iter().map(|derivative| derivative.at(end)).collect();
                 return Ok(Some(SwitchSide { value: values.at(end), slope, by }));
             }
             let length = SHORTER * (high - low);

@@ -103,9 +103,9 @@ impl DifferentiatedMotion<'_> {
     }
 
     /// How fast a switching function changes with time and with the inputs that follow it; `own` are its derivatives by the signals.
-    fn by_time(&self, own: &RowDVector<f64>, state: &State) -> f64 {
-        let moving = self.driven.inputs().iter().zip(own.iter().skip(self.parameters + 1));
-        own[self.parameters] + moving.map(|(&input, by)| by * state.input_polynomial(input)[1]).sum::<f64>()
+    fn by_time(&self, partials: &RowDVector<f64>, state: &State) -> f64 {
+        let moving = self.driven.inputs().iter().zip(partials.iter().skip(self.parameters + 1));
+        partials[self.parameters] + moving.map(|(&input, by)| by * state.input_polynomial(input)[1]).sum::<f64>()
     }
 
     /// Goes over a crossing; the motion and its derivatives are those just before it.

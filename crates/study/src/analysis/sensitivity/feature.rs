@@ -108,7 +108,7 @@ impl Study {
         let name = self.name().to_owned();
         let times = &closer(times);
         self.varying(to, |varying| {
-            let start: Vec<f64> = varying.parameters().iter().map(|own| own.start).collect();
+            let start: Vec<f64> = varying.parameters().iter().map(|parameter| parameter.start).collect();
             let Along { rows, switched, .. } = varying.along(&start, times, None, u64::MAX)?;
             varying.check_values(times, &rows)?;
             let course = SeenMotion { varying, start, times, rows, switched };
@@ -121,11 +121,15 @@ impl Study {
                 }
             }
             for (name, level) in levels {
-                let output = outputs.iter().position(|(own, _)| own == name);
+                let output = outputs.iter().position(|(candidate, _)| candidate == name);
                 let known = || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` is not an output"))]);
                 features.extend(course.crossings(output.ok_or_else(known)?, *level, &outputs)?);
             }
-            let parameters = varying.parameters().iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect();
+            let parameters = varying
+                .parameters()
+                .iter()
+                .map(|parameter| (parameter.name.clone(), parameter.unit.si.clone()))
+                .collect();
             Ok(Features { name, parameters, features })
         })
     }
@@ -189,10 +193,10 @@ impl SeenMotion<'_, '_> {
         let best = found.iter().cloned().reduce(highest).ok_or_else(nothing)?;
         // Of peaks that are the same the first counts.
         let mut equals: Vec<&Feature> =
-            found.iter().filter(|own| sign * (best.value - own.value) <= EQUAL * extent).collect();
+            found.iter().filter(|candidate| sign * (best.value - candidate.value) <= EQUAL * extent).collect();
         equals.sort_by(|a, b| a.time.total_cmp(&b.time));
         let Some((&first, others)) = equals.split_first() else { return Ok(best) };
-        let Some(other) = others.iter().find(|own| differs(first, own, &self.sizes(output))) else {
+        let Some(other) = others.iter().find(|candidate| differs(first, candidate, &self.sizes(output))) else {
             return Ok(first.clone());
         };
         Ok(Feature { changes: Err(NotDifferentiable::EquallyHigh { time: other.time }), ..first.clone() })
@@ -238,7 +242,7 @@ impl SeenMotion<'_, '_> {
     fn refined(&self, search: &FeatureSearch, named: &(String, String)) -> Result<Feature, AnalysisFailure> {
         let [low, high] = search.interval;
         let switched: Vec<&Switched> =
-            self.switched.iter().filter(|own| low < own.times[0] && own.times[1] < high).collect();
+            self.switched.iter().filter(|switched| low < switched.times[0] && switched.times[1] < high).collect();
         if switched.is_empty() { self.smooth(search, named) } else { self.pieces(search, named, &switched) }
     }
 
@@ -272,7 +276,7 @@ impl SeenMotion<'_, '_> {
                 break;
             }
             let per_second = 2.0 / (high - low);
-            let values_by: Vec<f64> = derivatives.iter().map(|own| own.at(place)).collect();
+            let values_by: Vec<f64> = derivatives.iter().map(|derivative| derivative.at(place)).collect();
             let slope = values.slope();
             let is_end = kind != FeatureKind::Crossing && (time <= begin || time >= end);
             let times_by = match kind {
@@ -283,7 +287,7 @@ impl SeenMotion<'_, '_> {
                 FeatureKind::Crossing => values_by.iter().map(|by| -by / (slope.at(place) * per_second)).collect(),
                 _ => {
                     let bend = slope.slope().at(place) * per_second;
-                    derivatives.iter().map(|own| -own.slope().at(place) / bend).collect()
+                    derivatives.iter().map(|derivative| -derivative.slope().at(place) / bend).collect()
                 }
             };
             let (value, values_by) = match kind {
@@ -391,9 +395,9 @@ impl Polynomial {
 
     /// Where it has a value.
     fn crossing(&self, level: f64) -> f64 {
-        let mut own = self.clone();
-        own.0[0] -= level;
-        own.root([-1.0, 1.0]).unwrap_or(1.0)
+        let mut shifted = self.clone();
+        shifted.0[0] -= level;
+        shifted.root([-1.0, 1.0]).unwrap_or(1.0)
     }
 
     /// Where it is zero, if it has different signs at the ends.
@@ -421,12 +425,12 @@ mod tests {
     fn polynomials_have_values_slopes_and_peaks() {
         let place = |index: usize| -(PI * index as f64 / DEGREE as f64).cos();
         let values: Vec<f64> = (0..=DEGREE).map(|index| (1.3 * place(index) - 0.4).cos()).collect();
-        let own = Polynomial::through(&values);
+        let polynomial = Polynomial::through(&values);
         for x in [-1.0, -0.37, 0.5, 1.0] {
-            assert!((own.at(x) - (1.3 * x - 0.4f64).cos()).abs() < 1e-12);
-            assert!((own.slope().at(x) + 1.3 * (1.3 * x - 0.4f64).sin()).abs() < 1e-10);
+            assert!((polynomial.at(x) - (1.3 * x - 0.4f64).cos()).abs() < 1e-12);
+            assert!((polynomial.slope().at(x) + 1.3 * (1.3 * x - 0.4f64).sin()).abs() < 1e-10);
         }
-        assert!((own.highest(1.0) - 0.4 / 1.3).abs() < 1e-8 && own.highest(-1.0) == -1.0);
-        assert!((own.crossing(0.3) - (0.4 - 0.3f64.acos()) / 1.3).abs() < 1e-9 && own.tail() < 1e-11);
+        assert!((polynomial.highest(1.0) - 0.4 / 1.3).abs() < 1e-8 && polynomial.highest(-1.0) == -1.0);
+        assert!((polynomial.crossing(0.3) - (0.4 - 0.3f64.acos()) / 1.3).abs() < 1e-9 && polynomial.tail() < 1e-11);
     }
 }

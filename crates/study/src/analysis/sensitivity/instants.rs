@@ -51,13 +51,13 @@ impl DifferentiatedMotion<'_> {
 
     /// How rows change with the parameters, given their derivatives by all signals: by each of them, and by the held values that follow from it.
     pub(super) fn by_parameters(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
-        let own = signals.columns(0, self.parameters).into_owned();
+        let by_parameters = signals.columns(0, self.parameters).into_owned();
         let held = held(self.model.program()).len();
         if held == 0 {
-            return own;
+            return by_parameters;
         }
         let changes = DMatrix::from_iterator(held, self.parameters, self.variational.held_values(held));
-        own + signals.columns(signals.ncols() - held, held) * changes
+        by_parameters + signals.columns(signals.ncols() - held, held) * changes
     }
 
     /// Runs to the end of a motion without knots, through everything that happens in it.
@@ -70,7 +70,7 @@ impl DifferentiatedMotion<'_> {
     ) -> Result<(), AnalysisFailure> {
         let mut due = times;
         while let Some((time, happened)) = self.next_instant(end)? {
-            let (now, later) = due.split_at(due.partition_point(|&own| own < time));
+            let (now, later) = due.split_at(due.partition_point(|&due_time| due_time < time));
             self.run_smoothly(now, [time, span], most, &mut *report)?;
             self.pass_instant(time, &happened)?;
             due = later;

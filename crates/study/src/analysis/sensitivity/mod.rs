@@ -129,12 +129,11 @@ impl Differentiated {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| AnalysisFailure::NoDerivative { time: program.experiment.start, what };
-        let given =
-            |own: &&Varied| matches!(own.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
-        if let Some(own) = parameters.iter().find(given) {
+        let given = |varied: &&Varied| matches!(varied.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
+        if let Some(parameters) = parameters.iter().find(given) {
             return Err(refused(format!(
                 "`{}` is an input over time: it has no single value that could change",
-                own.name
+                parameters.name
             )));
         }
         let with_rates = program.inputs_with_rates();
@@ -157,7 +156,13 @@ impl Differentiated {
         let moving = driven.inputs().iter().map(|&input| Symbol::Input(input, Order::Position));
         // Held values follow from the motion so far.
         let held = instants::held(program);
-        let signals = parameters.iter().map(|own| own.symbol).chain([Symbol::Time]).chain(moving).chain(held).collect();
+        let signals = parameters
+            .iter()
+            .map(|parameter| parameter.symbol)
+            .chain([Symbol::Time])
+            .chain(moving)
+            .chain(held)
+            .collect();
         let variation = Variation::of_constraints(&mut formulated, signals);
         Ok(Differentiated { formulated, variation, model, parameters })
     }
@@ -165,22 +170,22 @@ impl Differentiated {
     /// The value that the program gives a parameter, an initial value or an input.
     fn value(&self, name: &str) -> Option<f64> {
         let program = self.model.program();
-        let parameters = program.parameters.iter().map(|own| (&own.name, own.start));
-        let mut all = parameters.chain(program.inputs.iter().map(|own| (&own.name, own.start)));
+        let parameters = program.parameters.iter().map(|parameter| (&parameter.name, parameter.start));
+        let mut all = parameters.chain(program.inputs.iter().map(|input| (&input.name, input.start)));
         all.find(|(own, _)| *own == name).map(|(_, value)| value)
     }
 }
 
 impl<'f> Varying<'f> {
-    fn new(own: &'f Differentiated, settings: &[(String, f64)], driven: DrivenInputs) -> Self {
+    fn new(differentiated: &'f Differentiated, settings: &[(String, f64)], driven: DrivenInputs) -> Self {
         let set = |name: &str| settings.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
         let started =
             |parameter: &Varied| Varied { start: set(&parameter.name).unwrap_or(parameter.start), ..parameter.clone() };
-        let parameters: Vec<Varied> = own.parameters.iter().map(started).collect();
+        let parameters: Vec<Varied> = differentiated.parameters.iter().map(started).collect();
         let others = settings.iter().filter(|(name, value)| {
-            own.value(name) != Some(*value) && parameters.iter().all(|parameter| parameter.name != *name)
+            differentiated.value(name) != Some(*value) && parameters.iter().all(|parameter| parameter.name != *name)
         });
-        Varying { own, set: others.cloned().collect(), parameters, driven }
+        Varying { own: differentiated, set: others.cloned().collect(), parameters, driven }
     }
 
     /// What is varied.
@@ -238,8 +243,8 @@ impl<'f> Varying<'f> {
 
     /// The motion and its derivatives at the start, with the parameters at these values \[SI\].
     fn begin(&self, values: &[f64], from: Option<&State>) -> Result<DifferentiatedMotion<'_>, AnalysisFailure> {
-        let changed = self.own.parameters.iter().zip(values).filter(|(own, value)| own.start != **value);
-        let changed = changed.map(|(own, &value)| (own.name.as_str(), value));
+        let changed = self.own.parameters.iter().zip(values).filter(|(parameter, value)| parameter.start != **value);
+        let changed = changed.map(|(parameter, &value)| (parameter.name.as_str(), value));
         let set = self.set.iter().map(|(name, value)| (name.as_str(), *value));
         DifferentiatedMotion::new(
             self.own,
@@ -276,7 +281,7 @@ impl<'f> Varying<'f> {
 impl Varying<'_> {
     /// True if there is a start with the values that were set, and the loop equations count there as the program imposes them.
     fn begins(&self) -> bool {
-        let start: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
+        let start: Vec<f64> = self.parameters.iter().map(|parameter| parameter.start).collect();
         self.begin(&start, None).and_then(|course| course.counts_as_imposed()).unwrap_or(false)
     }
 
@@ -286,7 +291,7 @@ impl Varying<'_> {
     /// A program that is none.
     pub fn moved_guesses(&self, start: &State) -> Result<Vec<Guess>, AnalysisFailure> {
         let mut guesses = self.guesses(start)?;
-        guesses.retain(|own| (own.found - own.guessed).abs() > MOVED * own.scale);
+        guesses.retain(|guess| (guess.found - guess.guessed).abs() > MOVED * guess.scale);
         Ok(guesses)
     }
 }
@@ -302,13 +307,17 @@ impl Study {
     /// singular pose, where a law is touched without being crossed, or where redundant joints fit for these very lengths only.
     pub fn sensitivities(&mut self, to: &[String], times: &[f64]) -> Result<Sensitivities, StudyError> {
         self.varying(to, |varying| {
-            let start: Vec<f64> = varying.parameters.iter().map(|own| own.start).collect();
+            let start: Vec<f64> = varying.parameters.iter().map(|parameter| parameter.start).collect();
             let Along { rows, steps, .. } = varying.along(&start, times, None, u64::MAX)?;
             let (values, derivatives) = rows.into_iter().unzip();
             Ok(Sensitivities {
                 times: times.to_vec(),
                 outputs: varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect(),
-                parameters: varying.parameters.iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect(),
+                parameters: varying
+                    .parameters
+                    .iter()
+                    .map(|parameter| (parameter.name.clone(), parameter.unit.si.clone()))
+                    .collect(),
                 values,
                 derivatives,
                 steps,
@@ -325,8 +334,8 @@ impl Study {
         to: &[String],
         then: impl FnOnce(&Varying) -> Result<T, AnalysisFailure>,
     ) -> Result<T, StudyError> {
-        let own = self.differentiated(to)?;
-        Ok(then(&self.varying_of(&own))?)
+        let differentiated = self.differentiated(to)?;
+        Ok(then(&self.varying_of(&differentiated))?)
     }
 
     /// The equations and their derivatives: those of the scene where what was set can be given to its program, so that they are made once; of their own where it cannot.
@@ -341,7 +350,7 @@ impl Study {
             Some(written) => {
                 let known = self.warnings.clone();
                 match self.kept_or_made(&written, to) {
-                    Ok(own) if self.varying_of(&own).begins() => Ok(own),
+                    Ok(differentiated) if self.varying_of(&differentiated).begins() => Ok(differentiated),
                     Ok(_) | Err(_) => {
                         self.warnings = known;
                         self.made(&self.mechanism().clone(), to)
@@ -371,8 +380,8 @@ impl Study {
     }
 
     /// A motion of this study.
-    pub(crate) fn varying_of<'f>(&self, own: &'f Differentiated) -> Varying<'f> {
-        Varying::new(own, self.settings(), self.driven().clone())
+    pub(crate) fn varying_of<'f>(&self, differentiated: &'f Differentiated) -> Varying<'f> {
+        Varying::new(differentiated, self.settings(), self.driven().clone())
     }
 }
 
@@ -391,8 +400,8 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
-    let is_open = |index: usize| mechanism.parameters.get(index).is_none_or(|own| !own.held);
-    let known = program.parameters.iter().position(|own| own.name == name);
+    let is_open = |index: usize| mechanism.parameters.get(index).is_none_or(|parameter| !parameter.held);
+    let known = program.parameters.iter().position(|parameter| parameter.name == name);
     if let Some(index) = known.filter(|index| is_open(*index)) {
         let place = || (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name);
         let unit = match mechanism.parameters.get(index) {
@@ -407,7 +416,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
         let place = instance::Varied::Parameter(index);
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
-    if let Some(index) = program.inputs[..program.open_inputs()].iter().position(|own| own.name == name) {
+    if let Some(index) = program.inputs[..program.open_inputs()].iter().position(|input| input.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
@@ -419,7 +428,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     }
     let names =
         program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
-    let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|own| own.name.as_str()));
+    let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|input| input.name.as_str()));
     Err(SetError(format!(
         "the scene has no parameter, input or initial value `{name}`; {known}",
         known = suggest::known(name, names)

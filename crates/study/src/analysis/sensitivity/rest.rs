@@ -103,7 +103,7 @@ fn can_differentiate(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
 }
 
 fn named(parameters: &[Varied]) -> Vec<(String, String)> {
-    parameters.iter().map(|own| (own.name.clone(), own.unit.si.clone())).collect()
+    parameters.iter().map(|parameter| (parameter.name.clone(), parameter.unit.si.clone())).collect()
 }
 
 impl VariedRest {
@@ -112,7 +112,7 @@ impl VariedRest {
         point: &OperatingPoint,
         parameters: &[Varied],
     ) -> Result<Self, AnalysisFailure> {
-        let variation = Variation::by(formulated, parameters.iter().map(|own| own.symbol).collect());
+        let variation = Variation::by(formulated, parameters.iter().map(|parameter| parameter.symbol).collect());
         let numbers = variation.at(&formulated.equations, point)?;
         let refused = |what: &str| AnalysisFailure::NoDerivative { time: point.time(), what: what.to_owned() };
         let stiff = stiffness(&numbers);
@@ -178,7 +178,8 @@ impl VariedRest {
             if below.norm() <= DEFECTIVE * slope.norm() {
                 return Ok(None);
             }
-            let change = |own: &[DMatrix<f64>; 3]| -along(&scaled(&whole([&own[0], &own[1], &own[2]]))) / below;
+            let change =
+                |blocks: &[DMatrix<f64>; 3]| -along(&scaled(&whole([&blocks[0], &blocks[1], &blocks[2]]))) / below;
             Ok(Some(changes.iter().map(change).collect()))
         };
         modes.iter().map(derivative).collect()
@@ -237,7 +238,7 @@ fn units(formulated: &Formulated, matrix: &DMatrix<f64>, n: usize) -> Vec<f64> {
             .map(|(i, j)| matrix[(i, j)].abs() * scales[j] * scales.get(i).copied().unwrap_or(1.0))
             .fold(0.0, f64::max)
     };
-    let [own, loops] = [largest(0..n), largest(n..matrix.nrows())];
-    let reaction = if own > 0.0 && loops > 0.0 { own / loops } else { 1.0 };
+    let [motion, loops] = [largest(0..n), largest(n..matrix.nrows())];
+    let reaction = if motion > 0.0 && loops > 0.0 { motion / loops } else { 1.0 };
     scales.iter().copied().chain((n..matrix.nrows()).map(|_| reaction)).collect()
 }

@@ -80,9 +80,9 @@ fn node(index: usize) -> (f64, f64) {
     let mut before = 0.0;
     for _ in 0..20 {
         let values = legendre(x);
-        let [second, first, own] = [2, 1, 0].map(|less| values[NODES - less]);
-        let slope = (n * (x * own - first) - (n - 1.0) * (x * first - second)) / (x * x - 1.0);
-        x -= (own - first) / slope;
+        let [second, first, last] = [2, 1, 0].map(|less| values[NODES - less]);
+        let slope = (n * (x * last - first) - (n - 1.0) * (x * first - second)) / (x * x - 1.0);
+        x -= (last - first) / slope;
         before = first;
     }
     (0.5 * (1.0 + x), 0.5 * (1.0 + x) / (n * n * before * before))

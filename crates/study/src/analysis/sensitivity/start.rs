@@ -44,11 +44,12 @@ pub fn start(
 
 /// Of loop equations that repeat others: do they still do so when parameters change?
 pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<f64>) -> Result<(), usize> {
-    let own = numbers.block(RowBlock::Repeated, ColumnBlock::Signals).columns(0, parameters).into_owned();
+    let by_parameters = numbers.block(RowBlock::Repeated, ColumnBlock::Signals).columns(0, parameters).into_owned();
     let followed = numbers.block(RowBlock::Repeated, ColumnBlock::Positions) * positions;
-    let left = &own + &followed;
+    let left = &by_parameters + &followed;
     let contradicts = |&column: &usize| {
-        left.column(column).amax() > CONTRADICTION * (1.0 + own.column(column).amax() + followed.column(column).amax())
+        left.column(column).amax()
+            > CONTRADICTION * (1.0 + by_parameters.column(column).amax() + followed.column(column).amax())
     };
     (0..parameters).find(contradicts).map_or(Ok(()), Err)
 }

@@ -99,12 +99,12 @@ struct Before {
 impl<'f> DifferentiatedMotion<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
-        own: &'f Differentiated,
+        differentiated: &'f Differentiated,
         (varied, driven): (&[Varied], &'f DrivenInputs),
         changed: &[(&str, f64)],
         from: Option<&State>,
     ) -> Result<Self, AnalysisFailure> {
-        let Differentiated { formulated, variation, model, .. } = own;
+        let Differentiated { formulated, variation, model, .. } = differentiated;
         let (program, model) = (model.program(), Arc::clone(model));
         let (experiment, kinematic) = (program.experiment, program.is_driven());
         let (program_coordinates, mechanical) = (program.coordinates.len(), program.mechanical());
@@ -113,7 +113,7 @@ impl<'f> DifferentiatedMotion<'f> {
         motion.setup(experiment.start, None, Some(finer))?;
         motion.record_instants();
         for (name, value) in changed {
-            let variable = model.program().variables.iter().position(|own| own.name == *name);
+            let variable = model.program().variables.iter().position(|variable| variable.name == *name);
             let unknown = || AnalysisFailure::Unknown(vec![SetError(format!("`{name}` cannot be set"))]);
             motion.set(variable.ok_or_else(unknown)?, *value)?;
         }
@@ -126,9 +126,9 @@ impl<'f> DifferentiatedMotion<'f> {
         let mut motion = if guide.is_some() { motion.without_instants() } else { motion };
         let empty = DMatrix::zeros(program_coordinates, varied.len());
         let scale = model.program().coordinates.iter().take(mechanical).fold(0.0, |most: f64, own| most.max(own.scale));
-        let size = |own: &Varied| if own.start == 0.0 { scale } else { scale / own.start.abs() };
+        let size = |varied: &Varied| if varied.start == 0.0 { scale } else { scale / varied.start.abs() };
         let least = ROUNDING / experiment.tolerance.max(SMALLEST);
-        let places: Vec<instance::Varied> = varied.iter().map(|own| own.place).collect();
+        let places: Vec<instance::Varied> = varied.iter().map(|varied| varied.place).collect();
         let rows = formulated.lowered.table.rows.iter().enumerate();
         let mut course = DifferentiatedMotion {
             formulated,
@@ -144,7 +144,7 @@ impl<'f> DifferentiatedMotion<'f> {
             model,
             positions: empty.clone(),
             rates: empty,
-            reached: varied.iter().map(|own| least * size(own)).collect(),
+            reached: varied.iter().map(|varied| least * size(varied)).collect(),
             tried: 0,
             points: 0,
             sides: Vec::new(),
@@ -186,11 +186,11 @@ impl<'f> DifferentiatedMotion<'f> {
         let mechanical = self.formulated.equations.coordinates.len();
         for (column, reached) in self.reached.iter_mut().enumerate() {
             // States count relative to their sizes.
-            let scales = self.model.program().coordinates.iter().map(|own| own.scale).enumerate();
+            let scales = self.model.program().coordinates.iter().map(|coordinate| coordinate.scale).enumerate();
             let units: Vec<f64> = scales.map(|(index, scale)| if index < mechanical { 1.0 } else { scale }).collect();
             let size = |matrix: &DMatrix<f64>| {
                 let column = matrix.column(column);
-                column.iter().zip(&units).map(|(own, unit)| own.abs() / unit).fold(0.0, f64::max)
+                column.iter().zip(&units).map(|(entry, unit)| entry.abs() / unit).fold(0.0, f64::max)
             };
             *reached = reached.max(size(&self.positions)).max(size(&self.rates));
         }
