@@ -25,7 +25,7 @@ enum Mode {
 }
 
 /// Short beside the way to a corner of the level, within which a step is of first order.
-const STEP: f64 = 1e-4;
+const STEP: f64 = 2e-5;
 /// The last stage of a step lies so long before its end, on this side of a law that jumps there \[s\].
 const BEFORE: f64 = 1e-11;
 const HALVINGS: u32 = 60;
