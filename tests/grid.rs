@@ -326,8 +326,17 @@ fn called(run: impl FnOnce() -> Answer) -> Result<Answer, String> {
     if lost { Err("does not end".to_owned()) } else { answer }
 }
 
+/// What commands are asked for by name.
+struct Names<'a> {
+    parameter: &'a str,
+    input: &'a str,
+}
+
+/// Those of the scenes with features.
+const OF_FEATURES: Names = Names { parameter: "gain", input: "axle" };
+
 /// Every command of a scene, with its name.
-fn commands(text: &str) -> Vec<(&'static str, Result<Answer, String>)> {
+fn commands(text: &str, names: &Names) -> Vec<(&'static str, Result<Answer, String>)> {
     let Ok(scene) = Scene::from_toml(text) else { panic!("not a scene: {text}") };
     let compiled = contain(|| compile(&scene));
     let compiled = match compiled {
@@ -359,14 +368,14 @@ fn commands(text: &str) -> Vec<(&'static str, Result<Answer, String>)> {
     done.push(("equilibrium", called(|| study_of(&|own| of_study(own.equilibrium())))));
     done.push((
         "sensitivities",
-        called(|| study_of(&|own| of_study(own.sensitivities(&["gain".to_owned()], &[0.1, 0.4])))),
+        called(|| study_of(&|own| of_study(own.sensitivities(&[names.parameter.to_owned()], &[0.1, 0.4])))),
     ));
-    let request = MotionRequest { input: Some("axle".to_owned()), speed: Some(1.0), ..MotionRequest::default() };
+    let request = MotionRequest { input: Some(names.input.to_owned()), speed: Some(1.0), ..MotionRequest::default() };
     let moved = || study(&scene, &request).map(|_| ()).map_err(|error| named(&format!("{error:?}")));
     done.push(("motion", called(moved)));
-    let swept = || compiled.simulate_many(&[vec![("gain", 0.9)], vec![("gain", 1.1)]]);
+    let swept = || compiled.simulate_many(&[vec![(names.parameter, 0.9)], vec![(names.parameter, 1.1)]]);
     done.push(("sweep", called(|| swept().map(|_| ()).map_err(|error| named(&format!("{error:?}"))))));
-    done.push(("fit", called(|| fitted(&scene, &compiled))));
+    done.push(("fit", called(|| fitted(&scene, &compiled, names))));
     done.push(("equations", called(|| equations(&scene, EquationFormat::Text).map(|_| ()).map_err(|own| codes(&own)))));
     done.push(("code", called(|| equations(&scene, EquationFormat::C).map(|_| ()).map_err(|own| codes(&own)))));
     done.push(("lesson", called(|| steps(&scene, Prose::Text).map(|_| ()).map_err(|own| codes(&own)))));
@@ -375,14 +384,15 @@ fn commands(text: &str) -> Vec<(&'static str, Result<Answer, String>)> {
 }
 
 /// Fits what the scene itself has moved with, from elsewhere.
-fn fitted(scene: &Scene, compiled: &Compiled) -> Answer {
+fn fitted(scene: &Scene, compiled: &Compiled, names: &Names) -> Answer {
     let run = |error: &dyn std::fmt::Debug| named(&format!("{error:?}"));
     let results = compiled.simulate().map_err(|error| run(&error))?;
-    let seen = results.get("rail.s").expect("an output").to_vec();
-    let table = CsvTable::new(vec!["rail.s".to_owned()], results.times().to_vec(), vec![seen]).expect("a table");
-    let vary = vec![Vary::read("gain").expect("a name")];
+    let Some(output) = results.columns().first() else { return Err("no outputs".to_owned()) };
+    let (name, seen) = (output.name.clone(), output.values.clone());
+    let table = CsvTable::new(vec![name.clone()], results.times().to_vec(), vec![seen]).expect("a table");
+    let vary = vec![Vary::read(names.parameter).expect("a name")];
     let request = FitRequest { tables: vec![table], vary, deviations: Vec::new() };
-    let mut study = Study::asking(scene, &Asked::these(["rail.s"])).map_err(|faults| codes(&faults))?;
+    let mut study = Study::asking(scene, &Asked::these([&*name])).map_err(|faults| codes(&faults))?;
     fit(&mut [std::mem::replace(&mut study, Study::new(scene).map_err(|own| codes(&own))?)], &request)
         .map(|_| ())
         .map_err(|error| run(&error))
@@ -397,8 +407,8 @@ struct Counts {
 }
 
 impl Counts {
-    fn add(&mut self, name: &str, text: &str) {
-        for (command, answer) in commands(text) {
+    fn add(&mut self, name: &str, text: &str, names: &Names) {
+        for (command, answer) in commands(text, names) {
             match answer {
                 Ok(Ok(())) => self.answers += 1,
                 Ok(Err(code)) => *self.refusals.entry(format!("{command}: {code}")).or_default() += 1,
@@ -471,7 +481,11 @@ fn meet(pairs: &[[usize; 2]], name: &str) {
     }
     let (mut counts, mut compared, mut wrong) = (Counts::default(), 0, Vec::new());
     for &[a, b] in pairs {
-        counts.add(&format!("{} and {}", FEATURES[a].0, FEATURES[b].0), &scene(&[&FEATURES[a], &FEATURES[b]]));
+        counts.add(
+            &format!("{} and {}", FEATURES[a].0, FEATURES[b].0),
+            &scene(&[&FEATURES[a], &FEATURES[b]]),
+            &OF_FEATURES,
+        );
         let (more, differ) = compare(&singles, [a, b]);
         compared += more;
         wrong.extend(differ);
@@ -521,7 +535,7 @@ fn triples_of_features_are_answered_or_refused() {
         let c = (a + b + 1 + place) % FEATURES.len();
         if c != a && c != b {
             let names = [a, b, c].map(|own| FEATURES[own].0).join(", ");
-            counts.add(&names, &scene(&[&FEATURES[a], &FEATURES[b], &FEATURES[c]]));
+            counts.add(&names, &scene(&[&FEATURES[a], &FEATURES[b], &FEATURES[c]]), &OF_FEATURES);
         }
     }
     counts.say("triples");
@@ -558,4 +572,74 @@ fn a_state_that_nobody_reads_changes_no_result() {
         }
     }
     assert!(compared > 20, "{compared}");
+}
+
+/// What is added to a model of the gallery, at its first joint that turns, JOINT, with its body, BODY.
+const ADDITIONS: &[(&str, &str)] = &[
+    ("friction", "[joints.JOINT.friction]\ncoulomb = \"0.01[N.m]*crossed\""),
+    ("limit", "[joints.JOINT.limits]\nmax = 1.5\nrestitution = 0.3"),
+    (
+        "brake",
+        "[joints.crossed_brake]\ntype = \"brake\"\nbetween = [\"ground\", \"BODY\"]\nlevel = \"if(t < 0.1, 0.05, 0.01)[N.m]*crossed\"",
+    ),
+    ("freewheel", "[joints.crossed_ratchet]\ntype = \"one_way\"\nbetween = [\"ground\", \"BODY\"]"),
+    ("rope", "[joints.crossed_rope]\ntype = \"rope\"\nbetween = [\"ground\", \"BODY\"]\nlength = 20"),
+    (
+        "motor",
+        "[loads.crossed_motor]\ntype = \"dc_motor\"\nbetween = [\"ground\", \"BODY\"]\nvoltage = \"0.1 V\"\nresistance = \"0.8 ohm\"\ninductance = \"4 mH\"\nconstant = \"0.05 N.m/A\"",
+    ),
+    (
+        "controller",
+        "[signals.crossed_torque]\ntype = \"pid\"\nerror = \"0.2[rad] - BODY.angle\"\nproportional = \"0.1 N.m/rad\"\nintegral = \"0.1 N.m/rad/s\"\nmin = \"-0.1 N.m\"\nmax = \"0.1 N.m\"\n[loads.crossed_drive]\ntype = \"torque\"\non = \"BODY\"\nvalue = \"crossed_torque\"",
+    ),
+    ("state", "[states.crossed_state]\nstart = 1\nrate = \"-crossed_state/1[s]\""),
+    (
+        "sampled value",
+        "[sampled.crossed_clock]\nperiod = \"0.07 s\"\nvalues = { crossed_count = { start = 0, next = \"crossed_count + 1\" } }",
+    ),
+    ("event", "[events.crossed_event]\nwhen = \"BODY.angle > 0.4\"\nstop = true"),
+];
+
+/// The first joint that turns in a scene whose joints have tables with headers, and its body.
+fn turning_joint(text: &str) -> Option<(&str, &str)> {
+    text.split("\n[joints.").skip(1).find_map(|table| {
+        let (name, rest) = table.split_once(']')?;
+        let keys = rest.split("\n[").next()?;
+        let ends = keys.lines().find(|line| line.starts_with("between"))?;
+        let body = ends.split('"').skip(1).step_by(2).map(|end| end.split('.').next().unwrap_or(end));
+        let body = body.into_iter().find(|body| *body != "ground")?;
+        (keys.contains("\"revolute\"") && !name.contains('.')).then_some((name, body))
+    })
+}
+
+/// Models of the gallery with additions; how many scenes there were.
+fn cross(wanted: impl Fn(usize, usize) -> bool) -> usize {
+    listen(has_lost_patience);
+    let (mut counts, mut scenes) = (Counts::default(), 0);
+    for (place, model) in run::models().iter().enumerate() {
+        let text = run::scene_of(model);
+        let Some((joint, body)) = turning_joint(&text) else { continue };
+        for (_, (name, addition)) in ADDITIONS.iter().enumerate().filter(|(which, _)| wanted(place, *which)) {
+            let addition = addition.replace("JOINT", joint).replace("BODY", body);
+            let crossed = format!(
+                "{text}\n[parameters.crossed]\nvalue = 1.0\ntunable = true\n[loads.crossed_load]\ntype = \"torque\"\non = \"{body}\"\nvalue = \"0.001[N.m]*crossed\"\n{addition}\n"
+            );
+            counts.add(&format!("{model} with {name}"), &crossed, &Names { parameter: "crossed", input: joint });
+            scenes += 1;
+        }
+    }
+    counts.say("models with additions");
+    assert!(counts.answers > 5 * scenes, "hardly anything is answered");
+    scenes
+}
+
+#[test]
+fn some_models_with_additions_are_answered_or_refused() {
+    assert!(cross(|place, which| place % 16 == 3 && which == place % ADDITIONS.len()) > 1);
+}
+
+#[test]
+#[ignore = "minutes: .ci/nightly"]
+fn models_with_additions_are_answered_or_refused() {
+    assert!(cross(|place, which| (which + place) % 3 == 0) > 100);
 }

@@ -92,7 +92,7 @@ impl Target for Calls {
             let begun = processor_time();
             let what = importer.call();
             let took = processor_time().saturating_sub(begun);
-            assert!(took < LONGEST, "{what} took {took:?}");
+            assert!(took < LONGEST, "{what} of {} took {took:?}", importer.instance.model().program().name);
             // What is too much work once is so in every further step.
             if importer.is_tired {
                 break;

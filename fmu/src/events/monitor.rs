@@ -16,6 +16,8 @@ const MARGIN: f64 = 1e-6;
 /// What follows a switch begins with a step of this share of what is left of the one that ended there.
 const RESTART: f64 = 0.01;
 
+/// Terms of the dense output of a Runge-Kutta step (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section II.6).
+const DENSE_DEGREE: usize = 7;
 /// Both sides of a switch are looked at so many shortest steps from it, or ten times further than it is found.
 const SPACINGS: f64 = 16.0;
 /// A switch is judged that lies no more than this share of what its function varies by in the step after it.
@@ -54,6 +56,8 @@ pub(crate) struct Span<'a, F> {
     pub tolerance: f64,
     /// Writes (q, v), so many steps after the start.
     pub motion: F,
+    /// Evaluations of the motion and of the laws so far.
+    pub places: u64,
 }
 
 /// What is against a step.
@@ -75,6 +79,13 @@ pub(crate) struct Overlooked {
 }
 
 impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
+    /// About how much work the evaluations have been, in instructions of tapes: of a motion they are polynomials, of each law some comparisons.
+    pub fn work(&self) -> u64 {
+        let (laws, coordinates) = (&self.model.program().tapes.laws, self.model.coordinates());
+        let each = laws.tape.instructions().len() + laws.kinds.len() + 2 * coordinates * DENSE_DEGREE;
+        self.places * each as u64
+    }
+
     fn load(&mut self, place: f64, motion: &mut [f64]) {
         (self.motion)(place, motion);
         self.set(place, motion);
@@ -82,6 +93,7 @@ impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
 
     /// Brings a motion at the time of a place into the registers.
     fn set(&mut self, place: f64, motion: &[f64]) {
+        self.places += 1;
         self.machine.load_signals(self.model, self.origin, self.time + place * self.h);
         self.machine.load_motion(self.model, motion);
     }

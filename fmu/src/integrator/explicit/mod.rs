@@ -173,6 +173,7 @@ impl Explicit {
             shortest: shortest(end),
             tolerance: settings.tolerance,
             motion,
+            places: 0,
         };
         let (n, tolerances) = (model.coordinates(), &self.tolerances);
         let excess = |_: bool, place: f64, accelerations: &[f64]| {
@@ -182,7 +183,9 @@ impl Explicit {
                 math::maximum(worst, residual.abs() / (OVERLOOKED * tolerances[n + index]))
             })
         };
-        self.monitor.objection(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess)
+        let objection = self.monitor.objection(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess);
+        statistics.work += span.work();
+        objection
     }
 
     /// Projects the end of the step onto the loop equations.

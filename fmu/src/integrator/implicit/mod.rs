@@ -289,6 +289,7 @@ impl Implicit {
             shortest,
             tolerance: settings.tolerance,
             motion,
+            places: 0,
         };
         let excess = |filtered: bool, place: f64, accelerations: &[f64]| {
             statistics.evaluations += 1;
@@ -306,7 +307,9 @@ impl Implicit {
                 math::maximum(worst, math::maximum(q.abs() / position, REAL / h * q.abs() / rate) / OVERLOOKED)
             })
         };
-        monitor.objection(&mut span, settings.tolerance, true, excess)
+        let objection = monitor.objection(&mut span, settings.tolerance, true, excess);
+        statistics.work += span.work();
+        objection
     }
 
     /// Projects the end of the step onto the loop equations.
