@@ -76,7 +76,11 @@ fn text(found: &Assemblies, mechanism: &Mechanism, starts: usize) -> String {
     }
     let ways = counted(found.poses.len(), "assembly mode");
     let given = |name: &str| {
-        let known = mechanism.initial.iter().filter(|own| own.known).map(|own| mechanism.variable_name(own.variable));
+        let known = mechanism
+            .initial
+            .iter()
+            .filter(|initial| initial.known)
+            .map(|initial| mechanism.variable_name(initial.variable));
         found.held.iter().any(|held| held.name == name) || known.into_iter().any(|known| known == name)
     };
     let mut text = format!("{}: the loops close in {ways}{with} (from {starts} starts)\n", mechanism.name);

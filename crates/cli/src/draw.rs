@@ -52,7 +52,8 @@ impl DrawCommand {
         };
         let found = available(&folder).into_iter().map(|platform| Runtime::find(platform, &folder));
         let runtimes: Vec<Runtime> = found.collect::<Result<_, _>>().map_err(ExportError::from)?;
-        let runtimes = runtimes.iter().map(|own| (own.platform.folder, own.packed_library().into_owned())).collect();
+        let runtimes =
+            runtimes.iter().map(|runtime| (runtime.platform.folder, runtime.packed_library().into_owned())).collect();
         let stem = self.scene.as_deref().and_then(Path::file_stem);
         let named = || stem.map_or("draw.html".into(), |stem| PathBuf::from(format!("{}_draw.html", stem.display())));
         let path = self.output.clone().unwrap_or_else(named);

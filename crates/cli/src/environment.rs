@@ -62,8 +62,8 @@ impl ManualCommand {
         command.build();
         std::fs::create_dir_all(&self.folder).map_err(|error| Failure::file("make", &self.folder, error))?;
         let mut written = page(&self.folder, command.clone())?;
-        for own in command.get_subcommands().filter(|own| own.get_name() != "help") {
-            written += &page(&self.folder, own.clone())?;
+        for subcommand in command.get_subcommands().filter(|subcommand| subcommand.get_name() != "help") {
+            written += &page(&self.folder, subcommand.clone())?;
         }
         output::print(&written)
     }

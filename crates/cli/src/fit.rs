@@ -151,8 +151,9 @@ impl FitCommand {
             )?;
         }
         if let Some(path) = &self.output {
-            let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
-            let guesses = found.guesses.iter().map(|own| (own.name.clone(), own.found, own.unit.si.clone()));
+            let values =
+                found.quantities.iter().map(|quantity| (quantity.name.clone(), quantity.value, quantity.unit.clone()));
+            let guesses = found.guesses.iter().map(|guess| (guess.name.clone(), guess.found, guess.unit.si.clone()));
             let values = values.chain(guesses);
             let text = fit::with_values(scene, &values.collect::<Vec<_>>())
                 .map_err(|error| Failure::Usage(error.to_string()))?;
@@ -180,7 +181,7 @@ fn numbered(text: &str, count: usize) -> Result<(Option<usize>, &str), Failure> 
 fn drive(study: &mut Study, path: &Path, settings: &[String], format: MessageFormat) -> Result<(), Failure> {
     let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] }, format)?;
     let is_set = |name: &&String| {
-        settings.iter().any(|own| own.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
+        settings.iter().any(|setting| setting.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
     };
     if let Some(name) = table.names().iter().find(is_set) {
         return Err(Failure::Usage(format!("`{name}` is given by --set and by the input table")));
@@ -197,7 +198,7 @@ struct FitProgress {
 
 impl FitProgress {
     fn new(request: &FitRequest) -> Self {
-        let names = request.vary.iter().map(|own| own.name.clone()).collect();
+        let names = request.vary.iter().map(|vary| vary.name.clone()).collect();
         Self { bar: output::spinner(), names, trials: 0 }
     }
 

@@ -172,8 +172,9 @@ impl OptimizeCommand {
     /// The scene with the best values.
     fn write(&self, scene: &Scene, found: &Best, format: MessageFormat) -> Result<(), Failure> {
         let Some(path) = &self.output else { return Ok(()) };
-        let values = found.quantities.iter().map(|own| (own.name.clone(), own.value, own.unit.clone()));
-        let guesses = found.guesses.iter().map(|own| (own.name.clone(), own.found, own.unit.si.clone()));
+        let values =
+            found.quantities.iter().map(|quantity| (quantity.name.clone(), quantity.value, quantity.unit.clone()));
+        let guesses = found.guesses.iter().map(|guess| (guess.name.clone(), guess.found, guess.unit.si.clone()));
         let text = with_values(scene, &values.chain(guesses).collect::<Vec<_>>())
             .map_err(|error| Failure::Usage(error.to_string()))?;
         output::write(path, &text)?;

@@ -60,8 +60,8 @@ impl SynthesizeCommand {
         });
         if self.json {
             let mut data = report.data.clone();
-            if let Some(own) = deviations {
-                data["tolerances"] = own.data;
+            if let Some(deviations) = deviations {
+                data["tolerances"] = deviations.data;
             }
             return output::print(&format!("{data:#}\n"));
         }

@@ -153,8 +153,9 @@ impl Font {
             self.face.outline_glyph(glyph, &mut outline);
         }
         let of_letters = ["x", "y", "text-anchor", "font-size", "font-weight", "font-style", "font-family"];
-        let kept = node.attributes().filter(|own| !of_letters.contains(&own.name()));
-        let kept: String = kept.map(|own| format!(" {}=\"{}\"", own.name(), escape(own.value()))).collect();
+        let kept = node.attributes().filter(|attribute| !of_letters.contains(&attribute.name()));
+        let kept: String =
+            kept.map(|attribute| format!(" {}=\"{}\"", attribute.name(), escape(attribute.value()))).collect();
         format!("<path id=\"{}\" d=\"{}\"{kept}/>", name(index), outline.data)
     }
 }

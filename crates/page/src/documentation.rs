@@ -265,13 +265,13 @@ fn variables(title: &str, variables: &[&ScalarVariable]) -> String {
 
 /// The initial values that can be set.
 fn initial_values(variables: &[ScalarVariable]) -> String {
-    let rows = variables.iter().filter_map(|own| {
-        let (value, kind) = match own.start? {
+    let rows = variables.iter().filter_map(|variable| {
+        let (value, kind) = match variable.start? {
             StartValue::Exact(value) => (value, "known"),
             StartValue::Approximate(value) => (value, "a guess that chooses the assembly mode"),
         };
-        let [unit, value] = [shown_unit(&own.unit), shown(value, &own.unit)].map(|text| escape(&text));
-        Some(vec![code(&own.name), unit, value, kind.to_owned()])
+        let [unit, value] = [shown_unit(&variable.unit), shown(value, &variable.unit)].map(|text| escape(&text));
+        Some(vec![code(&variable.name), unit, value, kind.to_owned()])
     });
     let mut rows = rows.peekable();
     if rows.peek().is_none() {

@@ -131,7 +131,7 @@ impl ModeVariables {
         let struck = |sample: usize, own: usize| sample > 0 && value(own, sample) != value(own, sample - 1);
         Shows {
             holds: (0..samples).map(|sample| !self.while_held.is_empty() && is_held(sample)).collect(),
-            strikes: (0..samples).map(|sample| self.impulse.is_some_and(|own| struck(sample, own))).collect(),
+            strikes: (0..samples).map(|sample| self.impulse.is_some_and(|impulse| struck(sample, impulse))).collect(),
         }
     }
 }

@@ -151,18 +151,18 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
         let unit = unit.and_then(|unit| unit.display.clone()).unwrap_or_else(si);
         WrittenPlace::new(name, text, span.whole(text), &unit, bare)
     };
-    let numbers = numbers.into_iter().filter_map(|own| {
-        let variable = variable(found(&own.parameter)?, units);
-        Some(PlainNumber { name: own.name, variable, written: written(own.parameter, own.span, false) })
+    let numbers = numbers.into_iter().filter_map(|number| {
+        let variable = variable(found(&number.parameter)?, units);
+        Some(PlainNumber { name: number.name, variable, written: written(number.parameter, number.span, false) })
     });
-    let laws = laws.into_iter().map(|own| {
-        let place = own.span.whole(text);
+    let laws = laws.into_iter().map(|law| {
+        let place = law.span.whole(text);
         let Around { before, after } = law_and_more(text.get(place.start..place.end).unwrap_or_default());
         DriverLaw {
-            angle: found(&own.parameter).is_some_and(|variable| variable.unit.si == "rad"),
-            driver: own.driver,
-            parameter: own.parameter,
-            output: own.output,
+            angle: found(&law.parameter).is_some_and(|variable| variable.unit.si == "rad"),
+            driver: law.driver,
+            parameter: law.parameter,
+            output: law.output,
             place: [place.start, place.end],
             before,
             after,
@@ -170,10 +170,12 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
     });
     let own = values(scene).into_iter().filter(|(_, span, _)| !span.is_nowhere() && span.end <= text.len());
     let own: Vec<WrittenPlace> = own.map(|(name, span, bare)| written(name, span, bare)).collect();
-    let coordinates: Vec<String> = everything.program.coordinates.iter().map(|own| own.name.clone()).collect();
+    let coordinates: Vec<String> =
+        everything.program.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     let is_known = |name: &String| known.iter().any(|variable| variable.name == *name);
     let absent = known.iter().filter(|variable| own.iter().all(|own| own.name != variable.name));
-    let absent = absent.filter(|own| own.kind == "input" || own.initial || coordinates.contains(&own.name));
+    let absent =
+        absent.filter(|variable| variable.kind == "input" || variable.initial || coordinates.contains(&variable.name));
     let absent: Vec<AbsentValue> = absent.filter_map(|variable| absent_value(scene, variable)).collect();
     coordinates.iter().all(is_known).then(|| Touch {
         program: everything.program.to_bytes().unwrap_or_default(),
@@ -182,7 +184,7 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
         numbers: numbers.collect(),
         formulas: formulas
             .into_iter()
-            .map(|own| WrittenLength { name: own.name, text: own.text, output: own.output })
+            .map(|formula| WrittenLength { name: formula.name, text: formula.text, output: formula.output })
             .collect(),
         laws: laws.collect(),
         absent,
@@ -242,9 +244,9 @@ fn entry_gap(scene: &Scene, table: &'static str) -> Option<(&'static str, EntryG
 
 /// Where the values of parameters, inputs and initial values are written, and whether a unit beside them holds for bare numbers.
 pub(crate) fn values(scene: &Scene) -> Vec<(String, Span, bool)> {
-    let parameters = scene.parameters.iter().map(|own| (&own.name, own.value.span, true));
-    let inputs = scene.inputs.iter().filter_map(|own| Some((&own.name, own.start.as_ref()?.span, true)));
-    let initial = scene.initial.iter().map(|own| (&own.variable, own.value.span, false));
+    let parameters = scene.parameters.iter().map(|parameter| (&parameter.name, parameter.value.span, true));
+    let inputs = scene.inputs.iter().filter_map(|input| Some((&input.name, input.start.as_ref()?.span, true)));
+    let initial = scene.initial.iter().map(|initial| (&initial.variable, initial.value.span, false));
     parameters.chain(inputs).chain(initial).map(|(name, span, bare)| (name.text.clone(), span, bare)).collect()
 }
 

@@ -103,7 +103,7 @@ fn ground_alone(scene: &Scene, text: &str) -> Sketch {
 
 /// Coordinates, parameters and initial values that are plain numbers, and where they are written.
 fn numbers(scene: &Scene, text: &str) -> Vec<Stated> {
-    let coordinates = scene.loosened().numbers.into_iter().map(|own| (own.name, own.span));
+    let coordinates = scene.loosened().numbers.into_iter().map(|number| (number.name, number.span));
     let others = values(scene).into_iter().map(|(name, span, _)| (name, span));
     coordinates.chain(others).filter_map(|(name, span)| stated(name, span, text)).collect()
 }
@@ -159,8 +159,9 @@ mod tests {
         let look = look(BAR);
         assert_eq!((&look["good"], &look["sketch"]["mobility"]), (&true.into(), &1.into()), "{look}");
         let numbers = look["sketch"]["numbers"].as_array().unwrap();
-        let of =
-            |name: &str| numbers.iter().find(|own| own["name"] == name).unwrap_or_else(|| panic!("{name}: {look}"));
+        let of = |name: &str| {
+            numbers.iter().find(|number| number["name"] == name).unwrap_or_else(|| panic!("{name}: {look}"))
+        };
         for (name, text, value, after) in [
             ("ground.pivot.x", "'100 mm'", 0.1, " mm'"),
             ("bar.b.x", "'300 mm'", 0.3, " mm'"),

@@ -15,7 +15,7 @@ const NOISE: f64 = 1e-3;
 
 fn main() {
     let number =
-        |place: usize, other: usize| std::env::args().nth(place).and_then(|own| own.parse().ok()).unwrap_or(other);
+        |place: usize, other: usize| std::env::args().nth(place).and_then(|text| text.parse().ok()).unwrap_or(other);
     let (count, seed) = (number(1, 20), number(2, 1) as u64);
     println!(
         "{:16} {:8} {:>10} {:>12} {:>12} {:>10}",

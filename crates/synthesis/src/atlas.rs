@@ -70,7 +70,7 @@ impl AtlasBars {
     /// Are all bars between two lengths, or nearly, where the curve is made so many times as large?
     fn is_within(&self, times: f64, room: Option<[f64; 2]>) -> bool {
         room.is_none_or(|[low, high]| {
-            self.lengths.iter().all(|own| (low * (1.0 - NEARLY)..=high * (1.0 + NEARLY)).contains(&(own * times)))
+            self.lengths.iter().all(|length| (low * (1.0 - NEARLY)..=high * (1.0 + NEARLY)).contains(&(length * times)))
         })
     }
 
@@ -429,8 +429,8 @@ pub(crate) fn open_starts(path: &[Point], count: usize, room: Option<[f64; 2]>) 
         let image = |point: Point| if mirrored { point.conj() } else { point };
         let (moved, ..) = shape(&even);
         let common = moved.iter().zip(&other).map(|(a, b)| a * image(*b).conj()).sum::<Point>();
-        let at = lengths.iter().map(|own| {
-            let place = own / whole * (PIECE - 1) as f64;
+        let at = lengths.iter().map(|length| {
+            let place = length / whole * (PIECE - 1) as f64;
             let before = (place as usize).min(PIECE - 2);
             linear(&angles, (before, place - before as f64))
         });
@@ -441,11 +441,11 @@ pub(crate) fn open_starts(path: &[Point], count: usize, room: Option<[f64; 2]>) 
 }
 
 /// How alike two shapes are, at most one, and whether backwards and mirrored.
-fn likeness(own: &[[f32; 2]; PIECE], other: &[[f32; 2]; PIECE]) -> (f32, [bool; 2]) {
+fn likeness(piece: &[[f32; 2]; PIECE], other: &[[f32; 2]; PIECE]) -> (f32, [bool; 2]) {
     // Sums of a conj(b) and of a b, forwards and backwards.
     let mut sums = [[0.0f32; 2]; 4];
     for i in 0..PIECE {
-        let [x, y] = own[i];
+        let [x, y] = piece[i];
         for (back, [u, v]) in [other[i], other[PIECE - 1 - i]].into_iter().enumerate() {
             let (xu, yv, xv, yu) = (x * u, y * v, x * v, y * u);
             sums[2 * back][0] += xu + yv;

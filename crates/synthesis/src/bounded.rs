@@ -199,8 +199,8 @@ impl Search<'_> {
                     (0..count).for_each(|i| by_dimension[i] = -dot(ahead, own.by[i]) / square);
                 }
                 let moved: [Point; DIMENSIONS] = std::array::from_fn(|i| own.by[i] + ahead * by_dimension[i]);
-                normal.row(miss.re, &moved.map(|own| own.re), count);
-                normal.row(miss.im, &moved.map(|own| own.im), count);
+                normal.row(miss.re, &moved.map(|change| change.re), count);
+                normal.row(miss.im, &moved.map(|change| change.im), count);
             }
             Goal::Poses { .. } => {
                 self.pose_foot(&x, index, &mut trial.inputs[index], places);
@@ -290,7 +290,7 @@ impl Search<'_> {
         let shifted = excess + shifts.get(normal.excess.len()).copied().unwrap_or(0.0);
         normal.excess.push(excess);
         if shifted > 0.0 {
-            normal.row(weight * shifted, &slopes.map(|own| own * weight), self.chain.dimensions);
+            normal.row(weight * shifted, &slopes.map(|slope| slope * weight), self.chain.dimensions);
         }
     }
 
@@ -347,7 +347,7 @@ impl Search<'_> {
             }
         }
         let step = solve(&factor(square)?, right);
-        step.iter().all(|own| own.is_finite()).then_some(step)
+        step.iter().all(|step| step.is_finite()).then_some(step)
     }
 
     /// A few steps with soft inequalities.
@@ -360,7 +360,7 @@ impl Search<'_> {
         let mut shifts = Vec::new();
         for round in 0..ROUNDS {
             let excess = self.minimise(trial, &shifts, HARD, STEPS);
-            if excess.iter().all(|own| *own <= 0.5 * SPARE) && round > 0 {
+            if excess.iter().all(|excess| *excess <= 0.5 * SPARE) && round > 0 {
                 break;
             }
             shifts.resize(excess.len(), 0.0);
@@ -381,7 +381,7 @@ impl Search<'_> {
 impl Normal {
     fn excess_cost(&self, shifts: &[f64], weight: f64) -> f64 {
         let shifted = self.excess.iter().enumerate().map(|(i, own)| own + shifts.get(i).copied().unwrap_or(0.0));
-        shifted.filter(|own| *own > 0.0).map(|own| (weight * own).powi(2)).sum()
+        shifted.filter(|distance| *distance > 0.0).map(|distance| (weight * distance).powi(2)).sum()
     }
 }
 

@@ -127,7 +127,7 @@ fn real(p: &Matrix3<f64>, q: &Matrix3<f64>, x: Number, y: Number) -> Option<Vect
     v /= Number::from(v.norm());
     for _ in 0..12 {
         let [above, below] = [&p_, &q_].map(|conic| conic * v);
-        let one = v.map(|own| own.conj());
+        let one = v.map(|entry| entry.conj());
         let jacobian = Matrix3::from_rows(&[
             (above * Number::from(2.0)).transpose(),
             (below * Number::from(2.0)).transpose(),
@@ -143,10 +143,10 @@ fn real(p: &Matrix3<f64>, q: &Matrix3<f64>, x: Number, y: Number) -> Option<Vect
     }
     let most = v.iter().max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
     let v = v / (most / Number::from(most.norm()));
-    if v.map(|own| own.im).norm() > NEARLY_REAL {
+    if v.map(|entry| entry.im).norm() > NEARLY_REAL {
         return None;
     }
-    let start = v.map(|own| own.re).normalize();
+    let start = v.map(|entry| entry.re).normalize();
     let mut point = start;
     for _ in 0..12 {
         let [above, below] = [p, q].map(|conic| conic * point);

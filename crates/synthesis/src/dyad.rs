@@ -143,7 +143,10 @@ const NO_BAR: f64 = 1e-9;
 /// The equations do not determine single dyads.
 pub fn dyads(poses: &[Pose], conditions: &[Condition]) -> Result<Vec<Dyad>, Family> {
     let frame = UnitFrame::of(poses);
-    let rows = poses.iter().map(|pose| row(&frame.scaled(pose))).chain(conditions.iter().map(|own| own.row(&frame)));
+    let rows = poses
+        .iter()
+        .map(|pose| row(&frame.scaled(pose)))
+        .chain(conditions.iter().map(|condition| condition.row(&frame)));
     let rows: Vec<SMatrix<f64, 1, 8>> = rows.collect();
     if rows.len() > 5 {
         return Err(Family::Free(5 - rows.len() as i64));
@@ -303,7 +306,7 @@ fn polished(start: &Dyad, poses: &[Pose], weights: &[f64], frame: &UnitFrame) ->
             let (b, c) = (moving / frame.size, (ground - frame.middle) / frame.size);
             let mut at = Unknowns { shared: [b.re, b.im, c.re, c.im, length / frame.size], own: own() };
             let sum = minimise(&BarErrors { poses: &scaled, weights }, &mut at, end);
-            let [bx, by, cx, cy, length] = at.shared.map(|own| own * frame.size);
+            let [bx, by, cx, cy, length] = at.shared.map(|shared| shared * frame.size);
             let ground = Point::new(cx, cy) + frame.middle;
             (Dyad::Bar { moving: Point::new(bx, by), ground, length: length.abs() }, sum * frame.size * frame.size)
         }

@@ -97,7 +97,7 @@ impl Coupler {
     /// The larger of the errors at all pairs, and their root mean square.
     pub fn errors(&self, pairs: &[Pair], side: Side) -> Option<[f64; 2]> {
         let errors: Vec<f64> = pairs.iter().map(|pair| self.error(pair, side)).collect::<Option<_>>()?;
-        let square = errors.iter().map(|own| own * own).sum::<f64>() / errors.len().max(1) as f64;
+        let square = errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64;
         Some([errors.iter().fold(0.0, |most: f64, own| most.max(own.abs())), square.sqrt()])
     }
 

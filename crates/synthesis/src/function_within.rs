@@ -76,11 +76,11 @@ pub fn bounded_couplers(
     });
     let drawn: Vec<Candidate> = drawn.collect();
     let chosen = if drawn.is_empty() { &settled } else { &drawn };
-    chosen.iter().map(|own| coupler(own, ground, size)).collect()
+    chosen.iter().map(|curve| coupler(curve, ground, size)).collect()
 }
 
-fn coupler(own: &Candidate, ground: Option<f64>, size: f64) -> Coupler {
-    let x = &own.trial.x;
+fn coupler(candidate: &Candidate, ground: Option<f64>, size: f64) -> Coupler {
+    let x = &candidate.trial.x;
     match ground {
         Some(ground) => {
             Coupler::four_bar([1.0, x[CRANK], x[COUPLER], x[SECOND]], x[PHASE], x[ZERO]).with_ground(ground)

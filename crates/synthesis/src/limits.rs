@@ -195,7 +195,9 @@ impl LinkageLimits {
         let at_length = |[low, high]: [f64; 2]| lengths().any(|length| near(length, low) || near(length, high));
         let at_side = |region: &Option<Region>, of: fn(&Dyad) -> Option<Point>| {
             let pins = || [linkage.first, linkage.second].iter().filter_map(of).collect::<Vec<_>>();
-            region.as_ref().is_some_and(|own| pins().into_iter().any(|pin| own.signed(pin).0.abs() <= ACTIVE * size))
+            region
+                .as_ref()
+                .is_some_and(|region| pins().into_iter().any(|pin| region.signed(pin).0.abs() <= ACTIVE * size))
         };
         let transmission = |least: f64| verdict.transmission - least <= ACTIVE;
         let all = [

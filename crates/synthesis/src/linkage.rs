@@ -222,9 +222,9 @@ impl Linkage {
         let inside = self
             .extremes()
             .into_iter()
-            .map(|own| if turns { own + ((low - own) / (2.0 * PI)).ceil() * 2.0 * PI } else { own });
+            .map(|extreme| if turns { extreme + ((low - extreme) / (2.0 * PI)).ceil() * 2.0 * PI } else { extreme });
         let even = (0..=STEPS).map(|step| low + (high - low) * step as f64 / STEPS as f64);
-        let all = inside.filter(|own| (low..=high).contains(own)).chain(even);
+        let all = inside.filter(|value| (low..=high).contains(value)).chain(even);
         let angle = |input| self.pose(input, side).map_or(0.0, |pose| self.transmission(&pose));
         all.map(angle).fold(FRAC_PI_2, f64::min)
     }

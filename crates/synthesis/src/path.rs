@@ -229,7 +229,7 @@ pub(crate) fn scaled(path: &CouplerPath) -> Scaled {
     let place = |point: &Point| (point - middle) / size;
     Scaled {
         points: path.points.iter().map(place).collect(),
-        pivots: path.pivots.map(|own| own.map(|own| place(&own))),
+        pivots: path.pivots.map(|pivot| pivot.map(|own| place(&own))),
         middle,
         size,
     }
@@ -254,13 +254,13 @@ pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
     let scaled = scaled(path);
     let candidates = candidates(&scaled, path, effort);
     let mut found: Vec<Follower> = match &path.crank {
-        Some(turns) => candidates.iter().filter_map(|own| timed(&scaled, turns, own)).collect(),
-        None => candidates.iter().filter_map(|own| nearest(&scaled, own)).collect(),
+        Some(turns) => candidates.iter().filter_map(|candidate| timed(&scaled, turns, candidate)).collect(),
+        None => candidates.iter().filter_map(|candidate| nearest(&scaled, candidate)).collect(),
     };
     if found.is_empty() && path.crank.is_none() {
         // Both dyads of all candidates have run into each other, to soak up the noise: from the curves themselves the distances do not lead there.
         let mut starts = PathStarts::new(&scaled, path, effort);
-        found = starts.next().unwrap_or_default().iter().filter_map(|own| nearest(&scaled, own)).collect();
+        found = starts.next().unwrap_or_default().iter().filter_map(|start| nearest(&scaled, start)).collect();
     }
     found.sort_by(|a, b| a.rms.total_cmp(&b.rms));
     let mut apart: Vec<Follower> = Vec::new();
@@ -506,7 +506,7 @@ fn built(scaled: &Scaled, shared: &[f64], own: &[[f64; 3]]) -> Option<Follower> 
     let ways =
         || poses.iter().zip(&scaled.points).map(|(pose, point)| (pose.at - scaled.middle - point * scaled.size).norm());
     let largest = ways().fold(0.0, f64::max);
-    let square = ways().map(|own| own * own).sum::<f64>() / (2 * poses.len()) as f64;
+    let square = ways().map(|way_error| way_error * way_error).sum::<f64>() / (2 * poses.len()) as f64;
     let closes = open < CLOSED * scaled.size;
     closes.then(|| Follower { linkage, poses: unwound(poses), largest, rms: square.sqrt() })
 }

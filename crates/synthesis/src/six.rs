@@ -176,7 +176,7 @@ pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower],
         for start in four_bars(known, &path, &plan) {
             starts.extend((0..BESIDE).map(|_| with_dyad(kind, &start, &plan, &mut random)));
         }
-        starts.iter_mut().for_each(|own| turn_frame(own, &angles, &plan));
+        starts.iter_mut().for_each(|start| turn_frame(start, &angles, &plan));
         for own in searched(&plan, starts, seed) {
             let error = |index: usize, places: &Places| {
                 let place = places.all[7].at;
@@ -194,20 +194,20 @@ pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower],
 
 /// Where the pivots of a path's or of poses' six-bar may be.
 fn regions(kind: SixKind, limits: &LinkageLimits, scaled: &Scaled) -> Vec<(usize, Region)> {
-    let region = limits.ground.as_ref().map(|own| own.scaled(scaled.middle, scaled.size));
+    let region = limits.ground.as_ref().map(|ground| ground.scaled(scaled.middle, scaled.size));
     let pivots: &[usize] = if kind.has_pivot() { &[0, 1, 5] } else { &[0, 1] };
     region.iter().flat_map(|own| pivots.iter().map(|&pin| (pin, own.clone()))).collect()
 }
 
 /// The frame of the body turned so that its angles are nearest to those of the poses.
-fn turn_frame(own: &mut Candidate, angles: &[f64], plan: &Plan<'_>) {
-    let (chain, mut places) = ((plan.chain)(own.sides), Places::new());
+fn turn_frame(candidate: &mut Candidate, angles: &[f64], plan: &Plan<'_>) {
+    let (chain, mut places) = ((plan.chain)(candidate.sides), Places::new());
     let mut mean = Point::new(0.0, 0.0);
-    for (angle, input) in angles.iter().zip(&own.trial.inputs) {
-        chain.place(&own.trial.x, *input, false, &mut places);
+    for (angle, input) in angles.iter().zip(&candidate.trial.inputs) {
+        chain.place(&candidate.trial.x, *input, false, &mut places);
         mean += polar(1.0, angle - (places.all[6].at - places.all[4].at).arg());
     }
-    own.trial.x[ZERO] = mean.arg();
+    candidate.trial.x[ZERO] = mean.arg();
 }
 
 /// Six-bars whose output bar follows pairs, for this length of the ground, best first.
@@ -356,19 +356,19 @@ const LOOKED_AT: usize = 720;
 /// A six-bar in its size, if it keeps its limits all the way.
 fn built(
     kind: SixKind,
-    own: &Candidate,
+    candidate: &Candidate,
     plan: &Plan<'_>,
     [size, x, y]: [f64; 3],
     frame: Option<f64>,
     error: impl Fn(usize, &Places) -> (Point, f64),
 ) -> Option<SixBar> {
-    let in_order = plan.order.is_none_or(|closed| is_in_order(&own.trial.inputs, closed));
-    if own.trial.violation > 0.5 * SPARE || !in_order {
+    let in_order = plan.order.is_none_or(|closed| is_in_order(&candidate.trial.inputs, closed));
+    if candidate.trial.violation > 0.5 * SPARE || !in_order {
         return None;
     }
-    let (chain, dimensions) = ((plan.chain)(own.sides), &own.trial.x);
+    let (chain, dimensions) = ((plan.chain)(candidate.sides), &candidate.trial.x);
     let mut places = Places::new();
-    let inputs = || own.trial.inputs.iter().copied();
+    let inputs = || candidate.trial.inputs.iter().copied();
     let (low, high) = (inputs().fold(f64::INFINITY, f64::min), inputs().fold(f64::NEG_INFINITY, f64::max));
     let reach = if plan.inequalities.turn { TAU } else { high - low };
     let mut most = [0.0f64; 2];
@@ -396,7 +396,7 @@ fn built(
     let (ground, bodies, joints) = assembly(kind, [a0, b0, a, b, d, f, e], real(7), frame);
     let lengths = BARS.map(|bar| dimensions[bar] * size);
     let transmission = most.map(|cosine| cosine.min(1.0).acos());
-    let (full_turn, inputs) = (plan.inequalities.turn, own.trial.inputs.clone());
+    let (full_turn, inputs) = (plan.inequalities.turn, candidate.trial.inputs.clone());
     Some(SixBar { kind, ground, bodies, joints, lengths, inputs, turns, outputs, largest, transmission, full_turn })
 }
 

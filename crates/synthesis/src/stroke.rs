@@ -107,12 +107,12 @@ pub fn central_rocker(swing: f64, crank: f64) -> Result<Stroke, NoStroke> {
 /// # Errors
 /// There is none.
 pub fn slider(turn: f64, stroke: f64, offset: Option<f64>) -> Result<Stroke, NoStroke> {
-    if !(turn > 0.0 && turn < TAU && stroke > 0.0 && offset.is_none_or(|own| own >= 0.0)) {
+    if !(turn > 0.0 && turn < TAU && stroke > 0.0 && offset.is_none_or(|offset| offset >= 0.0)) {
         return Err(NoStroke::Range);
     }
     let between = (turn - PI).abs();
     if between < HALF {
-        return Err(if offset.is_some_and(|own| own > 0.0) { NoStroke::Offset } else { NoStroke::NoBest });
+        return Err(if offset.is_some_and(|offset| offset > 0.0) { NoStroke::Offset } else { NoStroke::NoBest });
     }
     // Rod + crank and rod - crank are the sides of a triangle on the stroke whose height is the offset.
     let of = |offset: f64| {

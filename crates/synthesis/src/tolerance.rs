@@ -184,12 +184,12 @@ pub fn tolerances(
 }
 
 /// What most samples keep, and how many jam.
-fn samples(own: &Dimensioned, each: &[f64; NAMES.len()]) -> (f64, usize) {
+fn samples(dimensioned: &Dimensioned, each: &[f64; NAMES.len()]) -> (f64, usize) {
     let (mut random, mut places) = (Random::new(1), [Places::new(), Places::new()]);
     let mut errors: Vec<f64> = Vec::with_capacity(SAMPLES);
     for _ in 0..SAMPLES {
-        let x = std::array::from_fn(|i| own.x[i] + each[i] / 3.0 * random.normal().re);
-        errors.extend(own.error(&x, &mut places));
+        let x = std::array::from_fn(|i| dimensioned.x[i] + each[i] / 3.0 * random.normal().re);
+        errors.extend(dimensioned.error(&x, &mut places));
     }
     errors.sort_by(f64::total_cmp);
     let jammed = SAMPLES - errors.len();

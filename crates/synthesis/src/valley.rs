@@ -130,7 +130,7 @@ impl<'p, const G: usize, const L: usize, const R: usize> Damped<'p, G, L, R> {
         let shared: [f64; G] = std::array::from_fn(|column| shared[column] / self.sizes[column]);
         let own: Option<Vec<[f64; L]>> =
             self.place.terms.iter().zip(value).map(|(own, value)| own.own(value, &shared)).collect();
-        Some((shared, own?)).filter(|_| shared.iter().all(|own| own.is_finite()))
+        Some((shared, own?)).filter(|_| shared.iter().all(|shared| shared.is_finite()))
     }
 
     /// The size of a step.

@@ -92,22 +92,24 @@ impl Plan<'_> {
     }
 
     /// The less the better: what is missed, inequalities that are violated, an order that is not that of the points.
-    fn merit(&self, own: &Candidate) -> f64 {
-        let wrong = self.order.is_some_and(|closed| !is_in_order(&own.trial.inputs, closed));
+    fn merit(&self, candidate: &Candidate) -> f64 {
+        let wrong = self.order.is_some_and(|closed| !is_in_order(&candidate.trial.inputs, closed));
         let order = if wrong { DISORDER } else { 0.0 };
-        let cost = (own.trial.sum / own.trial.inputs.len().max(1) as f64).sqrt() + own.trial.violation + order;
+        let cost = (candidate.trial.sum / candidate.trial.inputs.len().max(1) as f64).sqrt()
+            + candidate.trial.violation
+            + order;
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
-    fn longest(&self, own: &Candidate) -> f64 {
-        self.lengths.iter().map(|&i| own.trial.x[i].abs()).fold(0.0, f64::max)
+    fn longest(&self, candidate: &Candidate) -> f64 {
+        self.lengths.iter().map(|&i| candidate.trial.x[i].abs()).fold(0.0, f64::max)
     }
 }
 
 /// Dimensions of a path's four-bar and their bounds, in the size of the path.
 fn path_plan<'p>(scaled: &'p Scaled, path: &'p CouplerPath, limits: &LinkageLimits) -> Plan<'p> {
     let [least, longest] = limits.length.map_or([0.0, f64::INFINITY], |own| own.map(|own| own / scaled.size));
-    let region = limits.ground.as_ref().map(|own| own.scaled(scaled.middle, scaled.size));
+    let region = limits.ground.as_ref().map(|ground| ground.scaled(scaled.middle, scaled.size));
     let regions = region.iter().flat_map(|own| [(0, own.clone()), (1, own.clone())]).collect();
     let [mut low, mut high] = [[f64::NEG_INFINITY; DIMENSIONS], [f64::INFINITY; DIMENSIONS]];
     for length in BARS {
@@ -280,19 +282,19 @@ fn keep(all: &mut Vec<Candidate>, most: usize, plan: &Plan<'_>) {
 /// A candidate with a bound drawn in as far as its error allows: by bisection, each time from the last one that was good enough.
 pub(crate) fn drawn_in(
     plan: &Plan<'_>,
-    own: &Candidate,
+    candidate: &Candidate,
     wish: Wish,
     good: impl Fn(&Candidate) -> bool,
 ) -> Option<Candidate> {
-    if !good(own) {
+    if !good(candidate) {
         return None;
     }
     let [mut from, mut to] = match wish {
-        Wish::Accuracy => return Some(own.clone()),
-        Wish::Size(_) => [plan.longest(own), 0.1 * plan.longest(own)],
+        Wish::Accuracy => return Some(candidate.clone()),
+        Wish::Size(_) => [plan.longest(candidate), 0.1 * plan.longest(candidate)],
         Wish::Transmission(_) => [plan.inequalities.cosine.acos(), 0.5 * PI],
     };
-    let mut best = own.clone();
+    let mut best = candidate.clone();
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from + to);
         let tighter = if let Wish::Size(_) = wish { plan.shorter(middle) } else { plan.transmitting(middle) };
@@ -393,31 +395,31 @@ pub(crate) fn four_bars(known: &[Follower], path: &CouplerPath, plan: &Plan<'_>)
 }
 
 /// A start from a linkage that is there.
-fn of_follower(own: &Follower, scaled: &Scaled) -> Option<Start> {
+fn of_follower(follower: &Follower, scaled: &Scaled) -> Option<Start> {
     let (Dyad::Bar { moving: a, ground: a0, length: r }, Dyad::Bar { moving: b, ground: b0, length: s }) =
-        (own.linkage.first, own.linkage.second)
+        (follower.linkage.first, follower.linkage.second)
     else {
         return None;
     };
     let [a, b] = [a, b].map(|pin| pin / scaled.size);
     let [c, d] = [a0, b0].map(|pivot| (pivot - scaled.middle) / scaled.size);
     let shared = [a.re, a.im, b.re, b.im, c.re, c.im, d.re, d.im, r / scaled.size, s / scaled.size];
-    Some(Start { shared, own: own.poses.iter().map(|pose| [pose.angle]).collect() })
+    Some(Start { shared, own: follower.poses.iter().map(|pose| [pose.angle]).collect() })
 }
 
-fn bounded(scaled: &Scaled, path: &CouplerPath, plan: &Plan<'_>, own: &Candidate) -> Bounded {
-    let follower = follower(scaled, path, own);
+fn bounded(scaled: &Scaled, path: &CouplerPath, plan: &Plan<'_>, candidate: &Candidate) -> Bounded {
+    let follower = follower(scaled, path, candidate);
     let count = (2 * scaled.points.len()) as f64;
-    let rms = (own.trial.sum / count).sqrt();
-    let prices = plan.search(own.sides).prices(&own.trial);
+    let rms = (candidate.trial.sum / count).sqrt();
+    let prices = plan.search(candidate.sides).prices(&candidate.trial);
     let price = plan.lengths.iter().map(|&i| prices[i]).fold(0.0, f64::max);
     let price = if rms > 0.0 { price / (count * rms) } else { 0.0 };
     Bounded { follower, price }
 }
 
 /// The linkage in the size of the path, its body's frame at the point that draws, along the coupler.
-fn follower(scaled: &Scaled, path: &CouplerPath, own: &Candidate) -> Follower {
-    let (x, chain) = (&own.trial.x, chain(own.sides));
+fn follower(scaled: &Scaled, path: &CouplerPath, candidate: &Candidate) -> Follower {
+    let (x, chain) = (&candidate.trial.x, chain(candidate.sides));
     let real = |point: Point| point * scaled.size + scaled.middle;
     let tracer = Point::new(x[7], x[8]) * scaled.size;
     let a0 = Point::new(x[0], x[1]);
@@ -430,8 +432,8 @@ fn follower(scaled: &Scaled, path: &CouplerPath, own: &Candidate) -> Follower {
     let first = bar(-tracer, a0, x[CRANK]);
     let second = bar(Point::new(x[COUPLER] * scaled.size, 0.0) - tracer, b0, x[SECOND]);
     let mut places = Places::new();
-    let mut poses: Vec<Pose> = Vec::with_capacity(own.trial.inputs.len());
-    for input in &own.trial.inputs {
+    let mut poses: Vec<Pose> = Vec::with_capacity(candidate.trial.inputs.len());
+    for input in &candidate.trial.inputs {
         chain.place(x, *input, false, &mut places);
         let angle = (places.all[SECOND_PIN].at - places.all[2].at).arg();
         let angle = poses.last().map_or(angle, |last: &Pose| last.angle + way(last.angle, angle));
@@ -439,6 +441,6 @@ fn follower(scaled: &Scaled, path: &CouplerPath, own: &Candidate) -> Follower {
     }
     let ways = || poses.iter().zip(&path.points).map(|(pose, point)| (pose.at - point).norm());
     let largest = ways().fold(0.0, f64::max);
-    let square = ways().map(|own| own * own).sum::<f64>() / (2 * poses.len()) as f64;
+    let square = ways().map(|distance| distance * distance).sum::<f64>() / (2 * poses.len()) as f64;
     Follower { linkage: Linkage { first, second }, poses, largest, rms: square.sqrt() }
 }

@@ -18,10 +18,10 @@ fn best(path: &CouplerPath, limits: &LinkageLimits) -> Option<Bounded> {
     found.into_iter().find(|own| is_good(own, path, limits))
 }
 
-fn is_good(own: &Bounded, path: &CouplerPath, limits: &LinkageLimits) -> bool {
-    let both = [own.follower.linkage, own.follower.linkage.swapped()];
+fn is_good(bounded: &Bounded, path: &CouplerPath, limits: &LinkageLimits) -> bool {
+    let both = [bounded.follower.linkage, bounded.follower.linkage.swapped()];
     both.iter().any(|linkage| {
-        let verdict = judge(linkage, &own.follower.poses, path.closed || limits.crank);
+        let verdict = judge(linkage, &bounded.follower.poses, path.closed || limits.crank);
         verdict.defects.is_empty() && limits.missed(linkage, &verdict).is_none()
     })
 }
@@ -46,8 +46,8 @@ fn known(count: usize, seed: u64) -> usize {
             break (linkage, points);
         };
         let size = extent(points.iter().copied()).1;
-        let points: Vec<Point> = points.iter().map(|own| own + random.normal() * (NOISE * size)).collect();
-        let lengths = linkage.lengths().map(|own| own.expect("a four-bar"));
+        let points: Vec<Point> = points.iter().map(|point| point + random.normal() * (NOISE * size)).collect();
+        let lengths = linkage.lengths().map(|length| length.expect("a four-bar"));
         let [low, high] = [f64::min, f64::max].map(|of| lengths.into_iter().fold(lengths[0], of));
         let limits = LinkageLimits { length: Some([0.9 * low, 1.1 * high]), ..LinkageLimits::default() };
         let path = CouplerPath { points, closed, ..CouplerPath::default() };
@@ -88,7 +88,7 @@ fn drawn(random: &mut Random, closed: bool) -> Vec<Point> {
         Point::new(radius * angle.cos(), oval * radius * angle.sin())
     };
     let exact: Vec<Point> = (0..count).map(at).collect();
-    exact.iter().map(|own| own + random.normal() * 3e-3).collect()
+    exact.iter().map(|value| value + random.normal() * 3e-3).collect()
 }
 
 /// The mean square distance of the points from a curve of chords, by the closure of the loop; where it does not close, by how much it is open.
@@ -104,7 +104,7 @@ fn evolved_error(x: &[f64; 9], points: &[Point], closed: bool) -> f64 {
         (cosine.abs() <= 1.0).then(|| pin + to / distance * polar(1.0, side * cosine.acos()) * Point::new(x[4], x[5]))
     };
     let curve: Vec<Option<Point>> = (0..STEPS).map(|i| place(TAU * i as f64 / STEPS as f64)).collect();
-    let gaps = curve.iter().filter(|own| own.is_none()).count();
+    let gaps = curve.iter().filter(|curve| curve.is_none()).count();
     if gaps > STEPS - 8 || (closed && gaps > 0) {
         return 1e3 * (1.0 + gaps as f64);
     }
@@ -280,7 +280,7 @@ fn functions_keep_their_limits() {
     let rms = found.iter().filter_map(|own| {
         let side = own.linkage.side(&own.pose(&pairs[0]));
         let lengths = own.linkage.lengths().map(|length| length.expect("a four-bar"));
-        let keeps = lengths.iter().all(|own| (0.1 - 1e-9..=2.0 + 1e-9).contains(own));
+        let keeps = lengths.iter().all(|length| (0.1 - 1e-9..=2.0 + 1e-9).contains(length));
         assert!(keeps, "{lengths:?}");
         Some(own.errors(&pairs, side)?[1].to_degrees())
     });

@@ -103,12 +103,14 @@ pub fn tree(tree_of: &FormulaTree) -> Value {
 
 fn parameters(equations: &Equations) -> Vec<Value> {
     let parameters = equations.system.mechanism.parameters.iter();
-    parameters.map(|own| json!({ "name": own.name, "value": own.value, "unit": own.unit.si })).collect()
+    parameters
+        .map(|parameter| json!({ "name": parameter.name, "value": parameter.value, "unit": parameter.unit.si }))
+        .collect()
 }
 
 fn inputs(equations: &Equations) -> Vec<Value> {
     let inputs = equations.system.mechanism.inputs.iter();
-    inputs.map(|own| json!({ "name": own.name, "start": own.start, "unit": own.unit.si })).collect()
+    inputs.map(|input| json!({ "name": input.name, "start": input.start, "unit": input.unit.si })).collect()
 }
 
 fn followers(equations: &Equations) -> Vec<Value> {

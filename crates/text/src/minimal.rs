@@ -56,7 +56,10 @@ fn reduced(
     match written {
         SymbolNotation::Json => {
             let mut value = json::described(equations, &minimal.motion);
-            let own = minimal.independent.iter().map(|&own| equations.coordinates[own].name.position.as_str());
+            let own = minimal
+                .independent
+                .iter()
+                .map(|&independent| equations.coordinates[independent].name.position.as_str());
             value["independent"] = own.collect();
             Ok(format!("{value:#}\n"))
         }

@@ -337,24 +337,24 @@ fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Opt
 /// What a value is that events alone change and that equations read; none if no equation does.
 pub fn held_words(equations: &Equations, parameter: usize) -> Option<&'static str> {
     let mechanism = &equations.system.mechanism;
-    for own in &mechanism.unilaterals {
-        if own.closed.0 == parameter {
-            return Some(match (&own.slip, own.held.of_rate) {
+    for unilateral in &mechanism.unilaterals {
+        if unilateral.closed.0 == parameter {
+            return Some(match (&unilateral.slip, unilateral.held.of_rate) {
                 (Some(_), _) => "1 while it sticks, else 0",
                 (None, true) => "1 while it is engaged, else 0",
                 (None, false) => "1 while it is closed, else 0",
             });
         }
-        if own.slip.as_ref().is_some_and(|slip| slip.direction.0 == parameter) {
+        if unilateral.slip.as_ref().is_some_and(|slip| slip.direction.0 == parameter) {
             return Some("1 while it slides, -1 while it slides back, else 0");
         }
         let mut is_place = false;
-        own.held.bound.visit_parameters(&mut |id| is_place |= id.0 == parameter);
+        unilateral.held.bound.visit_parameters(&mut |id| is_place |= id.0 == parameter);
         if is_place && mechanism.parameters[parameter].held {
-            return Some(if own.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
+            return Some(if unilateral.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
         }
     }
-    let is_there = mechanism.removable.iter().any(|own| own.there.0 == parameter);
+    let is_there = mechanism.removable.iter().any(|removable| removable.there.0 == parameter);
     is_there.then_some("1 until it is removed, then 0")
 }
 

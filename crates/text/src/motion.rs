@@ -395,7 +395,9 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
     let parameters = &equations.system.mechanism.parameters;
     let is_weight = |symbol: &Symbol| match symbol {
         // Initial values that can be set are parameters of the program, not of the scene.
-        Symbol::Parameter(index) => parameters.get(*index).is_some_and(|own| own.unit.exponents.kilogram != 0),
+        Symbol::Parameter(index) => {
+            parameters.get(*index).is_some_and(|parameter| parameter.unit.exponents.kilogram != 0)
+        }
         Symbol::Missing(..) => true,
         Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) | Symbol::State(..) => false,
         Symbol::Coordinate(..) | Symbol::Reaction(_) | Symbol::Argument => false,

@@ -179,7 +179,10 @@ impl<'a> Names<'a> {
 
 /// The highest number of a coordinate.
 fn highest(equations: &Equations) -> usize {
-    let own = equations.coordinates.iter().filter_map(|own| own.name.position.strip_prefix("theta_")?.parse().ok());
+    let own = equations
+        .coordinates
+        .iter()
+        .filter_map(|coordinate| coordinate.name.position.strip_prefix("theta_")?.parse().ok());
     own.chain([equations.coordinates.len()]).max().unwrap_or_default()
 }
 

@@ -42,12 +42,12 @@ fn group(own: &Group, labels: &HashMap<String, Label>, scale: f32, out: &mut Str
     }
 }
 
-fn path(own: &Path, scale: f32, out: &mut String) {
+fn path(path: &Path, scale: f32, out: &mut String) {
     let mut style = Vec::new();
-    if let Some(colour) = own.fill().and_then(|fill| colour(fill.paint())) {
+    if let Some(colour) = path.fill().and_then(|fill| colour(fill.paint())) {
         style.push(format!("fill={colour}"));
     }
-    if let Some(stroke) = own.stroke() {
+    if let Some(stroke) = path.stroke() {
         let width = stroke.width().get() * scale;
         let colour = colour(stroke.paint()).unwrap_or_else(|| "black".to_owned());
         style.push(format!("draw={colour},line width={width:.2}pt"));
@@ -63,13 +63,13 @@ fn path(own: &Path, scale: f32, out: &mut String) {
         return;
     }
     // Writing to a string cannot fail.
-    let _ = writeln!(out, "\\path[{}]{};", style.join(","), segments(own));
+    let _ = writeln!(out, "\\path[{}]{};", style.join(","), segments(path));
 }
 
-fn segments(own: &Path) -> String {
-    let at = |point: Point| place(own.abs_transform(), point);
+fn segments(path: &Path) -> String {
+    let at = |point: Point| place(path.abs_transform(), point);
     let (mut text, mut before) = (String::new(), Point::zero());
-    for segment in own.data().segments() {
+    for segment in path.data().segments() {
         match segment {
             PathSegment::MoveTo(to) => {
                 text += &format!(" {}", at(to));

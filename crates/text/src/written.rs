@@ -106,12 +106,14 @@ fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
 
 /// Why there is no code: that of driven mechanisms solves for positions, and knows no states; and friction that sticks has no place in {Q}.
 fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
-    if let Some(own) = equations.system.mechanism.unilaterals.iter().find(|own| own.slip.is_some()) {
+    if let Some(unilaterals) =
+        equations.system.mechanism.unilaterals.iter().find(|unilateral| unilateral.slip.is_some())
+    {
         let message = format!(
             "`{}` sticks or slides depending on the reactions: functions of positions and rates cannot give its part of Q",
-            own.name
+            unilaterals.name
         );
-        let fault = Fault::new("equations::friction", message, own.span).label("dry friction that sticks");
+        let fault = Fault::new("equations::friction", message, unilaterals.span).label("dry friction that sticks");
         return Some(fault.help(
             "print the equations as `text`, `latex`, `html` or `json`, which list the modes, or export an FMU; with a `velocity` friction is a function of the rates",
         ));
@@ -155,13 +157,13 @@ pub fn reduced(
     symbols: bool,
 ) -> Result<Result<String, crate::SingularStart>, Vec<Fault>> {
     check(&formulated.equations)?;
-    if let Some(own) = formulated.equations.system.mechanism.unilaterals.first() {
-        let what = if own.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
+    if let Some(unilaterals) = formulated.equations.system.mechanism.unilaterals.first() {
+        let what = if unilaterals.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
         let message = format!(
             "`{}` {what}: how many coordinates are independent depends on the mode, and so do the reduced equations",
-            own.name
+            unilaterals.name
         );
-        let fault = Fault::new("equations::modes", message, own.span).label("it has modes");
+        let fault = Fault::new("equations::modes", message, unilaterals.span).label("it has modes");
         return Err(vec![fault.help("print the equations without `--minimal`: these include a table of the modes")]);
     }
     if formulated.equations.reads_the_motion() {

@@ -17,7 +17,8 @@ pub fn derived(options: &SimulateCommand, scene: &Scene) -> Asked {
     let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
     let names = named(options).chain(crossed);
     let is_set = |name: &str| {
-        scene.parameters.iter().any(|own| own.name.text == name) || scene.inputs.iter().any(|own| own.name.text == name)
+        scene.parameters.iter().any(|parameter| parameter.name.text == name)
+            || scene.inputs.iter().any(|input| input.name.text == name)
     };
     match options.variables.is_empty() {
         true => Asked::also(names),

@@ -182,7 +182,7 @@ fn shown(path: &Path, module: Vec<u8>) -> (ShownScene, Vec<PathBuf>) {
             ShownScene::Page {
                 html: page.live_html(),
                 text,
-                warnings: compiled.warnings.map(|own| own.render(false, 100)),
+                warnings: compiled.warnings.map(|warning| warning.render(false, 100)),
             }
         }
     };

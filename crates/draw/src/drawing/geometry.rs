@@ -112,7 +112,10 @@ impl Drawing {
             held: self.held.iter().filter(|held| is_finite(&held.spot.place())).map(|held| forms.held(held)).collect(),
             stops: self
                 .placed_stops()
-                .map(|own| StopForm { at: forms.anchor(own.on, own.at), needs: own.needs.clone() })
+                .map(|placed_stop| StopForm {
+                    at: forms.anchor(placed_stop.on, placed_stop.at),
+                    needs: placed_stop.needs.clone(),
+                })
                 .collect(),
             parts: forms.parts(&view),
         }

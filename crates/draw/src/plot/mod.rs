@@ -97,7 +97,8 @@ impl Plot {
                 let sizes = panel.series.iter().map(|series| series.size()).filter(|size| *size > 0.0);
                 let near = |other: f64| size <= SCALES * other && other <= SCALES * size;
                 let is_named = series.panel.is_some();
-                let same = panel.unit == series.unit && panel.series.iter().all(|own| own.panel == series.panel);
+                let same = panel.unit == series.unit
+                    && panel.series.iter().all(|curve_series| curve_series.panel == series.panel);
                 same && (is_named || size == 0.0 || sizes.into_iter().all(near))
             };
             match panels.iter_mut().find(fits) {
@@ -108,7 +109,7 @@ impl Plot {
         for measured in &self.series {
             let of = |panel: &&mut Panel| {
                 measured.measured.is_some()
-                    && panel.series.iter().any(|own| Some(&own.name) == measured.measured.as_ref())
+                    && panel.series.iter().any(|curve_series| Some(&curve_series.name) == measured.measured.as_ref())
             };
             if let Some(panel) = panels.iter_mut().find(of) {
                 panel.measured.push(measured);

@@ -21,7 +21,7 @@ impl PoseValues<'_> {
             let named = |quantity: Quantity| mechanism.variable_name(Variable { owner: own.owner, quantity });
             let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
             let impulse =
-                impulses.into_iter().find(|own| part.component().variables.contains(own)).filter(|_| is_first);
+                impulses.into_iter().find(|impulse| part.component().variables.contains(impulse)).filter(|_| is_first);
             drawing.held.push(HeldPart {
                 name: own.name.clone(),
                 spot,
@@ -98,7 +98,8 @@ impl PoseValues<'_> {
     /// Where modes are seen: where something touches, slides or turns.
     fn spot(&mut self, part: &Part, icon: &Icon, drawing: &Drawing) -> BodySpot {
         let index = |place: Place| place.body().map(|body| body.0);
-        let coupling = drawing.couplings.iter().find(|own| own.name == part.name).map(|own| &own.kind);
+        let coupling =
+            drawing.couplings.iter().find(|coupling| coupling.name == part.name).map(|coupling| &coupling.kind);
         match (icon, coupling) {
             (Icon::Gears { carrier, .. }, Some(CouplingKind::Gears(wheels))) => {
                 // The pitch point is on the larger wheel, towards the other.
@@ -127,9 +128,13 @@ impl PoseValues<'_> {
 }
 
 /// The variables that say that it holds, each with its value then.
-fn while_held(mechanism: &Mechanism, own: &Unilateral, named: &dyn Fn(Quantity) -> String) -> Vec<(String, f64)> {
-    let Some(slip) = &own.slip else {
-        let value = if own.held.word.is_empty() { 1.0 } else { -own.held.sign };
+fn while_held(
+    mechanism: &Mechanism,
+    unilateral: &Unilateral,
+    named: &dyn Fn(Quantity) -> String,
+) -> Vec<(String, f64)> {
+    let Some(slip) = &unilateral.slip else {
+        let value = if unilateral.held.word.is_empty() { 1.0 } else { -unilateral.held.sign };
         return vec![(named(Quantity::Mode), value)];
     };
     let presses = slip.on.map(|on| &mechanism.unilaterals[on]).map(|_| (named(Quantity::Mode), 1.0));

@@ -76,11 +76,11 @@ fn pins(dyad: &Dyad, pose: &Pose) -> (Option<Point>, Point) {
     }
 }
 
-fn cell(svg: &mut Svg, frame: PictureFrame, number: usize, own: &Solution) {
-    let Some(first) = own.poses.first() else { return };
-    let dyads = [own.linkage.first, own.linkage.second];
-    let curve = own.curve();
-    let mut all: Vec<Point> = own.poses.iter().map(|pose| pose.at).collect();
+fn cell(svg: &mut Svg, frame: PictureFrame, number: usize, solution: &Solution) {
+    let Some(first) = solution.poses.first() else { return };
+    let dyads = [solution.linkage.first, solution.linkage.second];
+    let curve = solution.curve();
+    let mut all: Vec<Point> = solution.poses.iter().map(|pose| pose.at).collect();
     all.extend(&curve);
     for (ground, moving) in dyads.iter().map(|dyad| pins(dyad, first)) {
         all.extend(ground);
@@ -88,25 +88,25 @@ fn cell(svg: &mut Svg, frame: PictureFrame, number: usize, own: &Solution) {
     }
     let scale = Scale::of(&all, frame);
     let size = 18.0 / scale.factor;
-    let title = format!("{number}  {}", own.class);
+    let title = format!("{number}  {}", solution.class);
     svg.text([frame.x + MARGIN, frame.y + 20.0], "font-size=\"13\" font-weight=\"600\" fill=\"#1f2937\"", &title);
-    let note = own
+    let note = solution
         .reason
         .clone()
-        .unwrap_or_else(|| format!("transmission angle {:.1}° at least", own.transmission.to_degrees()));
-    let colour = if own.reason.is_some() { "#c00000" } else { "#4b5563" };
+        .unwrap_or_else(|| format!("transmission angle {:.1}° at least", solution.transmission.to_degrees()));
+    let colour = if solution.reason.is_some() { "#c00000" } else { "#4b5563" };
     svg.text([frame.x + MARGIN, frame.y + 36.0], &format!("font-size=\"10.5\" fill=\"{colour}\""), &note);
     svg.path(&scale.path(&curve, false), CURVE);
-    body(svg, &scale, own, first);
+    body(svg, &scale, solution, first);
     for dyad in &dyads {
         guide(svg, &scale, dyad, first, size);
     }
-    task(svg, &scale, own, size);
+    task(svg, &scale, solution, size);
 }
 
 /// The body between both pins and its origin.
-fn body(svg: &mut Svg, scale: &Scale, own: &Solution, pose: &Pose) {
-    let corners = [pins(&own.linkage.first, pose).1, pins(&own.linkage.second, pose).1, pose.at];
+fn body(svg: &mut Svg, scale: &Scale, solution: &Solution, pose: &Pose) {
+    let corners = [pins(&solution.linkage.first, pose).1, pins(&solution.linkage.second, pose).1, pose.at];
     svg.path(&scale.path(&corners, true), BODY);
 }
 
@@ -132,9 +132,9 @@ fn guide(svg: &mut Svg, scale: &Scale, dyad: &Dyad, pose: &Pose, size: f64) {
 }
 
 /// The poses of the task as small axes, or its points.
-fn task(svg: &mut Svg, scale: &Scale, own: &Solution, size: f64) {
-    let few = own.poses.len() <= 8;
-    for pose in &own.poses {
+fn task(svg: &mut Svg, scale: &Scale, solution: &Solution, size: f64) {
+    let few = solution.poses.len() <= 8;
+    for pose in &solution.poses {
         if few {
             let turn = pose.turn();
             svg.line(scale.at(pose.at), scale.at(pose.at + turn * size), TASK);

@@ -311,7 +311,7 @@ impl Grip {
 
 /// What a row of a loop is small against: the largest row of its joint. Both of a pin are not small but where branches meet or nothing can turn.
 fn sizes(program: &Program, rows: &[Vec<f64>]) -> Vec<f64> {
-    let owners = program.constraints.iter().map(|own| own.owner.as_str());
+    let owners = program.constraints.iter().map(|constraint| constraint.owner.as_str());
     let mut largest: HashMap<&str, f64> = HashMap::new();
     for (owner, row) in owners.clone().zip(rows) {
         let size = largest.entry(owner).or_default();
@@ -323,10 +323,10 @@ fn sizes(program: &Program, rows: &[Vec<f64>]) -> Vec<f64> {
 /// Coordinates, what drivers integrate, and what is released.
 fn unknowns(model: &Model, released: &[(usize, bool)]) -> Result<Vec<Unknown>, String> {
     let (program, layout) = (model.program(), model.layout());
-    let coordinates = program.coordinates.iter().map(|own| own.scale).zip(layout.positions()..);
-    let followers = program.followers.iter().map(|own| own.scale).zip(layout.followers()..);
+    let coordinates = program.coordinates.iter().map(|coordinate| coordinate.scale).zip(layout.positions()..);
+    let followers = program.followers.iter().map(|follower| follower.scale).zip(layout.followers()..);
     let released = released.iter().map(|&(variable, angle)| {
-        let source = program.variables.get(variable).map(|own| own.source);
+        let source = program.variables.get(variable).map(|variable| variable.source);
         let register = match source {
             Some(Source::Parameter(index)) => layout.parameters() + index as usize,
             Some(Source::Input(index)) => layout.inputs() + index as usize,

@@ -18,7 +18,7 @@ pub struct Closed {
 impl Closed {
     pub fn new(equations: &mut Equations, start: &Moment, rows: &[usize], dependent: &[usize]) -> Closed {
         let numbers: Vec<usize> = equations.loops().map(|(index, _)| index).collect();
-        let number = |index: &usize| numbers.iter().position(|own| own == index).unwrap_or_default();
+        let number = |index: &usize| numbers.iter().position(|number| number == index).unwrap_or_default();
         let mut closed = Closed {
             positions: Vec::new(),
             open: dependent.to_vec(),
@@ -38,7 +38,7 @@ impl Closed {
             let (_, index) = self.rows[place];
             let jacobian = equations.constraints[index].jacobian.clone();
             let unknown: Vec<usize> =
-                jacobian.iter().map(|(own, _)| *own).filter(|own| self.open.contains(own)).collect();
+                jacobian.iter().map(|(own, _)| *own).filter(|jacobian| self.open.contains(jacobian)).collect();
             let [column] = unknown[..] else { return None };
             Some((place, column, solved(equations, start, index, column)?))
         })

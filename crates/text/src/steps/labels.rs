@@ -86,9 +86,9 @@ fn taken(equations: &Equations, name: &str) -> bool {
     let below = name.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     let names = [name.to_owned(), format!("omega{below}"), format!("alpha{below}")];
     let is_own = |own: &str| names.iter().any(|name| name == own);
-    mechanism.parameters.iter().any(|own| is_own(&own.name))
-        || mechanism.inputs.iter().any(|own| is_own(&own.name))
-        || mechanism.drivers.iter().any(|own| is_own(&own.name))
+    mechanism.parameters.iter().any(|parameter| is_own(&parameter.name))
+        || mechanism.inputs.iter().any(|input| is_own(&input.name))
+        || mechanism.drivers.iter().any(|driver| is_own(&driver.name))
 }
 
 impl Lesson<'_> {

@@ -79,15 +79,16 @@ fn floating(lesson: &Lesson, kinds: &[ElementKind], vibration: &Vibration) -> Op
 /// Bodies, dampers, springs, other loads. A spring with a damper is in two.
 fn kinds<'m>(lesson: &Lesson, vibration: &'m Vibration) -> Vec<ElementKind<'m>> {
     let mut kinds = ["m", "d", "k", "F"].map(|letter| ElementKind { letter, columns: Vec::new() });
-    for own in &vibration.columns {
-        let laws = [(1, own.damping), (2, own.stiffness)].into_iter().filter(|(_, constant)| *constant != Expr::ZERO);
+    for column in &vibration.columns {
+        let laws =
+            [(1, column.damping), (2, column.stiffness)].into_iter().filter(|(_, constant)| *constant != Expr::ZERO);
         let mut constants: Vec<(usize, Expr)> = laws.collect();
-        match lesson.equations.system.element(own.element).origin {
-            Origin::Body(_) => constants.push((0, own.mass)),
+        match lesson.equations.system.element(column.element).origin {
+            Origin::Body(_) => constants.push((0, column.mass)),
             Origin::Load(_) if constants.is_empty() => constants.push((3, Expr::ONE)),
             _ => {}
         }
-        constants.into_iter().for_each(|(kind, constant)| kinds[kind].columns.push((own, constant)));
+        constants.into_iter().for_each(|(kind, constant)| kinds[kind].columns.push((column, constant)));
     }
     kinds.into_iter().filter(|kind| !kind.columns.is_empty()).collect()
 }

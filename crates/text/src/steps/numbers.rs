@@ -140,8 +140,8 @@ impl Lesson<'_> {
     /// The start with other rates and everything closed, so that nothing vanishes because it is at rest or open.
     pub fn moving(&self) -> Moment {
         let mut values = self.start();
-        for own in &self.equations.system.mechanism.unilaterals {
-            values.parameters[own.closed.0] = 1.0;
+        for unilateral in &self.equations.system.mechanism.unilaterals {
+            values.parameters[unilateral.closed.0] = 1.0;
         }
         values.rates = (0..values.rates.len()).map(|index| 1.3 + 0.7 * (2.1 * index as f64).sin()).collect();
         values

@@ -10,9 +10,9 @@ use crate::tree::FormulaTree;
 
 /// Renames vectors that would be read as names of the user's.
 pub fn tell_apart(blocks: &mut [DocumentBlock], mechanism: &Mechanism) {
-    let parameters = mechanism.parameters.iter().map(|own| own.name.as_str());
-    let inputs = mechanism.inputs.iter().map(|own| own.name.as_str());
-    let drivers = mechanism.drivers.iter().map(|own| own.name.as_str());
+    let parameters = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
+    let inputs = mechanism.inputs.iter().map(|input| input.name.as_str());
+    let drivers = mechanism.drivers.iter().map(|driver| driver.name.as_str());
     let taken: HashSet<&str> = parameters.chain(inputs).chain(drivers).collect();
     let mut rename = |name: &mut Name| {
         while name.bold && taken.contains(name.plain.as_str()) {

@@ -112,7 +112,8 @@ impl Lesson<'_> {
             }
             Origin::Joint(id) => {
                 mechanism.joints[id.0].visit_parameters(&mut visit);
-                let elsewhere = mechanism.unilaterals.iter().filter(|own| own.owner == mechanism.joints[id.0].owner);
+                let elsewhere =
+                    mechanism.unilaterals.iter().filter(|unilateral| unilateral.owner == mechanism.joints[id.0].owner);
                 let mut theirs = Vec::new();
                 elsewhere.for_each(|own| own.visit_parameters(&mut |id| theirs.push(id.0)));
                 found.retain(|own| !theirs.contains(own));

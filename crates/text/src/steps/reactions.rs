@@ -175,8 +175,8 @@ impl Lesson<'_> {
             )];
         }
         let variables = compared(mechanism);
-        let mine: Vec<Expr> = variables.iter().map(|&own| self.equations.variable(own)).collect();
-        let theirs: Vec<Expr> = variables.iter().map(|&own| other.variable(own)).collect();
+        let mine: Vec<Expr> = variables.iter().map(|&variable| self.equations.variable(variable)).collect();
+        let theirs: Vec<Expr> = variables.iter().map(|&variable| other.variable(variable)).collect();
         let same = agree(&values.of(&self.equations, &mine), &absolute.of(&other, &theirs));
         let text = format!(
             "the absolute trees of section 12, {size} equations, give the same accelerations of all bodies and forces of all joints"

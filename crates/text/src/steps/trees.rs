@@ -118,7 +118,7 @@ impl Lesson<'_> {
     /// The numbers of unknowns against those of the recommended trees, which no others have fewer than.
     fn weights(&self, least: &Trees) -> String {
         let coordinates = &self.equations.coordinates;
-        let r = coordinates.iter().filter(|own| own.angular).count();
+        let r = coordinates.iter().filter(|coordinate| coordinate.angular).count();
         let t = coordinates.len() - r;
         let unknowns =
             |id: &ElementId, facts: fn(&Element) -> EdgeFacts| facts(self.equations.system.element(*id)).unknowns;
@@ -248,12 +248,12 @@ fn piece<D>(view: &GraphView<D>, class: &[usize], own: usize) -> String {
     }
 }
 
-fn refusal<D>(view: &GraphView<D>, id: ElementId, own: &EdgeFacts) -> String {
+fn refusal<D>(view: &GraphView<D>, id: ElementId, edge_facts: &EdgeFacts) -> String {
     let circuit = view.record.circuit(id).map(|row| view.labels(row)).unwrap_or_default();
     match circuit.as_slice() {
         [] | [_] => "closes a loop with itself".to_owned(),
         [_, others @ ..] => {
-            let cut = if own.holds { ": the loop is cut here" } else { "" };
+            let cut = if edge_facts.holds { ": the loop is cut here" } else { "" };
             format!("closes a loop with {}{cut}", shortened(others))
         }
     }

@@ -12,7 +12,7 @@ use crate::tree::FormulaTree;
 impl TerminalWriter<'_> {
     /// The first across variable by the others: their factors change sides, and that of the first divides them.
     pub fn relation(&mut self, id: ElementId, element: &Element) -> Rows {
-        let Some((first, others)) = element.coupling.as_ref().and_then(|own| own.terms.split_first()) else {
+        let Some((first, others)) = element.coupling.as_ref().and_then(|coupling| coupling.terms.split_first()) else {
             return Rows::new();
         };
         let (mut terms, mut within) = (Vec::new(), Vec::new());

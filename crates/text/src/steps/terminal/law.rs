@@ -39,15 +39,15 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Formu
 }
 
 /// |r| and its rate, theta and omega of the load's own edge; other variables by their names.
-fn variable(equations: &Equations, letters: Letters, own: Variable) -> FormulaTree {
-    let label = match own.owner {
+fn variable(equations: &Equations, letters: Letters, variable: Variable) -> FormulaTree {
+    let label = match variable.owner {
         Owner::Load(load) => equations.system.find(Origin::Load(load)),
         Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::System => None,
     };
     let plane = letters.has_two_components();
-    let named = || FormulaTree::Name(Name::variable(&equations.system.mechanism.variable_name(own)));
+    let named = || FormulaTree::Name(Name::variable(&equations.system.mechanism.variable_name(variable)));
     let Some(label) = label.map(|id| equations.system.element(id).label.as_str()) else { return named() };
-    match (own.quantity.aspect(), plane) {
+    match (variable.quantity.aspect(), plane) {
         (Aspect::Length(Order::Position), true) => FormulaTree::Call("abs", vec![letters.displacement(label)]),
         (Aspect::Length(Order::Position), false) => letters.displacement(label),
         (Aspect::Length(Order::Velocity), true) => {
