@@ -10,6 +10,7 @@ mod analysis;
 mod assemblies;
 mod bare_degrees;
 mod c_code;
+mod c_sources;
 mod calculated_parameters;
 mod cam_figures;
 mod cam_turns;

@@ -90,6 +90,7 @@ fn description() -> Description {
         moves_states: false,
         variables: variables.collect(),
         terminals: vec![],
+        sources: None,
     }
 }
 

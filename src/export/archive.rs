@@ -30,6 +30,8 @@ pub struct Package<'a> {
     /// The text that the scene came from, if it came from a file.
     pub scene: Option<SceneText<'a>>,
     pub extras: Vec<Extra>,
+    /// The files of the folder `sources`: their names and texts.
+    pub sources: &'a [(String, String)],
     /// The runtimes, one for each platform that the FMU is to run on.
     pub runtimes: &'a [Runtime],
 }
@@ -99,17 +101,22 @@ enum MemberContent<'a> {
 /// Every file of the FMU, by name.
 fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a>>, ExportError> {
     let Package { version, description, extras, .. } = package;
-    let files: [(&str, Cow<[u8]>); 4] = [
-        ("resources/program.bin", package.program.into()),
-        (
-            "documentation/licenses/license.txt",
-            LICENSE.replace("{libraries}", &libraries::notices()).into_bytes().into(),
-        ),
-        ("documentation/licenses/sbom.cdx.json", libraries::bill_of_materials().into_bytes().into()),
+    // Sources alone contain no library and read no program.
+    let is_binary = !package.runtimes.is_empty() || package.sources.is_empty();
+    let notices = if is_binary { libraries::notices() } else { String::new() };
+    let mut files: Vec<(&str, Cow<[u8]>)> = vec![
+        ("documentation/licenses/license.txt", LICENSE.replace("{libraries}", &notices).into_bytes().into()),
         ("documentation/licenses/apache-2.0.txt", APACHE.as_bytes().into()),
     ];
+    if is_binary {
+        files.push(("resources/program.bin", package.program.into()));
+        files.push(("documentation/licenses/sbom.cdx.json", libraries::bill_of_materials().into_bytes().into()));
+    }
     let mut entries: BTreeMap<String, MemberContent> =
         files.into_iter().map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes))).collect();
+    let sources = package.sources.iter();
+    entries
+        .extend(sources.map(|(name, text)| (format!("sources/{name}"), MemberContent::Bytes(text.as_bytes().into()))));
     entries.extend(extras.iter().map(|extra| (extra.name.to_owned(), MemberContent::Bytes((&*extra.bytes).into()))));
     let described = described(package)?.into_iter();
     entries.extend(described.map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes.into()))));
@@ -154,6 +161,10 @@ fn described(package: &Package) -> Result<Vec<(&'static str, Vec<u8>)>, ExportEr
             let text = xml::fmi3::model_description(description).map_err(no_description)?;
             let terminals = xml::terminals::terminals(description).map_err(no_description)?;
             let mut files = vec![("modelDescription.xml", text)];
+            if let Some(sources) = &description.sources {
+                let text = xml::source_files::build_description(description, sources).map_err(no_description)?;
+                files.push(("sources/buildDescription.xml", text));
+            }
             files.extend(terminals.map(|text| ("terminalsAndIcons/terminalsAndIcons.xml", text)));
             files
         }

@@ -33,6 +33,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         followed,
         variables,
         terminals: terminals(mechanism, &formulated.outputs, rows),
+        sources: None,
     }
 }
 

@@ -34,6 +34,19 @@ pub struct Description {
     pub variables: Vec<ScalarVariable>,
     /// What can be connected together.
     pub terminals: Vec<Terminal>,
+    /// The solver in C, if the FMU has sources.
+    pub sources: Option<SourceSolver>,
+}
+
+/// A solver of fixed step as C source. It offers Co-Simulation only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceSolver {
+    /// The communication step, of which others must be multiples \[s\].
+    pub step: f64,
+    /// The step of the solver \[s\].
+    pub solver_step: f64,
+    /// The file in `sources/` that is compiled.
+    pub compiled: &'static str,
 }
 
 /// Variables that belong to one part of the mechanism.
@@ -68,6 +81,15 @@ pub enum Flow {
 }
 
 impl Description {
+    /// Makes it the description of an FMU with sources, which say of themselves what they do otherwise than the runtime.
+    pub fn offer_sources(&mut self, solver: SourceSolver, has_events: bool) {
+        let gap = if self.description.is_empty() { "" } else { "; " };
+        let events = if has_events { "; events are tested at the ends of steps" } else { "" };
+        self.description += &format!("{gap}C sources with a fixed step of {} s{events}", solver.solver_step);
+        (self.exchange, self.exchange_with_rates, self.own_steps) = (None, false, false);
+        self.sources = Some(solver);
+    }
+
     /// What is reported if nobody says more: the outputs, or everything computed if the scene names none.
     pub fn reported(&self) -> Vec<usize> {
         let outputs = self.outputs();

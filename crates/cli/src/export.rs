@@ -3,11 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use cotree::Scene;
+use cotree::export::description::SourceSolver;
 use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use cotree::export::{ExportError, FmiVersion};
 use cotree_page::Made;
+use cotree_text::source::{self, FixedStep};
 
 use super::failure::Failure;
+use super::times;
 use super::words::one_of;
 use super::{MessageFormat, output};
 
@@ -17,7 +21,8 @@ use super::{MessageFormat, output};
 #[derive(Args)]
 #[command(
     after_help = "Examples:\n  cotree export slider_crank.toml\n  cotree export slider_crank.toml -o fmus/crank.fmu\n  cotree export slider_crank.toml --fmi 3\n  \
-                  cotree export slider_crank.toml --platform linux64,win64 --runtimes target/runtimes"
+                  cotree export slider_crank.toml --platform linux64,win64 --runtimes target/runtimes\n  cotree export slider_crank.toml --sources --step \"1 ms\"\n  \
+                  cotree export slider_crank.toml --c slider_crank.c --step \"1 ms\" --substeps 2"
 )]
 pub struct ExportCommand {
     /// Scene file (TOML or JSON)
@@ -37,6 +42,18 @@ pub struct ExportCommand {
     /// Write a smaller file: the page in its documentation plays a stored run and does not include the runtime for browsers (400 kB)
     #[arg(long)]
     lean: bool,
+    /// Write an FMU with C99 sources and a solver of fixed step, for real-time targets; it has no binaries unless --platform names some
+    #[arg(long, conflicts_with = "c")]
+    sources: bool,
+    /// Write the C99 sources alone, without FMI, to this file
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "platform", "lean", "runtimes", "fmi"])]
+    c: Option<PathBuf>,
+    /// Step of the sources, such as "1 ms" [default: the step of the scene's experiment]
+    #[arg(long, value_name = "TIME")]
+    step: Option<String>,
+    /// Divide each step of the sources into so many steps of the solver
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    substeps: u32,
     /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
     #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
     runtimes: Option<PathBuf>,
@@ -44,21 +61,61 @@ pub struct ExportCommand {
 
 impl ExportCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let runtimes = self.runtimes().map_err(ExportError::from)?;
         let scene = output::load(&self.scene)?;
-        let made = Made::of(&scene, self.all)?;
+        let has_sources = self.sources || self.c.is_some();
+        if !has_sources && (self.step.is_some() || self.substeps > 1) {
+            return Err(Failure::Usage("--step and --substeps are for --sources and --c".to_owned()));
+        }
+        // Sources need no library.
+        let runtimes = match has_sources && self.platform.is_empty() {
+            true => Vec::new(),
+            false => self.runtimes().map_err(ExportError::from)?,
+        };
+        let mut made = Made::of(&scene, self.all)?;
+        let sources = if has_sources { self.sources_of(&scene, &mut made)? } else { Vec::new() };
         let compiled = &made.compiled;
         output::warn(compiled.warnings.as_ref(), format);
         if let Some(inaccuracy) = made.accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
             output::warn_inaccurate(compiled, "", inaccuracy, format);
         }
-        let module = if self.lean { None } else { runtime::for_browsers(&self.folder()).map_err(ExportError::from)? };
+        if let Some(path) = &self.c {
+            output::apart(&[Some(&self.scene)], &[Some(path)])?;
+            let text = sources.first().map_or("", |(_, text)| text);
+            output::write(path, text)?;
+            return output::print(&format!("{}\n", path.display()));
+        }
+        let module = if self.lean || runtimes.is_empty() {
+            None
+        } else {
+            runtime::for_browsers(&self.folder()).map_err(ExportError::from)?
+        };
         let extras = made.extras(self.fmi, module)?;
         let named = || output::after(&self.scene, &compiled.description.identifier, "fmu", format);
         let path = self.output.clone().unwrap_or_else(named);
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        compiled.write_fmu(self.fmi, extras, &runtimes, &path)?;
+        compiled.write_fmu_with_sources(self.fmi, extras, (&runtimes, &sources), &path)?;
         output::print(&format!("{}\n", path.display()))
+    }
+
+    /// The C sources, that of the mechanism first; the description becomes that of an FMU with them.
+    fn sources_of(&self, scene: &Scene, made: &mut Made) -> Result<Vec<(String, String)>, Failure> {
+        let (program, mechanism) = (&made.compiled.program, scene.resolve()?.mechanism);
+        let step = self.fixed_step(mechanism.experiment.step)?;
+        let description = &mut made.compiled.description;
+        let model = source::c_file(program, &mechanism, description, &scene.source, step)?;
+        let files = source::fmu_sources(program, description, step, self.fmi, model);
+        let compiled = source::wrapper_name(self.fmi);
+        let solver = SourceSolver { step: step.step, solver_step: step.solver_step(), compiled };
+        description.offer_sources(solver, !program.instants.events.is_empty());
+        Ok(files.into_iter().map(|own| (own.name, own.text)).collect())
+    }
+
+    fn fixed_step(&self, default: f64) -> Result<FixedStep, Failure> {
+        let step = self.step.as_deref().map_or(Ok(default), |text| times::seconds("step", text))?;
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(Failure::Usage(format!("--step: {step} s, but must be more than 0 s")));
+        }
+        Ok(FixedStep { step, substeps: self.substeps })
     }
 
     fn folder(&self) -> PathBuf {

@@ -31,6 +31,8 @@ pub(crate) mod notation;
 pub(crate) mod number;
 pub(crate) mod read;
 pub(crate) mod signals;
+#[doc(hidden)]
+pub mod source;
 pub(crate) mod steps;
 #[doc(hidden)]
 pub mod symbols;

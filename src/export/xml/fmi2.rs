@@ -24,7 +24,14 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
         if description.exchange.is_some() {
             leaf(out, "ModelExchange", common(description))?;
         }
-        leaf(out, "CoSimulation", capabilities(description))?;
+        match &description.sources {
+            Some(sources) => element(out, "CoSimulation", of_sources(description), |out| {
+                element(out, "SourceFiles", vec![], |out| {
+                    leaf(out, "File", vec![("name", sources.compiled.to_owned())])
+                })
+            })?,
+            None => leaf(out, "CoSimulation", capabilities(description))?,
+        }
         units(out, description.variables.iter().map(|variable| &variable.unit))?;
         log_categories(out, LOG_CATEGORIES)?;
         leaf(out, "DefaultExperiment", experiment(description))?;
@@ -45,6 +52,18 @@ fn capabilities(description: &Description) -> Attributes {
         ("canRunAsynchronuously", "false".to_owned()), // spelt like this in the standard
     ];
     common(description).into_iter().chain(flags).collect()
+}
+
+/// What the solver in C can do.
+fn of_sources(description: &Description) -> Attributes {
+    let flags = [
+        ("needsExecutionTool", "false"),
+        ("canHandleVariableCommunicationStepSize", "false"),
+        ("canBeInstantiatedOnlyOncePerProcess", "true"),
+        ("canNotUseMemoryManagementFunctions", "true"),
+    ];
+    let identifier = ("modelIdentifier", description.identifier.clone());
+    std::iter::once(identifier).chain(flags.map(|(name, value)| (name, value.to_owned()))).collect()
 }
 
 /// What both interfaces can do.

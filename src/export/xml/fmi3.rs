@@ -10,6 +10,7 @@ use cotree_fmu::fmi3::references::{INPUT_ORDERS, References, reference};
 use cotree_fmu::fmi3::token;
 use cotree_fmu::instance::DERIVATIVE_ORDER;
 
+use super::number;
 use super::{
     Attributes, Out, dependencies, document, element, experiment, header, initial, leaf, log_categories, moved, named,
     units, values,
@@ -97,6 +98,13 @@ impl<'a> Fmi3Description<'a> {
     }
 
     fn capabilities(&self) -> Attributes {
+        if let Some(sources) = &self.description.sources {
+            return vec![
+                ("modelIdentifier", self.description.identifier.clone()),
+                ("canBeInstantiatedOnlyOncePerProcess", "true".to_owned()),
+                ("fixedInternalStepSize", number(sources.solver_step)),
+            ];
+        }
         let own_steps = self.description.own_steps;
         let can = [
             ("canHandleVariableCommunicationStepSize", true),
@@ -114,6 +122,9 @@ impl<'a> Fmi3Description<'a> {
     fn variables(&self, out: &mut Out) -> io::Result<()> {
         let Description { variables, followed, .. } = self.description;
         for (place, variable) in variables.iter().chain(&self.own).enumerate() {
+            if self.is_left_out(place) {
+                continue;
+            }
             let index = place.checked_sub(variables.len());
             let derivative_of = match (index, variable.causality) {
                 // The rate of an input is followed by its derivative.
@@ -137,6 +148,12 @@ impl<'a> Fmi3Description<'a> {
         Ok(())
     }
 
+    /// Sources have no event indicators; time keeps its value reference.
+    fn is_left_out(&self, place: usize) -> bool {
+        let mut indicators = (0..self.description.indicators).map(|index| self.references.indicator(index));
+        self.description.sources.is_some() && indicators.any(|indicator| indicator == reference(place))
+    }
+
     fn structure(&self, out: &mut Out) -> io::Result<()> {
         let description = self.description;
         let variables = &description.variables;
@@ -148,6 +165,9 @@ impl<'a> Fmi3Description<'a> {
         }
         for place in description.initial_unknowns() {
             leaf(out, "InitialUnknown", vec![("valueReference", reference(place).to_string())])?;
+        }
+        if description.sources.is_some() {
+            return Ok(());
         }
         (0..description.indicators).try_for_each(|index| {
             leaf(out, "EventIndicator", vec![("valueReference", self.references.indicator(index).to_string())])

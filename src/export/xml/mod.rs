@@ -3,6 +3,7 @@
 pub mod fmi2;
 pub mod fmi3;
 pub mod related;
+pub mod source_files;
 pub mod terminals;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -112,7 +113,7 @@ fn experiment(description: &Description) -> Attributes {
         ("startTime", number(experiment.start)),
         ("stopTime", number(experiment.stop)),
         ("tolerance", number(experiment.tolerance)),
-        ("stepSize", number(experiment.step)),
+        ("stepSize", number(description.sources.as_ref().map_or(experiment.step, |own| own.step))),
     ]
 }
 

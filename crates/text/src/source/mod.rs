@@ -1,0 +1,307 @@
+//! A mechanism as C source for real-time targets: one file with a solver of fixed step and fixed cost.
+//!
+//! The tapes of the program, which the runtime of an FMU runs, become functions in C with the same operations in the same order. Around them stands a solver that is written
+//! once (`solver.c`): the Runge-Kutta method of order 4, one projection onto the loop equations at each step, and a guard that ends the run where that projection would
+//! correct more than the method can have missed.
+
+mod fmi;
+mod poles;
+mod refused;
+mod tables;
+mod tape;
+
+use std::collections::BTreeSet;
+
+use cotree::export::description::Description;
+use cotree::model::Mechanism;
+use cotree::scene::{Faults, Source};
+use cotree_fmu::program::domain::Limit;
+use cotree_fmu::program::{Program, Role};
+
+pub use fmi::{SourceFile, fmu_sources, wrapper_name};
+pub use poles::Limit as StepLimit;
+use tables::Tables;
+use tape::{TapeWriter, number};
+
+const SOLVER: &str = include_str!("solver.c");
+const CORRECTION: &str = include_str!("assemble.c");
+const ASSEMBLY: &str = include_str!("closing.c");
+
+/// The step that a scene is stepped with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedStep {
+    /// From one communication point to the next \[s\].
+    pub step: f64,
+    /// Into how many steps of the solver it is divided.
+    pub substeps: u32,
+}
+
+impl FixedStep {
+    /// The step of the solver \[s\].
+    pub fn solver_step(self) -> f64 {
+        self.step / f64::from(self.substeps)
+    }
+}
+
+/// The file, which stands alone.
+///
+/// # Errors
+/// What this solver does not support, with its name and place; a step that is not stable.
+pub fn c_file(
+    program: &Program,
+    mechanism: &Mechanism,
+    description: &Description,
+    source: &Source,
+    step: FixedStep,
+) -> Result<String, Faults> {
+    let start = refused::start(program, source)?;
+    refused::check(program, mechanism, &start, source, step)?;
+    Ok(Writer { program, description, step, start: &start }.file())
+}
+
+/// Where a run begins, as the runtime finds it: the registers, with what the parameters determine.
+struct Start {
+    registers: Vec<f64>,
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    description: &'a Description,
+    step: FixedStep,
+    start: &'a Start,
+}
+
+impl Writer<'_> {
+    fn file(&self) -> String {
+        let program = self.program;
+        let mut tapes = TapeWriter::new(program);
+        let mut flags = self.flags();
+        let functions = self.functions(&mut tapes, &flags);
+        flags.extend(tapes.helpers.iter().copied());
+        let tables = Tables { program, step: self.step, start: self.start };
+        let mut marks = self.sizes(tapes.stage());
+        marks.extend(self.texts());
+        marks.extend(tables.counts());
+        marks.push(("FUNCTIONS", functions));
+        marks.push(("TABLES", tables.text(&flags)));
+        marks.push(("ASSEMBLE", self.assembly(&flags, &marks)));
+        let text = filled(&sections(SOLVER, &flags), &marks);
+        text.replace('@', &self.description.identifier)
+    }
+
+    /// Which sections of the solver are needed.
+    fn flags(&self) -> BTreeSet<&'static str> {
+        let (program, instants) = (self.program, &self.program.instants);
+        let loops = !program.tapes.project_position.results.is_empty();
+        let driven = loops && program.is_driven();
+        let writes = !instants.samplers.is_empty() || !instants.events.is_empty();
+        let tables = Tables { program, step: self.step, start: self.start };
+        let known = [
+            ("loops", loops),
+            ("driven", driven),
+            ("free", !driven),
+            ("free_loops", loops && !driven),
+            ("followers", !program.followers.is_empty()),
+            ("held", instants.held > 0),
+            ("happens", writes),
+            ("samplers", !instants.samplers.is_empty()),
+            ("events", !instants.events.is_empty()),
+            ("ranges", !program.tapes.ranges.tape.results.is_empty()),
+            ("outputs", !program.tapes.outputs.results.is_empty()),
+            ("positions", tables.rows(Level::Position) > 0),
+            ("velocities", tables.rows(Level::Velocity) > 0),
+            ("searched", tables.rows(Level::Position) + tables.rows(Level::Velocity) > 0),
+            ("undetermined", tables.rows(Level::Position) != tables.columns(Level::Position)),
+            ("guessed", !tables.guesses().is_empty()),
+        ];
+        known.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
+    }
+
+    fn functions(&self, tapes: &mut TapeWriter, flags: &BTreeSet<&'static str>) -> String {
+        let (program, initial, instants) = (self.program, &self.program.initial, &self.program.instants);
+        let own = &program.tapes;
+        let all = [
+            ("constraint", &own.constraint, true),
+            ("acceleration", &own.acceleration, true),
+            ("project_position", &own.project_position, flags.contains("loops")),
+            ("project_velocity", &own.project_velocity, flags.contains("loops")),
+            ("constraint_rate", &own.constraint_rate, flags.contains("velocities")),
+            ("jacobian", &own.jacobian.tape, flags.contains("searched")),
+            ("position_condition", &initial.position, flags.contains("positions") || flags.contains("guessed")),
+            ("position_condition_jacobian", &initial.position_jacobian.tape, flags.contains("positions")),
+            ("velocity_condition", &initial.velocity, flags.contains("velocities")),
+            ("velocity_condition_jacobian", &initial.velocity_jacobian.tape, flags.contains("velocities")),
+            ("ranges", &own.ranges.tape, flags.contains("ranges")),
+            ("begin", &instants.begin, flags.contains("held")),
+            ("written", &instants.written, flags.contains("happens")),
+            ("sides", &instants.sides, flags.contains("events")),
+            ("evaluate", &own.outputs, flags.contains("outputs")),
+        ];
+        let needed = all.into_iter().filter(|(.., needed)| *needed);
+        let mut text = tapes.stage_function();
+        needed.for_each(|(name, tape, _)| text += &tapes.function(name, tape));
+        text
+    }
+
+    /// How long arrays are; none is empty.
+    fn sizes(&self, stage: usize) -> Vec<(&'static str, String)> {
+        let (program, instants) = (self.program, &self.program.instants);
+        let sizes: [(&str, &str, usize); 9] = [
+            ("P", "P1", program.parameters.len()),
+            ("U", "U1", program.inputs.len()),
+            ("Y", "Y1", program.tapes.outputs.results.len()),
+            ("N", "N1", program.coordinates.len()),
+            ("M", "M1", program.constraints.len()),
+            ("F", "F1", program.followers.len()),
+            ("S", "S1", stage),
+            ("E", "E1", instants.events.len()),
+            ("WRITTEN", "W1", instants.written.results.len()),
+        ];
+        let mut marks: Vec<(&'static str, String)> = sizes
+            .into_iter()
+            .flat_map(|(name, array, size)| [(name, size.to_string()), (array, size.max(1).to_string())])
+            .collect();
+        marks.extend([
+            ("NZ", program.states.to_string()),
+            ("NQ", program.mechanical().to_string()),
+            ("K", self.step.substeps.to_string()),
+            ("HELD", instants.held.to_string()),
+            ("OPEN", program.open_inputs().to_string()),
+            ("RANGES", program.tapes.ranges.tape.results.len().max(1).to_string()),
+        ]);
+        marks
+    }
+
+    fn texts(&self) -> Vec<(&'static str, String)> {
+        let program = self.program;
+        let FixedStep { step, substeps } = self.step;
+        let solver_step = self.step.solver_step();
+        let loops = !program.tapes.project_position.results.is_empty();
+        let driven = loops && program.is_driven();
+        // A step such as 1 ms is no binary number, but a thousand of them are a second.
+        let per_second = (1.0 / solver_step).round();
+        let whole = per_second >= 1.0 && 1.0 / per_second == solver_step;
+        let divided = if substeps > 1 { format!(", divided into {substeps}") } else { String::new() };
+        let time = if whole {
+            format!("(double)step / {}", number(per_second))
+        } else {
+            format!("(double)step * {}", number(solver_step))
+        };
+        let quoted = |names: Vec<&str>| match names.is_empty() {
+            true => "\"\"".to_owned(),
+            false => names
+                .iter()
+                .map(|name| format!("\"{}\"", comment(name).replace(['"', '\\'], "'")))
+                .collect::<Vec<_>>()
+                .join(", "),
+        };
+        let closed = match (loops, driven) {
+            (_, true) => "; drivers determine the motion, by a fixed number of Newton steps",
+            (true, _) => ", and one projection onto the loop equations",
+            _ => "",
+        };
+        let of_ranges = program.tapes.ranges.domains.iter().enumerate();
+        let in_range: Vec<String> = of_ranges.map(|(index, own)| allowed(own.limit, &format!("r[{index}]"))).collect();
+        vec![
+            ("TITLE", comment(&self.description.model_name)),
+            ("VERSION", env!("CARGO_PKG_VERSION").to_owned()),
+            ("STEP", format!("{step}")),
+            ("SUBSTEPS", divided),
+            ("CLOSED", closed.to_owned()),
+            ("METRIC", if driven { "" } else { " in the metric of the mass matrix" }.to_owned()),
+            ("LEGEND", self.legend()),
+            ("TIME", time),
+            ("H", number(solver_step)),
+            ("NEWTON", if driven { "4" } else { "1" }.to_owned()),
+            ("START", number(program.experiment.start)),
+            ("IN_RANGE", if in_range.is_empty() { "1".to_owned() } else { in_range.join("\n        && ") }),
+            ("FOLLOWED_INPUT", if program.followers.is_empty() { "0.0" } else { "m->u[@_followed[i]]" }.to_owned()),
+            ("COORDINATES", quoted(program.coordinates.iter().map(|own| own.name.as_str()).collect())),
+            ("LOOPS", quoted(program.constraints.iter().map(|own| own.owner.as_str()).collect())),
+        ]
+    }
+
+    /// What stands in the arrays of an instance.
+    fn legend(&self) -> String {
+        use cotree_fmu::program::Source as Of;
+        let variables = self.program.variables.iter().zip(&self.description.variables);
+        let rows = variables.filter_map(|(own, described)| {
+            let place = match own.source {
+                Of::Parameter(index) => format!("p[{index}]"),
+                Of::Input(index) => format!("u[{index}]"),
+                Of::Output { result, .. } => format!("y[{result}]"),
+                Of::Coordinate(index) => format!("x.q[{index}]"),
+                Of::Rate(index) => format!("x.v[{index}]"),
+                Of::Acceleration(index) => format!("x.a[{index}]"),
+                Of::Time => return None,
+            };
+            Some(format!("   {place:10} {} [{}]\n", comment(&own.name), comment(&described.unit.si)))
+        });
+        format!("\n{}", rows.collect::<String>())
+    }
+
+    fn assembly(&self, flags: &BTreeSet<&'static str>, marks: &[(&'static str, String)]) -> String {
+        let tables = Tables { program: self.program, step: self.step, start: self.start };
+        let mut text = String::new();
+        for level in [Level::Position, Level::Velocity].into_iter().filter(|level| tables.rows(*level) > 0) {
+            text += &filled(CORRECTION, &tables.marks(level));
+        }
+        let closing = filled(&sections(ASSEMBLY, flags), &tables.of_guesses());
+        filled(&(text + &closing), marks)
+    }
+}
+
+/// Positions or rates at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Level {
+    Position,
+    Velocity,
+}
+
+/// Is a loop equation one that the start solves?
+fn is_solved(role: Role) -> bool {
+    role == Role::Imposed
+}
+
+/// What stands in a comment cannot end it.
+fn comment(text: &str) -> String {
+    text.replace("*/", "* /").replace("/*", "/ *").replace(['\n', '@', '$'], " ")
+}
+
+/// The condition under which a value is allowed, as C writes it.
+fn allowed(limit: Limit, value: &str) -> String {
+    let finite = format!("@_is_finite({value})");
+    match limit {
+        Limit::Divisor => format!("({value} < 0.0 || {value} > 0.0)"),
+        Limit::NotZero => format!("({finite} && ({value} < 0.0 || {value} > 0.0))"),
+        Limit::Root | Limit::Base | Limit::NotNegative => format!("{value} >= 0.0"),
+        Limit::Share => format!("({value} >= 0.0 && {value} <= 1.0)"),
+        Limit::Logarithm | Limit::Distance | Limit::Positive => format!("{value} > 0.0"),
+        Limit::AtLeast(least) => format!("({finite} && {value} >= {})", number(least)),
+        Limit::AtMost(most) => format!("({finite} && {value} <= {})", number(most)),
+        Limit::ArcSine => format!("fabs({value}) <= 1.0"),
+        Limit::Value => finite,
+    }
+}
+
+/// The lines of a text without those sections, from a line `//?name` to a line `//.`, that are not wanted.
+fn sections(text: &str, flags: &BTreeSet<&'static str>) -> String {
+    let mut open: Vec<bool> = Vec::new();
+    let mut kept = String::new();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("//?") {
+            open.push(flags.contains(name));
+        } else if line == "//." {
+            open.pop();
+        } else if open.iter().all(|wanted| *wanted) {
+            kept.push_str(line);
+            kept.push('\n');
+        }
+    }
+    kept
+}
+
+/// A text in which each `$NAME$` is replaced.
+fn filled(text: &str, marks: &[(&'static str, String)]) -> String {
+    marks.iter().fold(text.to_owned(), |text, (name, value)| text.replace(&format!("${name}$"), value))
+}

@@ -1,0 +1,132 @@
+//! What a solver with a fixed step does not support, by name and place, and steps that are too long.
+
+use cotree::diagnostic::Span;
+use cotree::model::Mechanism;
+use cotree::scene::{Fault, Faults, Source};
+use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::model::Model;
+use cotree_fmu::program::{FollowerOrder, Program};
+
+use super::tables::Tables;
+use super::{FixedStep, Start, poles};
+
+const CODE: &str = "export::sources";
+
+/// The state at the start, as the runtime finds it.
+pub(super) fn start(program: &Program, source: &Source) -> Result<Start, Faults> {
+    let refuse = |message: String| Faults::new(source.clone(), vec![Fault::new(CODE, message, Span::default())]);
+    let model = Model::new(program.clone()).map_err(|fault| refuse(fault.to_string()))?;
+    let mut state = model.default_state(program.experiment.start);
+    solve_initial(&model, &mut state).map_err(|failure| refuse(failure.to_string()))?;
+    let layout = program.layout();
+    let mut registers = vec![0.0; program.registers as usize];
+    registers.iter_mut().zip(state.registers()).for_each(|(place, value)| *place = *value);
+    registers.iter_mut().skip(layout.constants()).zip(&program.constants).for_each(|(place, value)| *place = *value);
+    program.tapes.parameters.run(&mut registers);
+    let begin = &program.instants.begin;
+    let mut values = registers.clone();
+    begin.run(&mut values);
+    let held = layout.inputs() + program.open_inputs();
+    registers.iter_mut().skip(held).zip(begin.results(&values)).for_each(|(place, value)| *place = value);
+    Ok(Start { registers })
+}
+
+/// Refuses what the solver does not support, then a step that is not stable.
+pub(super) fn check(
+    program: &Program,
+    mechanism: &Mechanism,
+    start: &Start,
+    source: &Source,
+    step: FixedStep,
+) -> Result<(), Faults> {
+    let mut list = unilateral(mechanism);
+    list.extend(jumping(program, mechanism));
+    list.extend(unsampled(program, mechanism, start, step));
+    list.extend(mechanism.events.iter().filter(|own| !own.removes.is_empty()).map(|own| {
+        let message = format!("event `{}` removes a joint or driver, which C sources do not support", own.name);
+        Fault::new(CODE, message, own.span).help("export the FMU without `--sources` and without `--c`")
+    }));
+    if list.is_empty() {
+        list.extend(unstable(program, start, step));
+    }
+    if list.is_empty() { Ok(()) } else { Err(Faults::new(source.clone(), list)) }
+}
+
+fn unilateral(mechanism: &Mechanism) -> Vec<Fault> {
+    let of = |own: &cotree::model::Unilateral| {
+        let kind = match (&own.slip, own.held.of_rate) {
+            (Some(_), _) => "friction that sticks",
+            (None, true) => "a freewheel",
+            (None, false) => "a unilateral constraint (contact, hard stop, rope or backlash)",
+        };
+        let message = format!("`{}` is {kind}, which C sources do not support", own.name);
+        Fault::new(CODE, message, own.span)
+            .help("export the FMU without `--sources` and without `--c`, or replace it by a spring and a damper")
+    };
+    mechanism.unilaterals.iter().map(of).collect()
+}
+
+/// An input is constant during a step: what it drives would move in jumps.
+fn jumping(program: &Program, mechanism: &Mechanism) -> Vec<Fault> {
+    let with_rates = program.inputs_with_rates();
+    let integrated = |input: usize| {
+        let mut followers = program.followers.iter().filter(|own| own.input as usize == input).peekable();
+        followers.peek().is_some() && followers.all(|own| own.order == FollowerOrder::Acceleration)
+    };
+    let jumps =
+        program.followed_inputs().into_iter().filter(|&input| with_rates.contains(&input) || !integrated(input));
+    let of = |input: usize| {
+        let name = &program.inputs[input].name;
+        let driver = program.followers.iter().find(|own| own.input as usize == input);
+        let span =
+            mechanism.drivers.iter().find(|part| driver.is_some_and(|own| own.name == part.name)).map(|part| part.span);
+        let message = format!(
+            "`{name}` drives the motion, but an input is constant during a step of C sources: what it drives would move in jumps"
+        );
+        Fault::new(CODE, message, span.unwrap_or_default())
+            .help("let the input be the acceleration of the driver, or a force or torque")
+    };
+    jumps.map(of).collect()
+}
+
+fn unsampled(program: &Program, mechanism: &Mechanism, start: &Start, step: FixedStep) -> Vec<Fault> {
+    let layout = program.layout();
+    let settable = layout.parameters()..layout.inputs();
+    let clocks = &program.instants.clocks;
+    let stage = program.tapes.parameters.instructions().iter().flat_map(|own| own.targets()).collect::<Vec<u32>>();
+    let operands = clocks.instructions().iter().flat_map(|own| own.operands()).chain(clocks.results.iter().copied());
+    let is_fixed = !operands.into_iter().any(|own| settable.contains(&(own as usize)) || stage.contains(&own));
+    let times = Tables { program, step, start }.sample_times();
+    let odd = times.into_iter().zip(&mechanism.samplers).filter(|(time, _)| time.is_none() || !is_fixed);
+    let of = |own: &cotree::model::Sampler| {
+        let message = if is_fixed {
+            format!(
+                "the period and the offset of `{}` must be multiples of the step, {} s",
+                own.name,
+                step.solver_step()
+            )
+        } else {
+            format!("the sample times of `{}` depend on a parameter: C sources count them in steps", own.name)
+        };
+        Fault::new(CODE, message, own.span)
+            .help("give numbers that are multiples of the step, or another step with `--step`")
+    };
+    odd.map(|(_, own)| of(own)).collect()
+}
+
+fn unstable(program: &Program, start: &Start, step: FixedStep) -> Option<Fault> {
+    if program.is_driven() {
+        return None;
+    }
+    let limit = poles::limit(program, &start.registers).filter(|limit| limit.step < step.solver_step())?;
+    let [real, imaginary] = limit.pole;
+    let pole = if imaginary == 0.0 { format!("{real:.4}") } else { format!("{real:.4} ± {:.4} i", imaginary.abs()) };
+    let message = format!(
+        "the step of {} s is too long for `{}`, which has a pole at {pole} /s: steps up to {:.3e} s are stable",
+        step.solver_step(),
+        limit.part,
+        limit.step
+    );
+    let substeps = (step.step / limit.step).ceil();
+    Some(Fault::new(CODE, message, Span::default()).help(format!("`--substeps {substeps}` divides each step")))
+}
