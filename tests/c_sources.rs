@@ -128,6 +128,58 @@ fn what_presses_and_steps_that_are_too_long_are_refused_by_name() {
     assert!(refused.contains("too long for `motor.current`") && refused.contains("--substeps"), "{refused}");
 }
 
+/// A parallelogram that turns evenly and ends a step on its dead point, at 0.2 s: there its loop does not determine the rates.
+const PARALLELOGRAM: &str = r#"
+name = "parallelogram"
+gravity = [0, 0]
+[ground.points]
+left = [0, 0]
+right = [0.7, 0]
+[bodies.front]
+mass = 2
+inertia = 0.05
+points = { foot = [0, 0], head = [0.3, 0] }
+[bodies.rear]
+mass = 2
+inertia = 0.05
+points = { foot = [0, 0], head = [0.3, 0] }
+[bodies.bridge]
+mass = 1
+inertia = 0.02
+points = { one = [0, 0], two = [0.7, 0] }
+[joints.first]
+type = "revolute"
+between = ["ground.left", "front.foot"]
+[joints.second]
+type = "revolute"
+between = ["front.head", "bridge.one"]
+[joints.third]
+type = "revolute"
+between = ["bridge.two", "rear.head"]
+[joints.fourth]
+type = "revolute"
+between = ["ground.right", "rear.foot"]
+[initial]
+"front.angle" = -0.4
+"front.omega" = 2
+"rear.angle" = { guess = -0.4 }
+"bridge.angle" = { guess = 0 }
+[experiment]
+stop = "1 s"
+step = "1 ms"
+"#;
+
+#[test]
+fn a_step_that_ends_on_a_dead_point_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("parallelogram.toml");
+    fs::write(&scene, PARALLELOGRAM).unwrap();
+    let file = sources(&scene, folder.path(), "1 ms").unwrap();
+    assert!(run(&file, 3, 190).is_ok());
+    let failed = run(&file, 3, 210).unwrap_err();
+    assert!(failed.contains("dead point"), "{failed}");
+}
+
 #[test]
 #[ignore = "all models: .ci/nightly"]
 fn every_model_has_sources_or_is_refused_by_name() {

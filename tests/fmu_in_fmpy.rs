@@ -45,3 +45,16 @@ fn events_in_model_exchange_are_those_of_the_log() {
         Err(report) => panic!("{report}"),
     }
 }
+
+#[test]
+fn sources_that_are_compiled_move_as_the_full_solver_does() {
+    let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
+    let root = Path::new(ROOT);
+    let mut check = Command::new(python);
+    check.arg(root.join("tests/fmpy/sources.py")).arg(env!("CARGO_BIN_EXE_cotree"));
+    check.arg(root.join("models")).arg(work);
+    match python::run(&mut check) {
+        Ok(report) => println!("{report}"),
+        Err(report) => panic!("{report}"),
+    }
+}

@@ -118,11 +118,7 @@ fn variable_rows(program: &Program, description: &Description) -> Vec<String> {
             Source::Rate(index) => ("V", index),
             Source::Acceleration(index) => ("A", index),
         };
-        let is_set = match described.causality {
-            Causality::Parameter { .. } => true,
-            Causality::Input { .. } => true,
-            _ => false,
-        };
+        let is_set = matches!(described.causality, Causality::Parameter { .. } | Causality::Input { .. });
         let initial = match (own.initial, own.source) {
             (Some(parameter), _) => i64::from(parameter),
             (None, Source::Parameter(index)) if is_set => i64::from(index),
