@@ -119,23 +119,23 @@ impl Writer<'_> {
 
     fn functions(&self, tapes: &mut TapeWriter, flags: &BTreeSet<&'static str>) -> String {
         let (program, initial, instants) = (self.program, &self.program.initial, &self.program.instants);
-        let own = &program.tapes;
+        let kernels = &program.tapes;
         let all = [
-            ("constraint", &own.constraint, true),
-            ("acceleration", &own.acceleration, true),
-            ("project_position", &own.project_position, flags.contains("loops")),
-            ("project_velocity", &own.project_velocity, flags.contains("loops")),
-            ("constraint_rate", &own.constraint_rate, flags.contains("velocities")),
-            ("jacobian", &own.jacobian.tape, flags.contains("searched")),
+            ("constraint", &kernels.constraint, true),
+            ("acceleration", &kernels.acceleration, true),
+            ("project_position", &kernels.project_position, flags.contains("loops")),
+            ("project_velocity", &kernels.project_velocity, flags.contains("loops")),
+            ("constraint_rate", &kernels.constraint_rate, flags.contains("velocities")),
+            ("jacobian", &kernels.jacobian.tape, flags.contains("searched")),
             ("position_condition", &initial.position, flags.contains("positions") || flags.contains("guessed")),
             ("position_condition_jacobian", &initial.position_jacobian.tape, flags.contains("positions")),
             ("velocity_condition", &initial.velocity, flags.contains("velocities")),
             ("velocity_condition_jacobian", &initial.velocity_jacobian.tape, flags.contains("velocities")),
-            ("ranges", &own.ranges.tape, flags.contains("ranges")),
+            ("ranges", &kernels.ranges.tape, flags.contains("ranges")),
             ("begin", &instants.begin, flags.contains("held")),
             ("written", &instants.written, flags.contains("happens")),
             ("sides", &instants.sides, flags.contains("events")),
-            ("evaluate", &own.outputs, flags.contains("outputs")),
+            ("evaluate", &kernels.outputs, flags.contains("outputs")),
         ];
         let needed = all.into_iter().filter(|(.., needed)| *needed);
         let mut text = tapes.stage_function();
@@ -201,7 +201,8 @@ impl Writer<'_> {
             _ => "",
         };
         let of_ranges = program.tapes.ranges.domains.iter().enumerate();
-        let in_range: Vec<String> = of_ranges.map(|(index, own)| allowed(own.limit, &format!("r[{index}]"))).collect();
+        let in_range: Vec<String> =
+            of_ranges.map(|(index, range)| allowed(range.limit, &format!("r[{index}]"))).collect();
         vec![
             ("TITLE", comment(&self.description.model_name)),
             ("VERSION", env!("CARGO_PKG_VERSION").to_owned()),
@@ -216,8 +217,8 @@ impl Writer<'_> {
             ("START", number(program.experiment.start)),
             ("IN_RANGE", if in_range.is_empty() { "1".to_owned() } else { in_range.join("\n        && ") }),
             ("FOLLOWED_INPUT", if program.followers.is_empty() { "0.0" } else { "m->u[@_followed[i]]" }.to_owned()),
-            ("COORDINATES", quoted(program.coordinates.iter().map(|own| own.name.as_str()).collect())),
-            ("LOOPS", quoted(program.constraints.iter().map(|own| own.owner.as_str()).collect())),
+            ("COORDINATES", quoted(program.coordinates.iter().map(|coordinate| coordinate.name.as_str()).collect())),
+            ("LOOPS", quoted(program.constraints.iter().map(|constraint| constraint.owner.as_str()).collect())),
         ]
     }
 
@@ -225,8 +226,8 @@ impl Writer<'_> {
     fn legend(&self) -> String {
         use cotree_fmu::program::Source as Of;
         let variables = self.program.variables.iter().zip(&self.description.variables);
-        let rows = variables.filter_map(|(own, described)| {
-            let place = match own.source {
+        let rows = variables.filter_map(|(variable, described)| {
+            let place = match variable.source {
                 Of::Parameter(index) => format!("p[{index}]"),
                 Of::Input(index) => format!("u[{index}]"),
                 Of::Output { result, .. } => format!("y[{result}]"),
@@ -235,7 +236,7 @@ impl Writer<'_> {
                 Of::Acceleration(index) => format!("x.a[{index}]"),
                 Of::Time => return None,
             };
-            Some(format!("   {place:10} {} [{}]\n", comment(&own.name), comment(&described.unit.si)))
+            Some(format!("   {place:10} {} [{}]\n", comment(&variable.name), comment(&described.unit.si)))
         });
         format!("\n{}", rows.collect::<String>())
     }

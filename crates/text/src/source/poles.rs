@@ -94,5 +94,5 @@ fn participant(matrix: &DMatrix<f64>, pole: Complex<f64>) -> usize {
 fn name(program: &Program, variable: usize) -> String {
     let mechanical = program.mechanical();
     let index = if variable < mechanical { variable } else { variable - mechanical };
-    program.coordinates.get(index).map_or_else(String::new, |own| own.name.clone())
+    program.coordinates.get(index).map_or_else(String::new, |coordinate| coordinate.name.clone())
 }

@@ -42,9 +42,9 @@ pub(super) fn check(
     let mut list = unilateral(mechanism);
     list.extend(jumping(program, mechanism));
     list.extend(unsampled(program, mechanism, start, step));
-    list.extend(mechanism.events.iter().filter(|own| !own.removes.is_empty()).map(|own| {
-        let message = format!("event `{}` removes a joint or driver, which C sources do not support", own.name);
-        Fault::new(CODE, message, own.span).help("export the FMU without `--sources` and without `--c`")
+    list.extend(mechanism.events.iter().filter(|event| !event.removes.is_empty()).map(|event| {
+        let message = format!("event `{}` removes a joint or driver, which C sources do not support", event.name);
+        Fault::new(CODE, message, event.span).help("export the FMU without `--sources` and without `--c`")
     }));
     if list.is_empty() {
         list.extend(unstable(program, start, step));
@@ -53,14 +53,14 @@ pub(super) fn check(
 }
 
 fn unilateral(mechanism: &Mechanism) -> Vec<Fault> {
-    let of = |own: &cotree::model::Unilateral| {
-        let kind = match (&own.slip, own.held.of_rate) {
+    let of = |unilateral: &cotree::model::Unilateral| {
+        let kind = match (&unilateral.slip, unilateral.held.of_rate) {
             (Some(_), _) => "friction that sticks",
             (None, true) => "a freewheel",
             (None, false) => "a unilateral constraint (contact, hard stop, rope or backlash)",
         };
-        let message = format!("`{}` is {kind}, which C sources do not support", own.name);
-        Fault::new(CODE, message, own.span)
+        let message = format!("`{}` is {kind}, which C sources do not support", unilateral.name);
+        Fault::new(CODE, message, unilateral.span)
             .help("export the FMU without `--sources` and without `--c`, or replace it by a spring and a damper")
     };
     mechanism.unilaterals.iter().map(of).collect()
@@ -70,16 +70,19 @@ fn unilateral(mechanism: &Mechanism) -> Vec<Fault> {
 fn jumping(program: &Program, mechanism: &Mechanism) -> Vec<Fault> {
     let with_rates = program.inputs_with_rates();
     let integrated = |input: usize| {
-        let mut followers = program.followers.iter().filter(|own| own.input as usize == input).peekable();
-        followers.peek().is_some() && followers.all(|own| own.order == FollowerOrder::Acceleration)
+        let mut followers = program.followers.iter().filter(|follower| follower.input as usize == input).peekable();
+        followers.peek().is_some() && followers.all(|follower| follower.order == FollowerOrder::Acceleration)
     };
     let jumps =
         program.followed_inputs().into_iter().filter(|&input| with_rates.contains(&input) || !integrated(input));
     let of = |input: usize| {
         let name = &program.inputs[input].name;
-        let driver = program.followers.iter().find(|own| own.input as usize == input);
-        let span =
-            mechanism.drivers.iter().find(|part| driver.is_some_and(|own| own.name == part.name)).map(|part| part.span);
+        let driver = program.followers.iter().find(|follower| follower.input as usize == input);
+        let span = mechanism
+            .drivers
+            .iter()
+            .find(|part| driver.is_some_and(|follower| follower.name == part.name))
+            .map(|part| part.span);
         let message = format!(
             "`{name}` drives the motion, but an input is constant during a step of C sources: what it drives would move in jumps"
         );
@@ -93,25 +96,36 @@ fn unsampled(program: &Program, mechanism: &Mechanism, start: &Start, step: Fixe
     let layout = program.layout();
     let settable = layout.parameters()..layout.inputs();
     let clocks = &program.instants.clocks;
-    let stage = program.tapes.parameters.instructions().iter().flat_map(|own| own.targets()).collect::<Vec<u32>>();
-    let operands = clocks.instructions().iter().flat_map(|own| own.operands()).chain(clocks.results.iter().copied());
-    let is_fixed = !operands.into_iter().any(|own| settable.contains(&(own as usize)) || stage.contains(&own));
+    let stage = program
+        .tapes
+        .parameters
+        .instructions()
+        .iter()
+        .flat_map(|instruction| instruction.targets())
+        .collect::<Vec<u32>>();
+    let operands = clocks
+        .instructions()
+        .iter()
+        .flat_map(|instruction| instruction.operands())
+        .chain(clocks.results.iter().copied());
+    let is_fixed =
+        !operands.into_iter().any(|operand| settable.contains(&(operand as usize)) || stage.contains(&operand));
     let times = Tables { program, step, start }.sample_times();
     let odd = times.into_iter().zip(&mechanism.samplers).filter(|(time, _)| time.is_none() || !is_fixed);
-    let of = |own: &cotree::model::Sampler| {
+    let of = |sampler: &cotree::model::Sampler| {
         let message = if is_fixed {
             format!(
                 "the period and the offset of `{}` must be multiples of the step, {} s",
-                own.name,
+                sampler.name,
                 step.solver_step()
             )
         } else {
-            format!("the sample times of `{}` depend on a parameter: C sources count them in steps", own.name)
+            format!("the sample times of `{}` depend on a parameter: C sources count them in steps", sampler.name)
         };
-        Fault::new(CODE, message, own.span)
+        Fault::new(CODE, message, sampler.span)
             .help("give numbers that are multiples of the step, or another step with `--step`")
     };
-    odd.map(|(_, own)| of(own)).collect()
+    odd.map(|(_, sampler)| of(sampler)).collect()
 }
 
 fn unstable(program: &Program, start: &Start, step: FixedStep) -> Option<Fault> {

@@ -38,9 +38,14 @@ impl SampleTime {
 impl Tables<'_> {
     /// What one level of the start solves: numbers of loop equations, then of conditions.
     fn solved(&self, level: Level) -> Vec<usize> {
-        let loops =
-            self.program.constraints.iter().enumerate().filter(|(_, own)| is_solved(own.role)).map(|(row, _)| row);
-        let known = self.conditions(level).iter().enumerate().filter(|(_, own)| own.known);
+        let loops = self
+            .program
+            .constraints
+            .iter()
+            .enumerate()
+            .filter(|(_, constraint)| is_solved(constraint.role))
+            .map(|(row, _)| row);
+        let known = self.conditions(level).iter().enumerate().filter(|(_, condition)| condition.known);
         loops.chain(known.map(|(index, _)| self.program.constraints.len() + index)).collect()
     }
 
@@ -69,7 +74,7 @@ impl Tables<'_> {
     /// Conditions that pick the assembly mode: the one that the export has found holds for their values only.
     pub fn guesses(&self) -> Vec<usize> {
         let conditions = self.program.initial.positions.iter().enumerate();
-        conditions.filter(|(_, own)| !own.known).map(|(index, _)| index).collect()
+        conditions.filter(|(_, condition)| !condition.known).map(|(index, _)| index).collect()
     }
 
     pub fn of_guesses(&self) -> Vec<(&'static str, String)> {
@@ -94,7 +99,7 @@ impl Tables<'_> {
             Level::Velocity => ("velocity", "constraint_rate", ["v", "f_rate"], &initial.velocity_jacobian),
         };
         let jacobian = &self.program.tapes.jacobian;
-        let count = |own: &SparseTape, first: usize| self.entries(level, own, first).len();
+        let count = |tape: &SparseTape, first: usize| self.entries(level, tape, first).len();
         let size = jacobian.entries.len().max(entries.entries.len()).max(1);
         vec![
             ("LEVEL", name.to_owned()),
@@ -120,9 +125,9 @@ impl Tables<'_> {
             None => (column < self.unknowns(level)).then_some(column),
         };
         let entries = jacobian.entries.iter().enumerate();
-        let needed = entries.filter_map(|(result, &(row, own))| {
+        let needed = entries.filter_map(|(result, &(row, unknown))| {
             let row = solved.iter().position(|solved| *solved == first + row as usize)?;
-            Some([row, column(own as usize)?, result])
+            Some([row, column(unknown as usize)?, result])
         });
         needed.collect()
     }
@@ -135,17 +140,17 @@ impl Tables<'_> {
         let mut add = |array: String| text += &array;
         let registers = |first: usize, count: usize| self.start.registers.iter().skip(first).take(count).copied();
         let rates = program.coordinates.len();
-        add(numbers("start_p", program.parameters.iter().map(|own| own.start)));
-        add(numbers("start_u", program.inputs.iter().map(|own| own.start)));
+        add(numbers("start_p", program.parameters.iter().map(|parameter| parameter.start)));
+        add(numbers("start_u", program.inputs.iter().map(|input| input.start)));
         add(numbers("start_q", registers(layout.positions(), rates)));
         add(numbers("start_v", registers(layout.rates(), rates)));
         add(numbers("start_f", registers(layout.followers(), 2 * program.followers.len())));
-        add(numbers("gap_scale", program.constraints.iter().map(|own| own.scale)));
+        add(numbers("gap_scale", program.constraints.iter().map(|constraint| constraint.scale)));
         if flags.contains("loops") {
-            add(numbers("scale", program.coordinates.iter().map(|own| own.scale)));
+            add(numbers("scale", program.coordinates.iter().map(|coordinate| coordinate.scale)));
         }
         if flags.contains("followers") {
-            add(integers("followed", "int", program.followers.iter().map(|own| own.input)));
+            add(integers("followed", "int", program.followers.iter().map(|follower| follower.input)));
         }
         if flags.contains("guessed") {
             add(self.guess_arrays());
@@ -185,8 +190,9 @@ impl Tables<'_> {
             Some(condition) => self.conditions(level)[condition].scale,
             None => program.constraints[*row].scale,
         };
-        let followers = program.followers.iter().map(|own| own.scale);
-        let columns = program.coordinates.iter().take(self.unknowns(level)).map(|own| own.scale).chain(followers);
+        let followers = program.followers.iter().map(|follower| follower.scale);
+        let columns =
+            program.coordinates.iter().take(self.unknowns(level)).map(|coordinate| coordinate.scale).chain(followers);
         let solved = self.solved(level);
         integers(&format!("{name}_row"), "int", solved.iter())
             + &numbers(&format!("{name}_row_scale"), solved.iter().map(scale))
@@ -203,20 +209,22 @@ impl Tables<'_> {
         let times: Vec<f64> = clocks.results(&registers).collect();
         let begin = self.program.experiment.start;
         let (pairs, _) = times.as_chunks::<2>();
-        pairs.iter().map(|own| SampleTime::new(*own, begin, self.step.solver_step())).collect()
+        pairs.iter().map(|pair| SampleTime::new(*pair, begin, self.step.solver_step())).collect()
     }
 
     /// What samplers write, each with its sample time.
     fn sampled(&self) -> Vec<(SampleTime, &Written)> {
         let samplers = self.sample_times().into_iter().zip(&self.program.instants.samplers);
-        samplers.flat_map(|(time, own)| own.writes.iter().filter_map(move |write| Some((time?, write)))).collect()
+        samplers
+            .flat_map(|(time, sampler)| sampler.writes.iter().filter_map(move |write| Some((time?, write))))
+            .collect()
     }
 
     fn on_events(&self) -> Vec<[usize; 3]> {
         let events = self.program.instants.events.iter().enumerate();
         events
-            .flat_map(|(event, own)| {
-                own.writes.iter().map(move |write| [self.input(write), write.result as usize, event])
+            .flat_map(|(event, event_data)| {
+                event_data.writes.iter().map(move |write| [self.input(write), write.result as usize, event])
             })
             .collect()
     }
@@ -236,7 +244,7 @@ impl Tables<'_> {
 
     fn event_arrays(&self) -> String {
         let events = &self.program.instants.events;
-        integers("event_is_strict", "int", events.iter().map(|own| u8::from(own.strict)))
+        integers("event_is_strict", "int", events.iter().map(|event| u8::from(event.strict)))
             + &integers("event_is_single", "int", events.iter().map(|own| u8::from(own.once)))
             + &integers("event_is_last", "int", events.iter().map(|own| u8::from(own.stop)))
             + &if self.on_events().is_empty() {

@@ -37,7 +37,7 @@ impl<'a> TapeWriter<'a> {
 
     /// Registers that the tape of the parameters leaves to the others.
     pub fn stage(&self) -> usize {
-        let targets = self.program.tapes.parameters.instructions().iter().flat_map(|own| own.targets());
+        let targets = self.program.tapes.parameters.instructions().iter().flat_map(|instruction| instruction.targets());
         targets.max().map_or(0, |last| (last as usize + 1).saturating_sub(self.stage_begin()))
     }
 

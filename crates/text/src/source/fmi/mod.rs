@@ -85,7 +85,7 @@ fn marks(
         )
     };
     let variables = description.variables.len();
-    let time = description.variables.iter().position(|own| own.causality == Causality::Independent);
+    let time = description.variables.iter().position(|variable| variable.causality == Causality::Independent);
     let references = References::new(variables, description.followed.clone(), description.indicators);
     vec![
         ("ID", description.identifier.clone()),
@@ -108,31 +108,32 @@ fn lines(rows: Vec<String>, none: &str) -> String {
 
 fn variable_rows(program: &Program, description: &Description) -> Vec<String> {
     let variables = program.variables.iter().zip(&description.variables);
-    let row = |(own, described): (&cotree_fmu::program::Variable, &cotree::export::description::ScalarVariable)| {
-        let (array, index) = match own.source {
-            Source::Time => ("TIME", 0),
-            Source::Parameter(index) => ("P", index),
-            Source::Input(index) => ("U", index),
-            Source::Output { result, .. } => ("Y", result),
-            Source::Coordinate(index) => ("Q", index),
-            Source::Rate(index) => ("V", index),
-            Source::Acceleration(index) => ("A", index),
+    let row =
+        |(variable, described): (&cotree_fmu::program::Variable, &cotree::export::description::ScalarVariable)| {
+            let (array, index) = match variable.source {
+                Source::Time => ("TIME", 0),
+                Source::Parameter(index) => ("P", index),
+                Source::Input(index) => ("U", index),
+                Source::Output { result, .. } => ("Y", result),
+                Source::Coordinate(index) => ("Q", index),
+                Source::Rate(index) => ("V", index),
+                Source::Acceleration(index) => ("A", index),
+            };
+            let is_set = matches!(described.causality, Causality::Parameter { .. } | Causality::Input { .. });
+            let initial = match (variable.initial, variable.source) {
+                (Some(parameter), _) => i64::from(parameter),
+                (None, Source::Parameter(index)) if is_set => i64::from(index),
+                _ => -1,
+            };
+            let later = is_set && described.variability != Variability::Fixed;
+            format!("{{ @_OF_{array}, {index}, {initial}, {} }}", u8::from(later))
         };
-        let is_set = matches!(described.causality, Causality::Parameter { .. } | Causality::Input { .. });
-        let initial = match (own.initial, own.source) {
-            (Some(parameter), _) => i64::from(parameter),
-            (None, Source::Parameter(index)) if is_set => i64::from(index),
-            _ => -1,
-        };
-        let later = is_set && described.variability != Variability::Fixed;
-        format!("{{ @_OF_{array}, {index}, {initial}, {} }}", u8::from(later))
-    };
     variables.map(row).collect()
 }
 
 fn bounds(description: &Description) -> Vec<String> {
-    let row = |own: &cotree::export::description::ScalarVariable| {
-        let [min, max] = own.causality.range().map_or([None, None], |(_, ends)| ends);
+    let row = |variable: &cotree::export::description::ScalarVariable| {
+        let [min, max] = variable.causality.range().map_or([None, None], |(_, ends)| ends);
         format!("{{ {}, {} }}", number(min.unwrap_or(f64::NEG_INFINITY)), number(max.unwrap_or(f64::INFINITY)))
     };
     description.variables.iter().map(row).collect()
