@@ -6,6 +6,7 @@ usage: sources.py COTREE MODELS WORK
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 from fmpy import extract, read_model_description, simulate_fmu
@@ -13,15 +14,21 @@ from fmpy.validation import validate_fmu
 
 STOP = 1.0
 WARNINGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
-# Model, start values, and how far it may be from the full solver, relative to one or the value: what the method of order 4 misses with a step of 1 ms.
+# Model, start values, and how far it may be from the full solver, relative to one or the value: what the method of order 4 misses with a step of 1 ms, and that its events come at the end of a step.
 CASES = [
     ("cart_pole", {}, 1e-8),
-    ("cart_pole", {"force": 1.5, "cart_mass": 1.3, "pole.angle": 0.3}, 1e-8),
+    ("cart_pole", {"push": 1.5, "cart_mass": 1.3, "pole.angle": 1.2}, 1e-8),
     ("four_bar", {}, 1e-5),
     ("four_bar", {"stall_torque": 6.0, "crank_length": 0.19}, 1e-5),
     ("motor_four_bar", {}, 1e-5),
-    ("balancing_cart", {}, 1e-4),
+    ("balancing_cart", {}, 5e-3),
 ]
+
+
+def listed(folder, version):
+    """The files that are to be compiled, as the FMU says."""
+    place, tag = [("modelDescription.xml", "File"), ("sources/buildDescription.xml", "SourceFile")][version - 2]
+    return [file.get("name") for file in ElementTree.parse(folder / place).iter(tag)]
 
 
 def compiled(fmu, version):
@@ -32,7 +39,7 @@ def compiled(fmu, version):
     assert description.modelExchange is None
     binaries = folder / "binaries" / ("linux64" if version == 2 else "x86_64-linux")
     binaries.mkdir(parents=True)
-    sources = sorted((folder / "sources").glob("*.c"))
+    sources = [folder / "sources" / name for name in listed(folder, version)]
     command = ["gcc", *WARNINGS, "-O2", "-fPIC", "-shared", "-I", folder / "sources", "-o", binaries / f"{identifier}.so", *sources, "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -62,7 +69,8 @@ def main(cotree, models, work):
             lean = export(cotree, scene, Path(work) / f"sources_{model}_{version}.fmu", "--fmi", str(version), "--sources", "--step", "1 ms")
             problems = validate_fmu(str(lean))
             assert not problems, problems
-            assert names(full) == names(lean)
+            # Event indicators are variables of FMI 3.0 for Model Exchange.
+            assert [own for own in names(full) if not own[0].startswith("event_indicator_")] == names(lean)
             one, other = rows(full, start), rows(compiled(lean, version), start)
             assert one.dtype.names == other.dtype.names and len(one) == len(other)
             apart = max(float(np.max(np.abs(one[name] - other[name]) / (1 + np.abs(one[name])))) for name in one.dtype.names)
