@@ -107,7 +107,7 @@ impl ExportCommand {
         let compiled = source::wrapper_name(self.fmi);
         let solver = SourceSolver { step: step.step, solver_step: step.solver_step(), compiled };
         description.offer_sources(solver, !program.instants.events.is_empty());
-        Ok(files.into_iter().map(|own| (own.name, own.text)).collect())
+        Ok(files.into_iter().map(|file| (file.name, file.text)).collect())
     }
 
     fn fixed_step(&self, default: f64) -> Result<FixedStep, Failure> {

@@ -113,7 +113,7 @@ fn experiment(description: &Description) -> Attributes {
         ("startTime", number(experiment.start)),
         ("stopTime", number(experiment.stop)),
         ("tolerance", number(experiment.tolerance)),
-        ("stepSize", number(description.sources.as_ref().map_or(experiment.step, |own| own.step))),
+        ("stepSize", number(description.sources.as_ref().map_or(experiment.step, |sources| sources.step))),
     ]
 }
 

@@ -245,8 +245,8 @@ impl Tables<'_> {
     fn event_arrays(&self) -> String {
         let events = &self.program.instants.events;
         integers("event_is_strict", "int", events.iter().map(|event| u8::from(event.strict)))
-            + &integers("event_is_single", "int", events.iter().map(|own| u8::from(own.once)))
-            + &integers("event_is_last", "int", events.iter().map(|own| u8::from(own.stop)))
+            + &integers("event_is_single", "int", events.iter().map(|event| u8::from(event.once)))
+            + &integers("event_is_last", "int", events.iter().map(|event| u8::from(event.stop)))
             + &if self.on_events().is_empty() {
                 "static const int @_event_writes[1][3] = { { 0, 0, -1 } };\n".to_owned()
             } else {
