@@ -1,6 +1,7 @@
 //! The C sources for real-time targets: they compile without a warning, keep to their rules, and move as the runtime does.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -35,7 +36,14 @@ fn compile(file: &Path) {
         .arg(&object)
         .arg(file);
     for command in [&mut gcc, &mut gpp] {
-        let output = command.output().unwrap();
+        let output = match command.output() {
+            // A machine with gcc alone; .ci/run installs it.
+            Err(error) if error.kind() == ErrorKind::NotFound && command.get_program() == "g++" => {
+                println!("skipped: g++ is not installed");
+                continue;
+            }
+            output => output.unwrap(),
+        };
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
