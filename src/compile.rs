@@ -310,21 +310,7 @@ impl Compiled {
         runtimes: &[Runtime],
         path: &Path,
     ) -> Result<(), ExportError> {
-        archive::write(&self.package(version, extras, (runtimes, &[]), &self.program.to_bytes()?), path)
-    }
-
-    /// The same with sources, whose names and texts these are; [`Description::sources`] says how they are compiled.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn write_fmu_with_sources(
-        &self,
-        version: FmiVersion,
-        extras: Vec<Extra>,
-        (runtimes, sources): (&[Runtime], &[(String, String)]),
-        path: &Path,
-    ) -> Result<(), ExportError> {
-        archive::write(&self.package(version, extras, (runtimes, sources), &self.program.to_bytes()?), path)
+        archive::write(&self.package(version, extras, runtimes, &self.program.to_bytes()?), path)
     }
 
     /// The bytes of that file.
@@ -337,14 +323,14 @@ impl Compiled {
         extras: Vec<Extra>,
         runtimes: &[Runtime],
     ) -> Result<Vec<u8>, ExportError> {
-        archive::pack(&self.package(version, extras, (runtimes, &[]), &self.program.to_bytes()?))
+        archive::pack(&self.package(version, extras, runtimes, &self.program.to_bytes()?))
     }
 
     fn package<'a>(
         &'a self,
         version: FmiVersion,
         extras: Vec<Extra>,
-        (runtimes, sources): (&'a [Runtime], &'a [(String, String)]),
+        runtimes: &'a [Runtime],
         program: &'a [u8],
     ) -> Package<'a> {
         let is_json = self.source.own_text().trim_start().starts_with('{');
@@ -355,7 +341,6 @@ impl Compiled {
             program,
             scene: (!self.source.text.is_empty()).then_some(SceneText { extension, source: &self.source }),
             extras,
-            sources,
             runtimes,
         }
     }

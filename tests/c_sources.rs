@@ -69,7 +69,7 @@ fn run(file: &Path, coordinates: usize, steps: u32) -> Result<Vec<f64>, String> 
     Ok(text.split_whitespace().map(|value| value.parse().unwrap()).collect())
 }
 
-/// The same after two seconds by the runtime, in the order of coordinates: each value, then its rate.
+/// Coordinates after two seconds by the runtime, in their order: each value, then its rate.
 fn reference(scene: &Path, variables: &str) -> Vec<f64> {
     let scene = scene.to_str().unwrap();
     let limits = ["--stop", "2 s", "--step", "2 s", "--tolerance", "1e-11"];

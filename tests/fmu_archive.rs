@@ -363,7 +363,7 @@ impl Parts {
         let scene = Some(SceneText { extension: "toml", source: &self.source });
         let Self { description, runtimes, .. } = self;
         let extras = self.page().files(description, FmiVersion::V2).unwrap();
-        Package { version: FmiVersion::V2, description, program: b"program", scene, extras, sources: &[], runtimes }
+        Package { version: FmiVersion::V2, description, program: b"program", scene, extras, runtimes }
     }
 }
 

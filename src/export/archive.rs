@@ -30,17 +30,15 @@ pub struct Package<'a> {
     /// The text that the scene came from, if it came from a file.
     pub scene: Option<SceneText<'a>>,
     pub extras: Vec<Extra>,
-    /// The files of the folder `sources`: their names and texts.
-    pub sources: &'a [(String, String)],
     /// The runtimes, one for each platform that the FMU is to run on.
     pub runtimes: &'a [Runtime],
 }
 
-/// A file that an FMU carries beside the model: its page, a picture.
+/// A file that an FMU carries in addition to the model: its page, a picture, a source.
 #[derive(Clone, Debug)]
 pub struct Extra {
     /// Where it is in the FMU.
-    pub name: &'static str,
+    pub name: String,
     pub bytes: Vec<u8>,
 }
 
@@ -102,7 +100,7 @@ enum MemberContent<'a> {
 fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a>>, ExportError> {
     let Package { version, description, extras, .. } = package;
     // Sources alone contain no library and read no program.
-    let is_binary = !package.runtimes.is_empty() || package.sources.is_empty();
+    let is_binary = !package.runtimes.is_empty() || description.sources.is_none();
     let notices = if is_binary { libraries::notices() } else { String::new() };
     let mut files: Vec<(&str, Cow<[u8]>)> = vec![
         ("documentation/licenses/license.txt", LICENSE.replace("{libraries}", &notices).into_bytes().into()),
@@ -114,10 +112,7 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a
     }
     let mut entries: BTreeMap<String, MemberContent> =
         files.into_iter().map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes))).collect();
-    let sources = package.sources.iter();
-    entries
-        .extend(sources.map(|(name, text)| (format!("sources/{name}"), MemberContent::Bytes(text.as_bytes().into()))));
-    entries.extend(extras.iter().map(|extra| (extra.name.to_owned(), MemberContent::Bytes((&*extra.bytes).into()))));
+    entries.extend(extras.iter().map(|extra| (extra.name.clone(), MemberContent::Bytes((&*extra.bytes).into()))));
     let described = described(package)?.into_iter();
     entries.extend(described.map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes.into()))));
     for runtime in package.runtimes {
@@ -146,7 +141,7 @@ fn related<'a>(scene: &'a [(String, String)], extras: &'a [Extra]) -> Vec<Relate
     });
     let page = extras.iter().filter(|extra| extra.name.ends_with(".html"));
     let report = "the model in motion, its equations and variables, and its measured accuracy";
-    source.chain(page.map(|extra| Related { name: extra.name, role: "report", description: report })).collect()
+    source.chain(page.map(|extra| Related { name: &extra.name, role: "report", description: report })).collect()
 }
 
 /// The descriptions, of which each version has its own.

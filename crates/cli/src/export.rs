@@ -72,15 +72,14 @@ impl ExportCommand {
             false => self.runtimes().map_err(ExportError::from)?,
         };
         let mut made = Made::of(&scene, self.all)?;
-        let sources = if has_sources { self.sources_of(&scene, &mut made)? } else { Vec::new() };
+        let sources = if has_sources { Some(self.sources_of(&scene, &mut made)?) } else { None };
         let compiled = &made.compiled;
         output::warn(compiled.warnings.as_ref(), format);
         if let Some(inaccuracy) = made.accuracy.as_ref().ok().and_then(|accuracy| accuracy.inaccuracy.as_ref()) {
             output::warn_inaccurate(compiled, "", inaccuracy, format);
         }
-        if let Some(path) = &self.c {
+        if let (Some(path), Some((text, _))) = (&self.c, &sources) {
             output::apart(&[Some(&self.scene)], &[Some(path)])?;
-            let text = sources.first().map_or("", |(_, text)| text);
             output::write(path, text)?;
             return output::print(&format!("{}\n", path.display()));
         }
@@ -89,25 +88,27 @@ impl ExportCommand {
         } else {
             runtime::for_browsers(&self.folder()).map_err(ExportError::from)?
         };
-        let extras = made.extras(self.fmi, module)?;
+        let mut extras = made.extras(self.fmi, module)?;
+        if let Some((text, step)) = sources {
+            extras.extend(source::fmu_sources(&compiled.program, &compiled.description, step, self.fmi, text));
+        }
         let named = || output::after(&self.scene, &compiled.description.identifier, "fmu", format);
         let path = self.output.clone().unwrap_or_else(named);
         output::apart(&[Some(&self.scene)], &[Some(&path)])?;
-        compiled.write_fmu_with_sources(self.fmi, extras, (&runtimes, &sources), &path)?;
+        compiled.write_fmu(self.fmi, extras, &runtimes, &path)?;
         output::print(&format!("{}\n", path.display()))
     }
 
-    /// The C sources, that of the mechanism first; the description becomes that of an FMU with them.
-    fn sources_of(&self, scene: &Scene, made: &mut Made) -> Result<Vec<(String, String)>, Failure> {
+    /// The C source of the mechanism, and its step; the description becomes that of an FMU with sources.
+    fn sources_of(&self, scene: &Scene, made: &mut Made) -> Result<(String, FixedStep), Failure> {
         let (program, mechanism) = (&made.compiled.program, scene.resolve()?.mechanism);
         let step = self.fixed_step(mechanism.experiment.step)?;
         let description = &mut made.compiled.description;
-        let model = source::c_file(program, &mechanism, description, &scene.source, step)?;
-        let files = source::fmu_sources(program, description, step, self.fmi, model);
+        let text = source::c_file(program, &mechanism, description, &scene.source, step)?;
         let compiled = source::wrapper_name(self.fmi);
         let solver = SourceSolver { step: step.step, solver_step: step.solver_step(), compiled };
         description.offer_sources(solver, !program.instants.events.is_empty());
-        Ok(files.into_iter().map(|file| (file.name, file.text)).collect())
+        Ok((text, step))
     }
 
     fn fixed_step(&self, default: f64) -> Result<FixedStep, Failure> {

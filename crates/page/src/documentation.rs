@@ -55,7 +55,7 @@ impl DocumentationPage<'_> {
                 ("terminalsAndIcons/icon.png", picture),
             ],
         });
-        Ok(files.into_iter().map(|(name, bytes)| Extra { name, bytes }).collect())
+        Ok(files.into_iter().map(|(name, bytes)| Extra { name: name.to_owned(), bytes }).collect())
     }
 
     pub fn html(&self, description: &Description, version: FmiVersion) -> String {

@@ -16,7 +16,7 @@ const MARGIN: f64 = 1e-6;
 /// What follows a switch begins with a step of this share of what is left of the one that ended there.
 const RESTART: f64 = 0.01;
 
-/// Terms of the dense output of a Runge-Kutta step (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section II.6).
+/// Degree of the dense output of a Runge-Kutta step (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section II.6).
 const DENSE_DEGREE: usize = 7;
 /// Both sides of a switch are looked at so many shortest steps from it, or ten times further than it is found.
 const SPACINGS: f64 = 16.0;

@@ -18,7 +18,7 @@ use cotree::scene::{Faults, Source};
 use cotree_fmu::program::domain::Limit;
 use cotree_fmu::program::{Program, Role};
 
-pub use fmi::{SourceFile, fmu_sources, wrapper_name};
+pub use fmi::{fmu_sources, wrapper_name};
 pub use poles::Limit as StepLimit;
 use tables::Tables;
 use tape::{TapeWriter, number};
@@ -80,7 +80,7 @@ impl Writer<'_> {
         flags.extend(tapes.helpers.iter().copied());
         let tables = Tables { program, step: self.step, start: self.start };
         let mut marks = self.sizes(tapes.stage());
-        marks.extend(self.texts());
+        marks.extend(self.texts(&flags));
         marks.extend(tables.counts());
         marks.push(("FUNCTIONS", functions));
         marks.push(("TABLES", tables.text(&flags)));
@@ -172,12 +172,11 @@ impl Writer<'_> {
         marks
     }
 
-    fn texts(&self) -> Vec<(&'static str, String)> {
+    fn texts(&self, flags: &BTreeSet<&'static str>) -> Vec<(&'static str, String)> {
         let program = self.program;
         let FixedStep { step, substeps } = self.step;
         let solver_step = self.step.solver_step();
-        let loops = !program.tapes.project_position.results.is_empty();
-        let driven = loops && program.is_driven();
+        let [loops, driven] = ["loops", "driven"].map(|section| flags.contains(section));
         // A step such as 1 ms is no binary number, but a thousand of them are a second.
         let per_second = (1.0 / solver_step).round();
         let whole = per_second >= 1.0 && 1.0 / per_second == solver_step;
@@ -259,7 +258,7 @@ enum Level {
     Velocity,
 }
 
-/// Is a loop equation one that the start solves?
+/// True for a loop equation that the start solves.
 fn is_solved(role: Role) -> bool {
     role == Role::Imposed
 }

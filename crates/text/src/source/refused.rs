@@ -4,6 +4,7 @@ use cotree::diagnostic::Span;
 use cotree::model::Mechanism;
 use cotree::scene::{Fault, Faults, Source};
 use cotree_fmu::constraints::initial::solve_initial;
+use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{FollowerOrder, Program};
 
@@ -19,10 +20,9 @@ pub(super) fn start(program: &Program, source: &Source) -> Result<Start, Faults>
     let mut state = model.default_state(program.experiment.start);
     solve_initial(&model, &mut state).map_err(|failure| refuse(failure.to_string()))?;
     let layout = program.layout();
-    let mut registers = vec![0.0; program.registers as usize];
-    registers.iter_mut().zip(state.registers()).for_each(|(place, value)| *place = *value);
-    registers.iter_mut().skip(layout.constants()).zip(&program.constants).for_each(|(place, value)| *place = *value);
-    program.tapes.parameters.run(&mut registers);
+    let mut machine = Machine::new(&model);
+    machine.load(&model, &state);
+    let mut registers = machine.registers().to_vec();
     let begin = &program.instants.begin;
     let mut values = registers.clone();
     begin.run(&mut values);

@@ -1,6 +1,7 @@
 //! The Functional Mock-up Interface around the C file: the files in `sources/` of an FMU.
 
 use cotree::export::FmiVersion;
+use cotree::export::archive::Extra;
 use cotree::export::description::{Causality, Description, Variability};
 use cotree_fmu::fmi3::references::{References, reference};
 use cotree_fmu::fmi3::token;
@@ -15,22 +16,15 @@ const FMI3: &str = include_str!("fmi3.c");
 
 /// The headers of the standards, by the Modelica Association under the 2-Clause BSD License, which stands in each.
 const HEADERS2: [(&str, &str); 3] = [
-    ("fmi2Functions.h", include_str!("h/fmi2Functions.h")),
-    ("fmi2FunctionTypes.h", include_str!("h/fmi2FunctionTypes.h")),
-    ("fmi2TypesPlatform.h", include_str!("h/fmi2TypesPlatform.h")),
+    ("fmi2Functions.h", include_str!("../../../vendor/fmi/fmi2Functions.h")),
+    ("fmi2FunctionTypes.h", include_str!("../../../vendor/fmi/fmi2FunctionTypes.h")),
+    ("fmi2TypesPlatform.h", include_str!("../../../vendor/fmi/fmi2TypesPlatform.h")),
 ];
 const HEADERS3: [(&str, &str); 3] = [
-    ("fmi3Functions.h", include_str!("h/fmi3Functions.h")),
-    ("fmi3FunctionTypes.h", include_str!("h/fmi3FunctionTypes.h")),
-    ("fmi3PlatformTypes.h", include_str!("h/fmi3PlatformTypes.h")),
+    ("fmi3Functions.h", include_str!("../../../vendor/fmi/fmi3Functions.h")),
+    ("fmi3FunctionTypes.h", include_str!("../../../vendor/fmi/fmi3FunctionTypes.h")),
+    ("fmi3PlatformTypes.h", include_str!("../../../vendor/fmi/fmi3PlatformTypes.h")),
 ];
-
-/// A file of the folder `sources`.
-#[derive(Clone, Debug)]
-pub struct SourceFile {
-    pub name: String,
-    pub text: String,
-}
 
 /// All files of the folder, whose functions have no prefix unless the importer defines one; `model` is the file that stands alone. The one to be compiled is `fmi2.c` or `fmi3.c`, which includes it.
 pub fn fmu_sources(
@@ -39,17 +33,16 @@ pub fn fmu_sources(
     step: FixedStep,
     version: FmiVersion,
     model: String,
-) -> Vec<SourceFile> {
+) -> Vec<Extra> {
     let (wrapper, headers) = match version {
         FmiVersion::V2 => (FMI2, HEADERS2),
         FmiVersion::V3 => (FMI3, HEADERS3),
     };
     let text = filled(&format!("{COMMON}{wrapper}"), &marks(program, description, step, version));
-    let wrapper =
-        SourceFile { name: wrapper_name(version).to_owned(), text: text.replace('@', &description.identifier) };
-    let headers = headers.map(|(name, text)| SourceFile { name: name.to_owned(), text: text.to_owned() });
-    let model = SourceFile { name: format!("{}.c", description.identifier), text: model };
-    [model, wrapper].into_iter().chain(headers).collect()
+    let file = |name: &str, text: String| Extra { name: format!("sources/{name}"), bytes: text.into_bytes() };
+    let wrapper = file(wrapper_name(version), text.replace('@', &description.identifier));
+    let model = file(&format!("{}.c", description.identifier), model);
+    [model, wrapper].into_iter().chain(headers.map(|(name, text)| file(name, text.to_owned()))).collect()
 }
 
 /// The file that is compiled.
