@@ -81,10 +81,10 @@ pub struct Operations {
 /// Formulates a mechanism in all coordinates and measures each.
 pub fn compare(mechanism: &Mechanism, outputs: &[Output]) -> CoordinateComparison {
     let is_preset = CHOICES.iter().any(|(_, choice)| *choice == mechanism.coordinates);
-    let own = (!is_preset).then(|| ("chosen", mechanism.coordinates.clone()));
+    let chosen = (!is_preset).then(|| ("chosen", mechanism.coordinates.clone()));
     let choices: Vec<Choice> = CHOICES
         .into_iter()
-        .chain(own)
+        .chain(chosen)
         .map(|(name, coordinates)| {
             let used = coordinates == mechanism.coordinates;
             Choice { name, used, figures: figures(&Mechanism { coordinates, ..mechanism.clone() }, outputs) }

@@ -143,14 +143,14 @@ pub fn over(
 
 /// The variables that say how a contact is loaded; none of other joints.
 fn forces(joint: &Part) -> impl Iterator<Item = String> {
-    let own: &[Quantity] = match joint.component().name {
+    let quantities: &[Quantity] = match joint.component().name {
         // What is held on one side only lifts off in the motion itself.
         "cam" if joint.choice("closure") == Some("form") || joint.limits().is_some() => &[],
         "cam" => &[Quantity::Fn, Quantity::PressureAngle],
         "rolling" => &[Quantity::Fn, Quantity::Ft],
         _ => &[],
     };
-    own.iter().map(|quantity| quantity.of(&joint.name))
+    quantities.iter().map(|quantity| quantity.of(&joint.name))
 }
 
 /// A contact over the input.

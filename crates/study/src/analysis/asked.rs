@@ -290,7 +290,7 @@ fn with_signs(
 /// True if what presses has the signs that its levels assume.
 fn have_signs(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> bool {
     let signed: Vec<Expr> = (variation.rubbing().iter())
-        .flat_map(|own| match &own.level.pressing {
+        .flat_map(|friction| match &friction.level.pressing {
             Pressing::Sum(signed) => signed.iter().flat_map(|&(sign, sum)| [sign, sum]).collect(),
             Pressing::Sizes(_) => Vec::new(),
         })

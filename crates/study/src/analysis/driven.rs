@@ -35,13 +35,13 @@ impl DrivenInputs {
                 ))
             };
             let place = names().position(|candidate| candidate == name).ok_or_else(unknown)?;
-            let own = &mechanism.inputs[place].unit;
-            match unit.as_ref().filter(|unit| !own.si.is_empty() && !unit.is_compatible(own)) {
+            let input_unit = &mechanism.inputs[place].unit;
+            match unit.as_ref().filter(|unit| !input_unit.si.is_empty() && !unit.is_compatible(input_unit)) {
                 Some(unit) => Err(InputTableError(format!(
                     "`{input}` is in `{unit}`, but the input in `{si}`",
                     input = name,
                     unit = unit.shown(),
-                    si = own.si
+                    si = input_unit.si
                 ))),
                 None => Ok(place),
             }

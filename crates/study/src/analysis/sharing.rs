@@ -98,9 +98,9 @@ fn along(
     rubbing: &[usize],
 ) -> Result<DMatrix<f64>, AnalysisFailure> {
     let ((all, places), (without, _)) = (rows(formulated, variation, point)?, rows(formulated, variation, others)?);
-    let own = rubbing.iter().filter_map(|&index| formulated.equations.row_of_unilateral(index));
-    let own: Vec<usize> = own.filter_map(|row| places.iter().position(|place| *place == row)).collect();
-    Ok(all.select_rows(&own) * null_space(&without, DETERMINED)?)
+    let rows = rubbing.iter().filter_map(|&index| formulated.equations.row_of_unilateral(index));
+    let rows: Vec<usize> = rows.filter_map(|row| places.iter().position(|place| *place == row)).collect();
+    Ok(all.select_rows(&rows) * null_space(&without, DETERMINED)?)
 }
 
 /// Those that slide together, and those that cannot.

@@ -126,9 +126,9 @@ impl StateSpace {
 
     /// The outputs, and for each of them a number that is none if it has a value, but not all derivatives.
     pub(super) fn gaps(&self) -> Vec<f64> {
-        let derivatives = (self.c.row_iter().zip(self.d.row_iter())).zip(&self.outputs).map(|((c, d), own)| {
+        let derivatives = (self.c.row_iter().zip(self.d.row_iter())).zip(&self.outputs).map(|((c, d), output)| {
             let all = c.iter().chain(d.iter()).all(|entry| entry.is_finite());
-            if all || own.value.is_nan() { 0.0 } else { f64::NAN }
+            if all || output.value.is_nan() { 0.0 } else { f64::NAN }
         });
         self.outputs.iter().map(|output| output.value).chain(derivatives).collect()
     }
@@ -175,13 +175,13 @@ struct Basis {
 impl Basis {
     fn new(formulated: &Formulated, variation: &Variation, partition: &Partition) -> Self {
         let program = &formulated.lowered.program;
-        let own = |symbol: &Symbol| source(formulated, *symbol);
+        let source_of = |symbol: &Symbol| source(formulated, *symbol);
         let followers = || program.followers.iter().enumerate();
         let mechanical = formulated.equations.coordinates.len();
         let coordinates = |order: Order| {
             // Integrals of states are no states.
-            let own = partition.independent.iter().filter(move |&&i| order != Order::Position || i < mechanical);
-            own.map(move |&i| unknown(mechanical, i, order))
+            let rows = partition.independent.iter().filter(move |&&i| order != Order::Position || i < mechanical);
+            rows.map(move |&i| unknown(mechanical, i, order))
         };
         let states: Vec<Symbol> = coordinates(Order::Position)
             .chain(coordinates(Order::Velocity))
@@ -192,7 +192,7 @@ impl Basis {
                     .map(|(index, _)| Symbol::Follower(index, Order::Velocity)),
             )
             .collect();
-        let mut derivatives: Vec<Symbol> = variation.signals().iter().map(own).collect();
+        let mut derivatives: Vec<Symbol> = variation.signals().iter().map(source_of).collect();
         derivatives.retain(|symbol| matches!(symbol, Symbol::Input(_, Order::Velocity | Order::Acceleration)));
         derivatives.sort_unstable();
         derivatives.dedup();
@@ -207,7 +207,7 @@ impl Basis {
         let inputs: Vec<Symbol> = values.chain(derivatives).collect();
         let columns: Vec<Symbol> = states.iter().chain(&inputs).copied().collect();
         let rows = variation.signals();
-        let same = |row: usize, column: usize| f64::from(u8::from(own(&rows[row]) == columns[column]));
+        let same = |row: usize, column: usize| f64::from(u8::from(source_of(&rows[row]) == columns[column]));
         let signals = DMatrix::from_fn(rows.len(), columns.len(), same);
         Basis { mechanical, states, inputs, signals }
     }
@@ -220,9 +220,9 @@ impl Basis {
         let held = jacobian.select_columns(dependent);
         let moving: Vec<usize> = independent.iter().copied().filter(|&index| index < self.mechanical).collect();
         // Columns of the independent coordinates and rates are unit columns; the dependent ones follow.
-        let complete = |first: usize, own: &[usize], rest: DMatrix<f64>| {
+        let complete = |first: usize, rows: &[usize], rest: DMatrix<f64>| {
             let mut all = DMatrix::zeros(n, count);
-            for (column, &row) in own.iter().enumerate() {
+            for (column, &row) in rows.iter().enumerate() {
                 all[(row, first + column)] = 1.0;
             }
             let gap = &jacobian * &all + rest;

@@ -201,9 +201,9 @@ impl Study {
 
     /// Does what was set change which loop equations are imposed? A program for the values of the scene would be refused.
     pub fn restricts_otherwise(&self, scene: &Scene) -> bool {
-        let Ok(own) = scene.resolve() else { return false };
+        let Ok(resolved) = scene.resolve() else { return false };
         let set = pattern(&self.mechanism);
-        set.is_some() && set != pattern(&own.mechanism)
+        set.is_some() && set != pattern(&resolved.mechanism)
     }
 
     fn unknown(&self, name: &str) -> SetError {
@@ -253,7 +253,8 @@ impl Study {
         let derivatives: Vec<String> = outputs.iter().map(|output| format!("d({})", output.name)).collect();
         let names: Vec<&str> =
             outputs.iter().map(|output| &output.name).chain(&derivatives).map(String::as_str).collect();
-        let place = |name: &str| names.iter().position(|own| *own == name).map_or(0, |place| place % outputs.len());
+        let place =
+            |name: &str| names.iter().position(|output| *output == name).map_or(0, |place| place % outputs.len());
         gaps.warning(&names, |name| outputs[place(name)].span)
     }
 

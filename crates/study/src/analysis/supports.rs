@@ -118,8 +118,8 @@ fn in_mode(
     asked: &[AskedPart],
 ) -> Result<Outcome, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
-    let verges = asked.iter().filter_map(|own| match own.wanted {
-        WantedMode::Slides(way) => Some((own.index, way.unwrap_or_default())),
+    let verges = asked.iter().filter_map(|request| match request.wanted {
+        WantedMode::Slides(way) => Some((request.index, way.unwrap_or_default())),
         WantedMode::Holds | WantedMode::LetsGo | WantedMode::Idle => None,
     });
     let verges: Vec<(usize, f64)> = verges.collect();
@@ -298,7 +298,7 @@ fn modes(
 fn noise(formulated: &Formulated, variation: &Variation, point: &OperatingPoint) -> [f64; 2] {
     let numbers = variation.motion_at(&formulated.equations, point);
     let tangent =
-        numbers.map_or_else(|_| DMatrix::zeros(0, 0), |own| own.block(RowBlock::Motion, ColumnBlock::Positions));
+        numbers.map_or_else(|_| DMatrix::zeros(0, 0), |blocks| blocks.block(RowBlock::Motion, ColumnBlock::Positions));
     let scales = &scales(formulated)[..formulated.equations.coordinates.len().min(tangent.nrows())];
     let places = (0..scales.len()).flat_map(|i| (0..scales.len()).map(move |j| (i, j)));
     let energy = places.fold(0.0, |most: f64, (i, j)| most.max((tangent[(i, j)] * scales[i] * scales[j]).abs()));

@@ -199,7 +199,7 @@ impl Variation {
     /// The rows of the levels that act at a point.
     pub(super) fn levels_at(&self, equations: &Equations, point: &OperatingPoint) -> Vec<usize> {
         let row = |place: usize| match self.levels.get(place) {
-            Some(own) => own.level.row,
+            Some(friction) => friction.level.row,
             None => self.loads[place - self.levels.len()].row,
         };
         self.holding(equations, point).levels.into_iter().map(row).collect()
@@ -370,7 +370,7 @@ impl Variation {
             }
         } else if let Some(level) = within(RowBlock::Levels) {
             match self.levels.get(level) {
-                Some(own) => equations.system.mechanism.unilaterals[own.place].name.clone(),
+                Some(friction) => equations.system.mechanism.unilaterals[friction.place].name.clone(),
                 None => {
                     let row = self.loads[level - self.levels.len()].row;
                     equations.system.element(equations.constraints[row].element).name.clone()
@@ -432,7 +432,7 @@ fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
 
 fn roots(formulated: &mut Formulated, active: &[usize], (levels, loads): &Acting) -> Vec<(RowBlock, Vec<Expr>)> {
     let Formulated { equations, outputs, .. } = formulated;
-    let mut laws: Vec<Expr> = levels.iter().map(|own| level(equations, &own.level)).collect();
+    let mut laws: Vec<Expr> = levels.iter().map(|friction| level(equations, &friction.level)).collect();
     laws.extend(loads.iter().map(|load| {
         let arena = &mut equations.system.arena;
         let value = arena.symbol(Symbol::Reaction(load.row));

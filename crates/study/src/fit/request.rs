@@ -97,7 +97,8 @@ impl FitRequest {
             check_times(table, *experiment, &mut outputs_used);
             outputs_used.extend(differing(varying.parameters(), first.parameters()));
             let measured = measured(table);
-            let empty = (0..table.names().len()).filter(|column| measured.iter().all(|(_, own)| own != column));
+            let empty =
+                (0..table.names().len()).filter(|column| measured.iter().all(|(_, variable)| variable != column));
             outputs_used
                 .extend(empty.map(|column| RequestFault::EmptyColumn { column: table.names()[column].clone() }));
             let kind = |name: &String| kinds.iter().position(|kind| *kind == name).unwrap_or_default();
@@ -172,7 +173,7 @@ fn deviation(
         return Err(RequestFault::Other(format!("there is no column `{name}`; {known}")));
     };
     let mut outputs = experiments.iter().flat_map(|(varying, _)| varying.outputs());
-    let unit = outputs.find(|(own, _)| *own == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
+    let unit = outputs.find(|(output, _)| *output == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
     match quantity(&text, &unit) {
         Ok(value) if value > 0.0 && value.is_finite() => Ok((kind, value)),
         Ok(_) => Err(RequestFault::Other(format!("`{name}={text}`: a standard deviation must be positive"))),
@@ -265,8 +266,8 @@ impl Weighed {
             if *is_given {
                 continue;
             }
-            let own = residuals.values.iter().zip(kinds).filter(|(_, own)| **own == kind);
-            let (count, squares) = own.fold((0, 0.0), |(count, sum), (value, _)| (count + 1, sum + value * value));
+            let of_kind = residuals.values.iter().zip(kinds).filter(|(_, of_value)| **of_value == kind);
+            let (count, squares) = of_kind.fold((0, 0.0), |(count, sum), (value, _)| (count + 1, sum + value * value));
             if count == 0 {
                 continue;
             }

@@ -48,7 +48,7 @@ fn written<'s>(scene: &'s Scene, name: &str) -> Option<&'s Quantity> {
 /// Whoever reads the new text finds the new values.
 fn check(changed: &Scene, values: &[(String, f64, String)]) -> Result<(), EditError> {
     for (name, value, _) in values {
-        let number = match written(changed, name).map(|own| &own.value) {
+        let number = match written(changed, name).map(|found| &found.value) {
             Some(Value::Number(number)) => Some(*number),
             Some(Value::Text(text)) => text.split(' ').next().and_then(|number| number.parse().ok()),
             None => None,

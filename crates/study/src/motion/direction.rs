@@ -10,7 +10,7 @@ const RESTS: f64 = 1e-6;
 
 /// Along the path of a point of a body, in any length: its velocity, or that of the same motion of the body next to a rest. None if it never moves.
 pub fn directions(table: &InputTable, [point, body]: [&str; 2]) -> Option<[Samples; 2]> {
-    let [x, y, vx, vy] = [X, Y, Vx, Vy].map(|own| table.get(&own.of(point)));
+    let [x, y, vx, vy] = [X, Y, Vx, Vy].map(|quantity| table.get(&quantity.of(point)));
     let [x, y, vx, vy, omega] = [x?, y?, vx?, vy?, table.get(&Omega.of(body))?];
     let speed = vx.with(&vy, f64::hypot);
     let least = RESTS * speed.values().iter().copied().fold(0.0, f64::max);
@@ -25,12 +25,12 @@ pub fn directions(table: &InputTable, [point, body]: [&str; 2]) -> Option<[Sampl
         let next = moving.partition_point(|&moving| moving < index);
         // Of a turn the first one comes after the last one.
         let beside = moving[next.saturating_sub(1)..].iter().take(2).chain(&ends);
-        let Some(&near) = beside.min_by_key(|&&own| apart(own, index)) else { return [f64::NAN; 2] };
+        let Some(&near) = beside.min_by_key(|&&place| apart(place, index)) else { return [f64::NAN; 2] };
         // The body goes on about the same centre, or in the same direction.
-        let [rx, ry] = [&x, &y].map(|own| own.values()[index] - own.values()[near]);
+        let [rx, ry] = [&x, &y].map(|samples| samples.values()[index] - samples.values()[near]);
         let turn = omega.values()[near];
         [vx.values()[near] - turn * ry, vy.values()[near] + turn * rx]
     };
     let all: Vec<[f64; 2]> = (0..count).map(at).collect();
-    Some([0, 1].map(|part| vx.made_of(all.iter().map(|own| own[part]).collect())))
+    Some([0, 1].map(|part| vx.made_of(all.iter().map(|direction| direction[part]).collect())))
 }

@@ -334,10 +334,10 @@ fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<Has
 fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &InputTable, index: usize) -> Result<(), InstanceError> {
     instance.reset();
     instance.setup(0.0, None, Some(TOLERANCE))?;
-    let bodies = mechanism.bodies.iter().flat_map(|body| POSE.map(|own| own.of(&body.name)));
+    let bodies = mechanism.bodies.iter().flat_map(|body| POSE.map(|quantity| quantity.of(&body.name)));
     let guesses = bodies.filter_map(|name| Some((*table.columns.get(&name)?.get(index)?, name)));
     for (value, name) in guesses.chain([(table.input(index), PLACE.to_owned())]) {
-        let can_be_set = |own: &usize| instance.is_input(*own) || instance.initial_value(*own).is_some();
+        let can_be_set = |variable: &usize| instance.is_input(*variable) || instance.initial_value(*variable).is_some();
         if let Some(variable) = instance.variable(&name).filter(can_be_set) {
             instance.set(variable, value)?;
         }

@@ -263,15 +263,21 @@ fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
 
 impl Extent {
     fn of(samples: &Samples, places: &SpecialPlaces) -> Extent {
-        let own = Figured::of(samples, places);
-        Extent { min: own.min(), max: own.max(), rms: own.rms(), mean: own.mean(), unbounded: own.unbounded }
+        let figured = Figured::of(samples, places);
+        Extent {
+            min: figured.min(),
+            max: figured.max(),
+            rms: figured.rms(),
+            mean: figured.mean(),
+            unbounded: figured.unbounded,
+        }
     }
 }
 
 impl Peak {
     fn of(samples: &Samples, places: &SpecialPlaces) -> Peak {
-        let own = Figured::of(samples, places);
-        Peak { max: own.max(), rms: own.rms(), unbounded: own.unbounded }
+        let figured = Figured::of(samples, places);
+        Peak { max: figured.max(), rms: figured.rms(), unbounded: figured.unbounded }
     }
 }
 
@@ -302,10 +308,10 @@ impl Masses {
         let mut total: Option<Samples> = None;
         for (body, &[mass, inertia]) in mechanism.bodies.iter().zip(&self.0) {
             let names = quantities.map(|quantity| quantity.of(&body.name));
-            let own = table.made(names, |values| of(values, mass, inertia))?;
+            let part = table.made(names, |values| of(values, mass, inertia))?;
             total = Some(match total {
-                None => own,
-                Some(total) => total.plus(&own),
+                None => part,
+                Some(total) => total.plus(&part),
             });
         }
         total
@@ -431,8 +437,8 @@ impl Figures {
         drive: &DrivenJoint,
     ) -> Option<[Samples; 2]> {
         let rate = |order: i32| {
-            let own = table.get(output.variables.get(order as usize)?)?;
-            Some(own.map(|value| value / drive.rate().powi(order)))
+            let samples = table.get(output.variables.get(order as usize)?)?;
+            Some(samples.map(|value| value / drive.rate().powi(order)))
         };
         let slope = |of: &Samples, turns: bool| (!self.dead_points).then(|| table.slope(of, turns));
         let first = rate(1).or_else(|| slope(position, output.unit.si == "rad"))?;
@@ -472,7 +478,7 @@ impl Figures {
                 continue;
             }
             let point = mechanism.place_name(place);
-            let velocity = [Quantity::Vx, Quantity::Vy].map(|own| table.get(&own.of(&point)));
+            let velocity = [Quantity::Vx, Quantity::Vy].map(|quantity| table.get(&quantity.of(&point)));
             let direction = directions(table, [&point, &mechanism.bodies[body.0].name]);
             if let ([Some(vx), Some(vy)], Some(direction)) = (velocity, direction) {
                 self.transmitted(joint, [force, &[vx, vy], &direction], only_table);
@@ -481,8 +487,8 @@ impl Figures {
         if only_table {
             return;
         }
-        let own = Figured::of(&largest, places);
-        self.joint_force_index = Some(Largest { at: own.max(), unbounded: own.unbounded });
+        let figured = Figured::of(&largest, places);
+        self.joint_force_index = Some(Largest { at: figured.max(), unbounded: figured.unbounded });
     }
 
     /// The acute angle between force and path is 90 degrees less the transmission angle. The velocity is zero where the path has a direction only.
@@ -519,7 +525,7 @@ impl Figures {
             let all = at_folds
                 .iter()
                 .copied()
-                .fold(inner, |best, own| if beats(&own.value, &best.value) { own } else { best });
+                .fold(inner, |best, piece| if beats(&piece.value, &best.value) { piece } else { best });
             kink.unwrap_or(all)
         };
         self.transmission.push(Transmission {
@@ -621,7 +627,7 @@ impl Figures {
         let input = &mechanism.joints[drive.joint.0];
         let place = input.between.into_iter().find(|place| place.body().is_none()).unwrap_or(Place::Origin);
         let name = mechanism.place_name(place);
-        let centre = [X, Y].map(|own| table.get(&own.of(&name)));
+        let centre = [X, Y].map(|quantity| table.get(&quantity.of(&name)));
         let moment = match &centre {
             [Some(cx), Some(cy)] => moment.minus(&cx.with(&y, |r, f| r * f)).plus(&cy.with(&x, |r, f| r * f)),
             _ => moment,
@@ -640,7 +646,7 @@ impl Figures {
 fn joint_forces(mechanism: &Mechanism, table: &InputTable) -> Vec<(String, Samples)> {
     let force = |joint: &Part| match joint.component().reactions {
         [Quantity::Fx, Quantity::Fy, ..] => {
-            table.made([Quantity::Fx, Quantity::Fy].map(|own| own.of(&joint.name)), |[x, y]| x.hypot(y))
+            table.made([Quantity::Fx, Quantity::Fy].map(|quantity| quantity.of(&joint.name)), |[x, y]| x.hypot(y))
         }
         words => {
             let word = words.iter().find(|word| word.measure().si == "N")?;

@@ -55,7 +55,7 @@ impl Figured {
 
     fn extreme(&self, of: fn(&Samples) -> ValueAt, beats: fn(f64, f64) -> bool) -> ValueAt {
         let found =
-            self.pieces.iter().map(of).reduce(|best, own| if beats(own.value, best.value) { own } else { best });
+            self.pieces.iter().map(of).reduce(|best, piece| if beats(piece.value, best.value) { piece } else { best });
         found.unwrap_or(ValueAt { input: f64::NAN, value: f64::NAN })
     }
 

@@ -142,7 +142,8 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
 
 /// The variables that are the derivatives of another by time, one after the other.
 fn rates(of: Quantity) -> &'static [Quantity] {
-    let after = |chain: &'static Derivatives| Some(&chain[chain.iter().position(|own| *own == of)? + 1..]);
+    let after =
+        |chain: &'static Derivatives| Some(&chain[chain.iter().position(|derivative| *derivative == of)? + 1..]);
     Quantity::MOTIONS.iter().find_map(after).unwrap_or_default()
 }
 

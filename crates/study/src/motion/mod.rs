@@ -200,11 +200,11 @@ fn worked_out(
         None if still => Speed::Assumed,
         None => Speed::OfScene,
     };
-    let own = if still { 1.0 } else { speed.abs() };
+    let rate = if still { 1.0 } else { speed.abs() };
     let mut drive = DrivenJoint {
         joint,
         motion,
-        speed: request.speed.unwrap_or(own),
+        speed: request.speed.unwrap_or(rate),
         start,
         range: request.range,
         between: false,

@@ -88,8 +88,8 @@ impl Samples {
     fn difference(&self, first: isize, order: usize) -> f64 {
         let mut values = [f64::INFINITY; NEIGHBOURS];
         for (value, index) in values.iter_mut().zip(first..=first + order as isize) {
-            let Some(own) = self.value(index) else { return f64::INFINITY };
-            *value = own;
+            let Some(sample) = self.value(index) else { return f64::INFINITY };
+            *value = sample;
         }
         for last in (1..=order).rev() {
             (0..last).for_each(|index| values[index] = values[index + 1] - values[index]);

@@ -123,7 +123,8 @@ impl Obstacles {
     pub fn of(mechanism: &Mechanism) -> Result<Obstacles, MotionError> {
         let stops = mechanism.unilaterals.iter().filter(|unilateral| unilateral.slip.is_none());
         let parts = stops.filter_map(|stop| Some((stop, mechanism.parts().find(|part| part.owner == stop.owner)?)));
-        let gaps = parts.filter_map(|(own, part)| gap(mechanism, own, part).transpose()).collect::<Result<_, _>>()?;
+        let gaps =
+            parts.filter_map(|(joint, part)| gap(mechanism, joint, part).transpose()).collect::<Result<_, _>>()?;
         let has_play = |joint: &Part| {
             joint.limits().is_some()
                 && joint.component().keys.iter().any(|key| matches!(key.form, Form::Record(Record::Play(_))))
@@ -231,7 +232,7 @@ impl Stops {
     fn within_a_turn(&mut self, drive: &DrivenJoint) {
         let Some(first) = self.ends[0].as_ref().map(|end| end.input) else { return };
         if drive.motion == ANGULAR && drive.range.is_none() {
-            self.beyond.retain(|own| own.from.is_some_and(|from| from >= first));
+            self.beyond.retain(|passage| passage.from.is_some_and(|from| from >= first));
         }
     }
 
@@ -311,8 +312,8 @@ impl GapCourse {
         // A way of no length has its start only.
         let step = way.max(f64::MIN_POSITIVE) / COUNT as f64;
         let mut columns = self.driven.run(step, COUNT as f64).ok()?;
-        let own = self.names.iter().map(|name| Some(Samples::new([0.0, step], columns.remove(name)?, false)));
-        own.collect()
+        let samples = self.names.iter().map(|name| Some(Samples::new([0.0, step], columns.remove(name)?, false)));
+        samples.collect()
     }
 
     fn check_start(&self, index: usize, gap: &StopGap, units: &Units) -> Result<(), MotionError> {
@@ -340,12 +341,12 @@ impl GapCourse {
 
     /// The ways at which the gap closes, opens, and so on.
     fn crossings(&self, index: usize) -> Vec<f64> {
-        let Some(own) = self.gaps.get(index) else { return Vec::new() };
+        let Some(gap) = self.gaps.get(index) else { return Vec::new() };
         let least = self.touching(index);
         let mut places: Vec<[f64; 2]> =
-            own.values().iter().enumerate().map(|(place, value)| [own.input(place), *value]).collect();
+            gap.values().iter().enumerate().map(|(place, value)| [gap.input(place), *value]).collect();
         // Between two samples it may close and open.
-        places.extend(own.slope().zeros().into_iter().map(|way| [way, own.at_input(way)]));
+        places.extend(gap.slope().zeros().into_iter().map(|way| [way, gap.at_input(way)]));
         places.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut crossings = Vec::new();
         for pair in places.windows(2) {

@@ -23,7 +23,7 @@ impl Searches<'_, '_> {
         let values: Vec<f64> = best.quantities.iter().map(|quantity| quantity.value).collect();
         let (seen, start) = self.motions.seen(&values, None)?;
         let goal = self.checked.problem.worth(&seen).map(|(goal, _)| self.checked.sign * goal);
-        let is_it = goal.zip(best.values[1]).is_some_and(|(own, best)| (own - best).abs() <= SAME[0] * best.abs());
+        let is_it = goal.zip(best.values[1]).is_some_and(|(goal, best)| (goal - best).abs() <= SAME[0] * best.abs());
         if !is_it {
             return Ok(Err(OptimizeError::OtherBranch));
         }
@@ -53,8 +53,8 @@ impl Searches<'_, '_> {
                 all[quantity] = around.values[place];
                 let Ok((seen, start)) = self.motions.seen(&all, Some(&from)) else { break };
                 around.goal[place] = problem.worth(&seen).map_or(f64::NAN, |(goal, _)| self.checked.sign * goal);
-                for (own, limit) in around.limits.iter_mut().zip(&problem.limits) {
-                    own[place] = limit.sum.of(&seen).unwrap_or(f64::NAN);
+                for (value, limit) in around.limits.iter_mut().zip(&problem.limits) {
+                    value[place] = limit.sum.of(&seen).unwrap_or(f64::NAN);
                 }
                 from = start;
             }

@@ -140,9 +140,9 @@ impl Course {
         let first = row.saturating_sub(BESIDE).min(last.saturating_sub(2 * BESIDE));
         let rows: Vec<usize> = (first..=(first + 2 * BESIDE).min(last)).collect();
         let weights = |time: f64| -> Vec<f64> {
-            let weight = |&own: &usize| {
-                let others = rows.iter().filter(|&&other| other != own);
-                others.map(|&other| (time - self.times[other]) / (self.times[own] - self.times[other])).product()
+            let weight = |&row: &usize| {
+                let others = rows.iter().filter(|&&other| other != row);
+                others.map(|&other| (time - self.times[other]) / (self.times[row] - self.times[other])).product()
             };
             rows.iter().map(weight).collect()
         };
@@ -154,8 +154,8 @@ impl Course {
             let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
             if at(a) > at(b) { high = b } else { low = a }
         }
-        let (time, own) = (0.5 * (low + high), sign * self.values[row]);
-        match at(time) > own && self.is_smooth(&rows) {
+        let (time, value) = (0.5 * (low + high), sign * self.values[row]);
+        match at(time) > value && self.is_smooth(&rows) {
             true => rows.iter().copied().zip(weights(time)).collect(),
             false => vec![(row, 1.0)],
         }
@@ -167,7 +167,7 @@ impl Course {
         let mut sizes = [0.0; 3];
         for size in &mut sizes {
             differences = differences.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            *size = differences.iter().fold(0.0, |most: f64, own| most.max(own.abs()));
+            *size = differences.iter().fold(0.0, |most: f64, difference| most.max(difference.abs()));
         }
         sizes[2] < sizes[1]
     }
@@ -182,20 +182,20 @@ impl Course {
     }
 
     /// The highest places around, or the lowest, with a weight: what no polynomial between them is above.
-    fn highest(&self, own: usize, sign: f64, weight: f64) -> Largest {
+    fn highest(&self, course: usize, sign: f64, weight: f64) -> Largest {
         let last = self.values.len() - 1;
         let of = |row: usize| {
-            let top = SmoothPiece { course: own, form: PieceForm::Sum(weighed(self.top(row, sign), weight)) };
+            let top = SmoothPiece { course, form: PieceForm::Sum(weighed(self.top(row, sign), weight)) };
             let around = row.saturating_sub(1)..=(row + 1).min(last);
-            around.map(move |row| SmoothPiece::at(own, row, weight)).chain([top])
+            around.map(move |row| SmoothPiece::at(course, row, weight)).chain([top])
         };
         self.tops(sign).into_iter().flat_map(of).collect()
     }
 
     /// A measure with a weight, as a sum of largest pieces. What cannot be one, and the sides of an equation, are the extremes themselves.
-    fn parts(&self, own: usize, statistic: Statistic, weight: f64, is_equation: bool) -> Vec<Largest> {
-        let tops = |sign: f64, weight: f64| self.highest(own, sign, weight);
-        let one = |form: PieceForm| vec![SmoothPiece { course: own, form }];
+    fn parts(&self, course: usize, statistic: Statistic, weight: f64, is_equation: bool) -> Vec<Largest> {
+        let tops = |sign: f64, weight: f64| self.highest(course, sign, weight);
+        let one = |form: PieceForm| vec![SmoothPiece { course, form }];
         let extreme = |of: &'static [f64], weight: f64| one(PieceForm::Extreme { of, weight });
         let [is_high, is_low] = [!is_equation && weight > 0.0, !is_equation && weight < 0.0];
         match statistic {
@@ -209,8 +209,8 @@ impl Course {
             Statistic::Range => vec![extreme(LARGEST, weight), extreme(SMALLEST, weight)],
             Statistic::Mean => vec![one(PieceForm::Sum(self.mean(weight)))],
             Statistic::RootMeanSquare => vec![one(PieceForm::Effective(weight))],
-            Statistic::First => vec![vec![SmoothPiece::at(own, 0, weight)]],
-            Statistic::Last => vec![vec![SmoothPiece::at(own, self.values.len() - 1, weight)]],
+            Statistic::First => vec![vec![SmoothPiece::at(course, 0, weight)]],
+            Statistic::Last => vec![vec![SmoothPiece::at(course, self.values.len() - 1, weight)]],
             // Goals have none of them.
             Statistic::WhenMax | Statistic::WhenMin => Vec::new(),
         }
@@ -218,7 +218,7 @@ impl Course {
 }
 
 fn weighed(parts: Vec<(usize, f64)>, weight: f64) -> Vec<(usize, f64)> {
-    parts.into_iter().map(|(row, own)| (row, weight * own)).collect()
+    parts.into_iter().map(|(row, part)| (row, weight * part)).collect()
 }
 
 /// A goal whose measures are of these courses, with a sign, as a sum of largest pieces; of an equation each of them is one piece.
@@ -246,7 +246,8 @@ mod tests {
     fn value(text: &str, courses: &[Course]) -> f64 {
         let goal: Goal = text.parse().unwrap();
         let places = vec![0; goal.terms.len()];
-        let largest = |own: Largest| own.iter().map(|piece| piece.of(courses).unwrap().value).reduce(f64::max).unwrap();
+        let largest =
+            |pieces: Largest| pieces.iter().map(|piece| piece.of(courses).unwrap().value).reduce(f64::max).unwrap();
         parts(&goal, &places, 1.0, false, courses).into_iter().map(largest).sum()
     }
 
@@ -259,11 +260,11 @@ mod tests {
             Course { slopes: DMatrix::zeros(times.len(), 1), times, values }
         };
         for ahead in [0.0, 0.013, 0.05, 0.08] {
-            let own = course(&|t| (t + ahead).sin());
+            let shifted = course(&|t| (t + ahead).sin());
             for (text, known) in
                 [("max(y)", 1.0), ("min(y)", -1.0), ("range(y)", 2.0), ("-range(y)", -2.0), ("-peak(y)", -1.0)]
             {
-                assert!((value(text, std::slice::from_ref(&own)) - known).abs() < 1e-7, "{text} {ahead}");
+                assert!((value(text, std::slice::from_ref(&shifted)) - known).abs() < 1e-7, "{text} {ahead}");
             }
         }
         let corner = course(&|t| -(t - 2.034_f64).abs());

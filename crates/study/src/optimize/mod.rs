@@ -310,7 +310,7 @@ impl Searches<'_, '_> {
             Starts { scene: start, bounds: &problem.bounds, count: self.request.starts, seed: self.request.seed };
         let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
         let mut outcome = Err(AnalysisFailure::Range);
-        let before = self.from.iter().filter(|(own, _)| *own == number).map(|(_, values)| values.clone());
+        let before = self.from.iter().filter(|(start, _)| *start == number).map(|(_, values)| values.clone());
         for point in before.chain(starts.of(number)) {
             let evaluate = |values: &[f64], from: Option<&Start>| {
                 shared.note(|progress| progress.evaluations += 1);
@@ -357,7 +357,7 @@ impl Searches<'_, '_> {
         Ok(Ok(Best {
             name,
             goal: named.clone(),
-            values: [at_start.map(|(own, _)| sign * own), Some(sign * best.goal)],
+            values: [at_start.map(|(goal, _)| sign * goal), Some(sign * best.goal)],
             quantities: self.varying.parameters().iter().enumerate().map(quantity).collect(),
             limits: self.checked.limits_at(best, &seen),
             optima: self.optima(&found),

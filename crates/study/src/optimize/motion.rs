@@ -48,7 +48,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         let mut times: Vec<f64> = grid.iter().chain(measured).copied().collect();
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let place = |time: &f64| times.partition_point(|own| own < time);
+        let place = |time: &f64| times.partition_point(|earlier| earlier < time);
         let (grid, rows) = (grid.iter().map(place).collect(), measured.iter().map(place).collect());
         let matched = table.map(|(table, outputs)| Matched { table, outputs, rows });
         let mut motions = Motions { varying, outputs, matched, times, grid, home: None, most: u64::MAX };
@@ -84,7 +84,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         let values = DVector::from_iterator(times.len(), rows().map(|(values, _)| values[output]));
         let count = self.varying.parameters().len();
         let slopes = DMatrix::from_fn(times.len(), count, |row, column| along.rows[self.grid[row]].1[(output, column)]);
-        let is_there = |row: &usize| values[*row].is_finite() && slopes.row(*row).iter().all(|own| own.is_finite());
+        let is_there = |row: &usize| values[*row].is_finite() && slopes.row(*row).iter().all(|slope| slope.is_finite());
         match (0..times.len()).find(|row| !is_there(row)) {
             None => Ok(Course { times, values, slopes }),
             Some(row) => {

@@ -59,11 +59,11 @@ impl Dual<'_> {
         }
         let mut multipliers = vec![0.0; self.rows.len()];
         let solved = system.lu().solve(&right).filter(|solved| solved.iter().all(|solved| solved.is_finite()));
-        let (x, own) = match &solved {
+        let (x, found) = match &solved {
             Some(solved) => (solved.rows(0, size).into_owned(), solved.rows(size, count).iter().copied().collect()),
             None => (self.x, self.multipliers),
         };
-        self.active.iter().zip(own).for_each(|(&row, own)| multipliers[row] = f64::max(own, 0.0));
+        self.active.iter().zip(found).for_each(|(&row, value)| multipliers[row] = f64::max(value, 0.0));
         Least { x, multipliers }
     }
 
@@ -88,7 +88,7 @@ impl Dual<'_> {
     /// Makes a violated row active, and others inactive that would push.
     fn add(&mut self, row: usize) -> Option<()> {
         let normal = -&self.rows[row].slope;
-        let mut own = 0.0;
+        let mut multiplier_of_row = 0.0;
         loop {
             let (along, by) = self.direction(&normal)?;
             let pushed = (0..by.len()).filter(|&place| by[place] > 0.0);
@@ -105,7 +105,7 @@ impl Dual<'_> {
                 self.x.axpy(length, &along, 1.0);
             }
             self.multipliers.iter_mut().zip(by.iter()).for_each(|(multiplier, by)| *multiplier -= length * by);
-            own += length;
+            multiplier_of_row += length;
             match first {
                 Some((place, ratio)) if ratio < full => {
                     self.active.remove(place);
@@ -113,7 +113,7 @@ impl Dual<'_> {
                 }
                 _ => {
                     self.active.push(row);
-                    self.multipliers.push(own);
+                    self.multipliers.push(multiplier_of_row);
                     return Some(());
                 }
             }

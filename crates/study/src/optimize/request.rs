@@ -117,9 +117,9 @@ impl OptimizeRequest {
         let (mut outputs, columns) = (Vec::new(), self.columns(varying, experiment, &mut faults));
         let mut sum = |goal: &Goal, faults: &mut Vec<RequestFault>| {
             let term = |(_, measure): &(f64, cotree::run::Measure)| {
-                let Some(place) = known.iter().position(|(own, _)| *own == measure.variable) else {
+                let Some(place) = known.iter().position(|(output, _)| *output == measure.variable) else {
                     let what = if self.turn.is_some() { "figures of the turn" } else { "outputs" };
-                    let known = suggest::known(&measure.variable, known.iter().map(|(own, _)| own.as_str()));
+                    let known = suggest::known(&measure.variable, known.iter().map(|(output, _)| output.as_str()));
                     faults.push(RequestFault::Other(format!(
                         "`{name}` is not among the {what}; {known}",
                         name = measure.variable
@@ -204,7 +204,7 @@ impl OptimizeRequest {
         let columns = places(table, varying, faults);
         check_times(table, experiment, faults);
         let units: Vec<&str> =
-            columns.iter().filter_map(|&place| varying.outputs().nth(place)).map(|(_, own)| &*own.si).collect();
+            columns.iter().filter_map(|&place| varying.outputs().nth(place)).map(|(_, unit)| &*unit.si).collect();
         if let Some(other) = units.iter().find(|unit| **unit != units[0]) {
             faults.push(RequestFault::Squares { first: units[0].to_owned(), other: (*other).to_owned() });
         }
@@ -218,9 +218,9 @@ impl OptimizeRequest {
                 (goal.to_string(), common_unit(goal, known).map(|unit| unit.si).unwrap_or_default())
             }
             Aim::Match(_) => {
-                let own = columns.first().and_then(|&place| known.get(place)).map_or("", |(_, unit)| &unit.si);
-                let squared = if own.is_empty() { String::new() } else { format!("({own})2") };
-                ("sum of squares".to_owned(), if own == "m" { "m2".to_owned() } else { squared })
+                let unit = columns.first().and_then(|&place| known.get(place)).map_or("", |(_, unit)| &unit.si);
+                let squared = if unit.is_empty() { String::new() } else { format!("({unit})2") };
+                ("sum of squares".to_owned(), if unit == "m" { "m2".to_owned() } else { squared })
             }
         }
     }
@@ -228,8 +228,8 @@ impl OptimizeRequest {
 
 /// The unit of all measures of a sum, if it is one.
 fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, LimitError> {
-    let own = |name: &str| known.iter().find(|(own, _)| own == name).map(|(_, unit)| unit.clone());
-    let mut units = goal.terms.iter().filter_map(|(_, measure)| own(&measure.variable));
+    let unit_of = |name: &str| known.iter().find(|(output, _)| output == name).map(|(_, unit)| unit.clone());
+    let mut units = goal.terms.iter().filter_map(|(_, measure)| unit_of(&measure.variable));
     let first = units.next().unwrap_or_default();
     match units.find(|other| other.si != first.si) {
         Some(other) => Err(LimitError::Units { first: first.si, other: other.si }),
@@ -258,12 +258,12 @@ impl Checked {
     /// The limits where a search ended.
     pub fn limits_at<T>(&self, found: &EndPoint<T>, seen: &SeenCourses) -> Vec<LimitAt> {
         let conditions = self.problem.limits.iter().zip(&found.multipliers);
-        let at = |(own, (condition, multiplier)): (&Bounded, (&GoalCondition, &f64))| {
+        let at = |(limit, (condition, multiplier)): (&Bounded, (&GoalCondition, &f64))| {
             let is_active = condition.is_equation || multiplier * condition.scale > ACTIVE * found.goal.abs();
             LimitAt {
-                text: own.text.clone(),
-                unit: own.unit.clone(),
-                bound: own.bound,
+                text: limit.text.clone(),
+                unit: limit.unit.clone(),
+                bound: limit.bound,
                 value: condition.sum.of(seen).unwrap_or(f64::NAN),
                 multiplier: is_active.then_some(-self.sign * condition.sign * multiplier),
             }
@@ -274,9 +274,10 @@ impl Checked {
     /// That no values meet the limits, and which the nearest ones miss.
     pub fn nearest<T>(&self, found: &EndPoint<T>, varying: &Varying) -> OptimizeError {
         let values = varying.parameters().iter().zip(&found.values);
-        let values = values.map(|(own, value)| format!("{} = {} {}", own.name, short(*value), own.unit.si));
-        let missed = |(own, (condition, by)): (&Bounded, (&GoalCondition, &f64))| {
-            let text = || format!("`{}` by {} {}", own.text, short(by * condition.scale), own.unit);
+        let values =
+            values.map(|(parameter, value)| format!("{} = {} {}", parameter.name, short(*value), parameter.unit.si));
+        let missed = |(limit, (condition, by)): (&Bounded, (&GoalCondition, &f64))| {
+            let text = || format!("`{}` by {} {}", limit.text, short(by * condition.scale), limit.unit);
             (*by > MET).then(|| text().trim_end().to_owned())
         };
         let conditions = self.problem.limits.iter().zip(&found.beyond);

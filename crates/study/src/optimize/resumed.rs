@@ -12,11 +12,11 @@ pub fn searched(text: &str, request: &OptimizeRequest) -> Result<Vec<(usize, Vec
     let sheet = Sheet::read(text)?;
     // The place of a column, and what one in it is in SI.
     let column = |wanted: &str| {
-        let own = |(place, heading): (usize, &Heading)| {
+        let of_column = |(place, heading): (usize, &Heading)| {
             let (_, unit) = heading.read().ok().filter(|(name, _)| name == wanted)?;
             Some((place, unit.and_then(|unit| unit.display).map_or(1.0, |display| display.factor)))
         };
-        sheet.headings().iter().enumerate().find_map(own).ok_or_else(|| SheetError {
+        sheet.headings().iter().enumerate().find_map(of_column).ok_or_else(|| SheetError {
             line: 1,
             column: 1,
             message: format!("there is no column `{wanted}`: this is the table of other searches"),
@@ -26,15 +26,15 @@ pub fn searched(text: &str, request: &OptimizeRequest) -> Result<Vec<(usize, Vec
     let places: Vec<(usize, f64)> = request.vary.iter().map(|vary| column(&vary.name)).collect::<Result<_, _>>()?;
     let mut all = Vec::new();
     for row in 0..sheet.rows() {
-        let own = sheet.number(row, number)?;
-        if own.fract() != 0.0 || !(0.0..request.starts as f64).contains(&own) {
-            let message = format!("search {own} is not one of {}", request.starts);
+        let search = sheet.number(row, number)?;
+        if search.fract() != 0.0 || !(0.0..request.starts as f64).contains(&search) {
+            let message = format!("search {search} is not one of {}", request.starts);
             return Err(SheetError { line: sheet.line(row), column: number + 1, message });
         }
         // A search without a motion has no values: it begins anew.
         let values = places.iter().map(|&(place, factor)| Ok(sheet.number(row, place)? * factor));
         if let Ok(values) = values.collect::<Result<Vec<f64>, SheetError>>() {
-            all.push((own as usize, values));
+            all.push((search as usize, values));
         }
     }
     Ok(all)

@@ -104,7 +104,7 @@ pub enum Ended {
 impl<T> EndPoint<T> {
     /// The largest violation, in the scale of its limit.
     pub fn violation(&self) -> f64 {
-        self.beyond.iter().fold(0.0, |most, own| f64::max(most, *own))
+        self.beyond.iter().fold(0.0, |most, excess| f64::max(most, *excess))
     }
 }
 
@@ -115,8 +115,8 @@ impl GoalSum {
 
     /// Its value.
     pub fn of(&self, seen: &SeenCourses) -> Option<f64> {
-        let largest = |own: Largest| {
-            let values = own.iter().map(|piece| Some(piece.of(&seen.courses)?.value));
+        let largest = |pieces: Largest| {
+            let values = pieces.iter().map(|piece| Some(piece.of(&seen.courses)?.value));
             values.reduce(|best, other| Some(best?.max(other?))).flatten()
         };
         self.parts(1.0, false, seen).into_iter().map(largest).sum()
@@ -134,7 +134,7 @@ impl GoalCondition {
 impl Problem {
     /// The goal, and how far beyond its bound each limit is.
     pub fn worth(&self, seen: &SeenCourses) -> Option<(f64, Vec<f64>)> {
-        let squares = seen.residuals.as_ref().map_or(0.0, |own| own.values.norm_squared());
+        let squares = seen.residuals.as_ref().map_or(0.0, |residuals| residuals.values.norm_squared());
         let goal = match &self.goal {
             Some(sum) => sum.of(seen)?,
             None => squares,
@@ -338,7 +338,7 @@ impl<T> SearchState<'_, T> {
         let change = (&there.values - &self.here.values).component_div(&ranges);
         let slope = |seen: &SeenCourses| {
             let of = |(piece, weight): &(SmoothPiece, f64)| Some(*weight * piece.of(&seen.courses)?.slope);
-            let sum = step.weights.iter().map(of).try_fold(DVector::zeros(change.len()), |sum, own| Some(sum + own?));
+            let sum = step.weights.iter().map(of).try_fold(DVector::zeros(change.len()), |sum, term| Some(sum + term?));
             sum.map(|sum| sum.component_mul(&ranges))
         };
         let (Some(before), Some(after)) = (slope(&self.here.seen), slope(&there.seen)) else { return };
@@ -385,7 +385,7 @@ impl<'p> LinearModel<'p> {
             linear.slope.iter().all(|slope| slope.is_finite()).then_some((piece, linear))
         };
         let all = |parts: Vec<Largest>| {
-            let largest = |own: Largest| own.into_iter().map(straight).collect::<Option<Vec<_>>>();
+            let largest = |pieces: Largest| pieces.into_iter().map(straight).collect::<Option<Vec<_>>>();
             parts.into_iter().map(largest).collect::<Option<Vec<_>>>()
         };
         let goal = problem.goal.as_ref().map_or(Some(Vec::new()), |sum| all(sum.parts(1.0, false, seen)))?;
@@ -411,7 +411,7 @@ impl<'p> LinearModel<'p> {
 
     /// The steepest slope of the goal.
     fn steepest(&self) -> f64 {
-        let pieces = self.goal.iter().flatten().map(|(_, own)| own.slope.amax());
+        let pieces = self.goal.iter().flatten().map(|(_, linear)| linear.slope.amax());
         let most = pieces.chain(self.gradient.iter().map(|gradient| gradient.amax())).fold(0.0, f64::max);
         if most > 0.0 { most } else { 1.0 }
     }
@@ -433,8 +433,9 @@ impl<'p> LinearModel<'p> {
 
     /// The straight goal behind a step, with its curvature.
     fn worth(&self, curvature: &DMatrix<f64>, change: &DVector<f64>) -> f64 {
-        let own = self.gradient.as_ref().map_or_else(|| sum(&self.goal, change), |gradient| gradient.dot(change));
-        own + 0.5 * change.dot(&(curvature * change))
+        let first_order =
+            self.gradient.as_ref().map_or_else(|| sum(&self.goal, change), |gradient| gradient.dot(change));
+        first_order + 0.5 * change.dot(&(curvature * change))
     }
 
     /// The best step, and what the limits push. With what is seen at the end of a first step, the pieces have the values that lead there.
@@ -454,15 +455,16 @@ impl<'p> LinearModel<'p> {
         }
         let push =
             |&(row, other): &(usize, Option<usize>)| multipliers[row] - other.map_or(0.0, |row| multipliers[row]);
-        let limits = system.of_limit.iter().zip(&self.problem.limits).map(|(rows, own)| push(rows) * unit / own.scale);
+        let limits =
+            system.of_limit.iter().zip(&self.problem.limits).map(|(rows, limit)| push(rows) * unit / limit.scale);
         Some((Step { change, predicted, weights: system.weights(&multipliers) }, limits.collect()))
     }
 }
 
 /// The sum of the largest of straight pieces.
 fn sum(parts: &[Vec<(SmoothPiece, Linear)>], change: &DVector<f64>) -> f64 {
-    let largest = |own: &Vec<(SmoothPiece, Linear)>| {
-        own.iter().map(|(_, own)| own.value + own.slope.dot(change)).fold(f64::MIN, f64::max)
+    let largest = |pieces: &Vec<(SmoothPiece, Linear)>| {
+        pieces.iter().map(|(_, linear)| linear.value + linear.slope.dot(change)).fold(f64::MIN, f64::max)
     };
     parts.iter().map(largest).sum()
 }
@@ -505,8 +507,8 @@ impl StepProblem {
             match system.group(group, [unit, 1.0], first) {
                 Some(height) => system.gradient[height] = 1.0,
                 None => {
-                    for (piece, own) in group {
-                        system.gradient.rows_mut(0, count).axpy(1.0 / unit, &own.slope, 1.0);
+                    for (piece, linear) in group {
+                        system.gradient.rows_mut(0, count).axpy(1.0 / unit, &linear.slope, 1.0);
                         system.alone.push(piece.clone());
                     }
                 }
@@ -515,8 +517,8 @@ impl StepProblem {
         if let Some(gradient) = &model.gradient {
             system.gradient.rows_mut(0, count).axpy(1.0 / unit, gradient, 1.0);
         }
-        for (index, (own, parts)) in model.problem.limits.iter().zip(&model.limits).enumerate() {
-            system.limit(own, parts, unit, first, count + heights + index);
+        for (index, (limit, parts)) in model.problem.limits.iter().zip(&model.limits).enumerate() {
+            system.limit(limit, parts, unit, first, count + heights + index);
         }
         for beyond in count + heights..size {
             let mut slope = DVector::zeros(size);
@@ -545,12 +547,12 @@ impl StepProblem {
         let height = self.height;
         self.height += 1;
         self.hessian[(height, height)] = BENT;
-        let now = group.iter().map(|(_, own)| own.value).fold(f64::MIN, f64::max);
-        for (piece, own) in group {
+        let now = group.iter().map(|(_, linear)| linear.value).fold(f64::MIN, f64::max);
+        for (piece, linear) in group {
             let mut slope = DVector::zeros(self.gradient.len());
-            slope.rows_mut(0, own.slope.len()).axpy(1.0 / scale, &own.slope, 0.0);
+            slope.rows_mut(0, linear.slope.len()).axpy(1.0 / scale, &linear.slope, 0.0);
             slope[height] = -1.0;
-            let bound = (now - value(piece, own, first)) / scale;
+            let bound = (now - value(piece, linear, first)) / scale;
             self.push(Inequality { slope, bound }, vec![(piece.clone(), weight)]);
         }
         Some(height)
@@ -574,7 +576,8 @@ impl StepProblem {
             match self.group(group, [goal_condition.scale, weight], first) {
                 Some(height) => {
                     row.slope[height] = 1.0;
-                    row.bound -= group.iter().map(|(_, own)| own.value).fold(f64::MIN, f64::max) / goal_condition.scale;
+                    row.bound -=
+                        group.iter().map(|(_, linear)| linear.value).fold(f64::MIN, f64::max) / goal_condition.scale;
                 }
                 None => {
                     for (piece, straight) in group {
@@ -698,8 +701,8 @@ mod tests {
             vec![vec![goal], vec![product], vec![square]]
         };
         let limits = [("x", 1, Relation::AtLeast, 25.0), ("x", 2, Relation::Equal, 40.0)];
-        let own = problem(Some("x"), &limits, &[[1.0, 5.0]; 4]);
-        let found = found(&own, &[1.0, 5.0, 5.0, 1.0], rows);
+        let task = problem(Some("x"), &limits, &[[1.0, 5.0]; 4]);
+        let found = found(&task, &[1.0, 5.0, 5.0, 1.0], rows);
         assert!(found.ended == Ended::Settled && found.violation() < 1e-9, "{found:?}");
         assert!((found.goal - 17.014_017_289).abs() < 1e-7, "{found:?}");
         // The published multipliers.
@@ -748,11 +751,11 @@ mod tests {
             };
             vec![(0..=400).map(row).collect()]
         };
-        let own = problem(Some("peak(torque)"), &[], &[[0.0, 20.0], [0.1, 0.4], [0.05, 0.3]]);
+        let task = problem(Some("peak(torque)"), &[], &[[0.0, 20.0], [0.1, 0.4], [0.05, 0.3]]);
         let reached = (0..50).map(|seed: u32| {
             let share = |index: u32| f64::from((seed * [29, 37, 43][index as usize] + 7 * index) % 50) / 49.0;
             let start = [0.2 + 2.8 * share(0), 0.1 + 0.3 * share(1), 0.05 + 0.25 * share(2)];
-            let found = found(&own, &start, torques);
+            let found = found(&task, &start, torques);
             match found.ended == Ended::Settled && (found.goal - BEST).abs() < 1e-8 {
                 true => Ok(found.evaluations),
                 false => Err(format!(
@@ -771,8 +774,8 @@ mod tests {
     #[test]
     fn contradictory_limits_end_nearest_to_both() {
         let rows = |x: &[f64]| vec![vec![(x[0] * x[0], vec![2.0 * x[0]])], vec![(x[0], vec![1.0])]];
-        let own = problem(Some("x"), &[("y", 1, Relation::AtMost, 1.0), ("y", 1, Relation::AtLeast, 3.0)], &[OPEN]);
-        let found = found(&own, &[8.0], rows);
+        let task = problem(Some("x"), &[("y", 1, Relation::AtMost, 1.0), ("y", 1, Relation::AtLeast, 3.0)], &[OPEN]);
+        let found = found(&task, &[8.0], rows);
         assert!(found.violation() > 0.1 && (1.0..=3.0).contains(&found.values[0]), "{found:?}");
     }
 

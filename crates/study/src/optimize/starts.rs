@@ -42,10 +42,10 @@ impl Starts<'_> {
         let share = SMALLER.powi((index % BOXES as usize) as i32);
         // Both halves of the seed count.
         let seed = (self.seed ^ (self.seed >> 32)) as u32;
-        let value = |(place, (own, [low, high])): (usize, (&f64, &[f64; 2]))| {
+        let value = |(place, (value, [low, high])): (usize, (&f64, &[f64; 2]))| {
             let width = share * (high - low);
             // Not by `clamp`: rounding may leave the largest beginning below the smallest.
-            let begin = (own - 0.5 * width).min(high - width).max(*low);
+            let begin = (value - 0.5 * width).min(high - width).max(*low);
             (begin + width * f64::from(sample((index % LONGEST) as u32, place as u32, seed))).min(*high)
         };
         self.scene.iter().zip(self.bounds).enumerate().map(value).collect()
@@ -65,14 +65,14 @@ mod tests {
         assert_ne!(all(3), all(4));
         assert_eq!(starts(3).of(0).next(), Some(vec![7.5, -1.0]));
         for point in all(3) {
-            assert!(point.iter().zip(&bounds).all(|(own, [low, high])| (*low..=*high).contains(own)), "{point:?}");
+            assert!(point.iter().zip(&bounds).all(|(value, [low, high])| (*low..=*high).contains(value)), "{point:?}");
         }
         // One of four is anywhere in the large box: in each eighth of each quantity.
         let large: Vec<Vec<f64>> = (4..=256).step_by(4).map(|index| starts(3).point(index)).collect();
         for eighth in 0..8 {
-            let is_there = |own: &Vec<f64>, place: usize| {
+            let is_there = |start: &Vec<f64>, place: usize| {
                 let [low, high] = bounds[place];
-                (8.0 * (own[place] - low) / (high - low)) as usize == eighth
+                (8.0 * (start[place] - low) / (high - low)) as usize == eighth
             };
             assert!((0..2).all(|place| large.iter().any(|large| is_there(large, place))), "{eighth}: {large:?}");
         }

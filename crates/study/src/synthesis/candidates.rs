@@ -107,7 +107,7 @@ fn refuse_special(task: &Task, poses: &[Pose]) -> Result<(), Faults> {
         )),
         Some(Special::OneCentre(centre)) => {
             let (_, size) = extent(poses.iter().map(|pose| pose.at));
-            let [x, y] = [centre.re, centre.im].map(|own| number(own, ALIKE * size));
+            let [x, y] = [centre.re, centre.im].map(|part| number(part, ALIKE * size));
             let message = format!("all poses are turns about one point, ({x} m, {y} m)");
             Err(task.fault(&message, "use a pin there, or change a pose for a linkage"))
         }
@@ -150,7 +150,7 @@ struct SampledDyads {
 fn region(region: Option<&Region>, middle: Point, size: f64) -> [Point; 2] {
     let around = Point::new(size, size) * 2.0;
     let [low, high] = region.map_or([middle - around, middle + around], Region::bounds);
-    let within = |own: f64, other: f64| if own.is_finite() { own } else { other };
+    let within = |first: f64, other: f64| if first.is_finite() { first } else { other };
     let corner = |point: Point, other: Point| Point::new(within(point.re, other.re), within(point.im, other.im));
     [corner(low, middle - around), corner(high, middle + around)]
 }
@@ -253,7 +253,7 @@ fn chosen(task: &Task, choose: &Choose, poses: &[Pose]) -> Result<Vec<Dyad>, Fau
             }
             (Some(ground), None) if poses.len() == 3 => {
                 let inverse = [0, 1, 2].map(|i| poses[i].inverse());
-                circle_dyad(at(ground), &inverse).map(|own| own.inverse())
+                circle_dyad(at(ground), &inverse).map(|dyad| dyad.inverse())
             }
             (None, Some(moving)) if poses.len() == 3 => circle_dyad(at(moving), &[0, 1, 2].map(|i| poses[i])),
             _ => {
@@ -425,7 +425,7 @@ fn path_followers(path: &CouplerPath, limits: &LinkageLimits, task: &Task) -> Ca
     // Between given pivots five points have finitely many four-bars: all are shown, and nothing that is only near.
     let is_finite = path.pivots.is_some() && path.points.len() == FINITE;
     let (_, size) = extent(path.points.iter().copied());
-    let exact = all.iter().filter(|own| is_finite && own.largest <= MET * size).count();
+    let exact = all.iter().filter(|deviation| is_finite && deviation.largest <= MET * size).count();
     let most = if exact > 0 { exact } else { SHOWN };
     let mut known = Vec::new();
     for follower in all.into_iter().take(most) {

@@ -64,9 +64,9 @@ fn climbed(
         let next = next.map(|(first, second)| Linkage { first, second });
         let candidate = next.map(|linkage| candidate(linkage, poses));
         let judged = candidate.as_ref().and_then(|candidate| Some((best(candidate, limits, task)?, candidate)));
-        match judged.filter(|(own, _)| merit(own, poses) < value) {
-            Some((own, candidate)) => {
-                (linkage, value) = (candidate.linkage, merit(&own, poses));
+        match judged.filter(|(better, _)| merit(better, poses) < value) {
+            Some((better, candidate)) => {
+                (linkage, value) = (candidate.linkage, merit(&better, poses));
                 end = Some(linkage);
                 step = (2.0 * step).min(FIRST);
             }
@@ -101,7 +101,7 @@ fn beside(dyad: Dyad, poses: &[Pose], by: Point, along: f64) -> Option<Dyad> {
                 Dyad::Slider { .. } | Dyad::Slot { .. } => f64::INFINITY,
             };
             let found = dyads(poses, &[line]).ok()?;
-            found.into_iter().filter(|own| far(own).is_finite()).min_by(|a, b| far(a).total_cmp(&far(b)))
+            found.into_iter().filter(|linkage| far(linkage).is_finite()).min_by(|a, b| far(a).total_cmp(&far(b)))
         }
     }
 }

@@ -65,7 +65,7 @@ impl ModeChanges {
         let mut sheet = Table::new(keys, []);
         let mut modes = Vec::new();
         for (index, mode) in self.modes.iter().enumerate() {
-            let (place, own, value) = (index + 1, exact(mode.frequency()), mode.eigenvalue);
+            let (place, eigenfrequency, value) = (index + 1, exact(mode.frequency()), mode.eigenvalue);
             let size = value.norm() / std::f64::consts::TAU;
             let mut derivatives = json!({});
             for (parameter, (name, by)) in self.parameters.iter().enumerate() {
@@ -78,8 +78,8 @@ impl ModeChanges {
                 let noise = ROUNDING * frequency.abs().max(size * damping.abs());
                 let of = |value, si, noise| number(value, &per(si, by)).within(Noise(noise));
                 let [faster, damped] = [of(frequency, "Hz", noise), of(damping, "", noise / size)];
-                table.rows.push(row![place, own, ratio(mode), named(name, by), faster, damped]);
-                sheet.rows.push(row![place, own, name, exact(real), exact(imaginary), faster, damped]);
+                table.rows.push(row![place, eigenfrequency, ratio(mode), named(name, by), faster, damped]);
+                sheet.rows.push(row![place, eigenfrequency, name, exact(real), exact(imaginary), faster, damped]);
             }
             modes.push(json!({ "eigenvalue": [value.re, value.im], "frequency": mode.frequency(), "derivatives": derivatives }));
         }
@@ -110,8 +110,8 @@ impl Features {
         let (mut features, mut notes) = (Vec::new(), Vec::new());
         for feature in &self.features {
             let ((output, of), kind) = (&feature.output, word(feature.kind));
-            let [value, time] =
-                [(feature.value, &**of), (feature.time, "s")].map(|(own, si)| number(own, si).within(Noise(0.0)));
+            let [value, time] = [(feature.value, &**of), (feature.time, "s")]
+                .map(|(derivative, si)| number(derivative, si).within(Noise(0.0)));
             let changes = feature.changes.as_ref().ok();
             for (index, (name, si)) in self.parameters.iter().enumerate() {
                 let [value_by, time_by] =

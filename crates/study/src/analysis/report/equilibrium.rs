@@ -221,10 +221,10 @@ fn verging(closures: &[Closure], shared: &[String]) -> Vec<String> {
 /// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
 fn margins(closures: &[Closure], shared: &[String]) -> Group {
     let alone = closures.iter().filter(|closure| !shared.contains(&closure.name));
-    let values = alone.filter_map(|own| {
-        let (most, [_, force]) = (own.most()?, own.units());
-        let end = |word: &str, load: f64| (format!("{}.{word}", own.name), load, force.to_owned());
-        Some([end("from", own.force - most), end("to", own.force + most)])
+    let values = alone.filter_map(|support| {
+        let (most, [_, force]) = (support.most()?, support.units());
+        let end = |word: &str, load: f64| (format!("{}.{word}", support.name), load, force.to_owned());
+        Some([end("from", support.force - most), end("to", support.force + most)])
     });
     Group { title: "margins", values: values.flatten().collect() }
 }

@@ -14,11 +14,11 @@ const SWEEPS: usize = 100;
 /// A sweep that changes v_p by less than this share is the last.
 const SETTLED: f64 = 1e-14;
 
-/// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + own.
+/// The variational equations at a node: a_p = by_positions q_p + by_rates v_p + by_parameters.
 pub(super) struct CollocationNode {
     by_positions: DMatrix<f64>,
     by_rates: DMatrix<f64>,
-    own: DMatrix<f64>,
+    by_parameters: DMatrix<f64>,
 }
 
 impl CollocationNode {
@@ -57,7 +57,7 @@ impl DifferentiatedMotion<'_> {
             Ok(CollocationNode {
                 by_positions: columns(0, n),
                 by_rates: columns(n, n),
-                own: columns(2 * n, parameters),
+                by_parameters: columns(2 * n, parameters),
             })
         });
         nodes.collect()
@@ -83,7 +83,7 @@ impl DifferentiatedMotion<'_> {
                 known_positions.column_mut(index).gemv(1.0, &rates.columns(0, index), &earlier.column(0), 1.0);
                 let at = |all: &DMatrix<f64>| DMatrix::from_column_slice(n, parameters, all.column(index).as_slice());
                 let (known, entry) = (at(&known_rates), sweep[(index, index)]);
-                let mut next = node.own.clone();
+                let mut next = node.by_parameters.clone();
                 next.gemm(1.0, &node.by_positions, &(at(&known_positions) + &known * entry), 1.0);
                 next.gemm(1.0, &node.by_rates, &known, 1.0);
                 if !factors.solve_mut(&mut next) {

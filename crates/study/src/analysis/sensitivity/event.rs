@@ -119,13 +119,13 @@ impl DifferentiatedMotion<'_> {
         // How a switching function changes with the parameters, and how fast.
         let of = |switch: usize| {
             let row = |column: ColumnBlock| numbers.block(RowBlock::Switches, column).row(switch).into_owned();
-            let own = row(ColumnBlock::Signals);
+            let by_signals = row(ColumnBlock::Signals);
             let change = row(ColumnBlock::Positions) * &self.positions
                 + row(ColumnBlock::Rates) * &self.rates
-                + self.by_parameters(&own.rows(0, 1).into_owned());
+                + self.by_parameters(&by_signals.rows(0, 1).into_owned());
             let speed = (row(ColumnBlock::Positions) * &rates)[0]
                 + (row(ColumnBlock::Rates) * &accelerations)[0]
-                + self.by_time(&own, &state);
+                + self.by_time(&by_signals, &state);
             (change, speed)
         };
         let (change, speed) = of(switch);

@@ -314,7 +314,7 @@ impl SeenMotion<'_, '_> {
     /// Do the last coefficients say that an output and its derivatives are these polynomials?
     pub(super) fn are_exact(&self, output: usize, values: &Polynomial, derivatives: &[Polynomial]) -> bool {
         let sizes = [self.extent(output)].into_iter().chain(self.sizes(output));
-        [values].into_iter().chain(derivatives).zip(sizes).all(|(own, size)| own.tail() <= EXACT * size)
+        [values].into_iter().chain(derivatives).zip(sizes).all(|(series, size)| series.tail() <= EXACT * size)
     }
 
     /// An output and its derivatives over an interval.
@@ -381,7 +381,7 @@ impl Polynomial {
 
     /// The last coefficients.
     fn tail(&self) -> f64 {
-        self.0.iter().rev().take(2).fold(0.0, |most: f64, own| most.max(own.abs()))
+        self.0.iter().rev().take(2).fold(0.0, |most: f64, coefficient| most.max(coefficient.abs()))
     }
 
     /// Where it is highest, or lowest.

@@ -92,7 +92,7 @@ pub struct Guess {
 /// A motion that can be repeated with other values of what it is differentiated with respect to: the equations are differentiated once.
 #[derive(Debug)]
 pub struct Varying<'f> {
-    own: &'f Differentiated,
+    differentiated: &'f Differentiated,
     parameters: Vec<Varied>,
     /// What else has other values than the program, SI.
     set: Vec<(String, f64)>,
@@ -172,7 +172,7 @@ impl Differentiated {
         let program = self.model.program();
         let parameters = program.parameters.iter().map(|parameter| (&parameter.name, parameter.start));
         let mut all = parameters.chain(program.inputs.iter().map(|input| (&input.name, input.start)));
-        all.find(|(own, _)| *own == name).map(|(_, value)| value)
+        all.find(|(parameter, _)| *parameter == name).map(|(_, value)| value)
     }
 }
 
@@ -185,7 +185,7 @@ impl<'f> Varying<'f> {
         let others = settings.iter().filter(|(name, value)| {
             differentiated.value(name) != Some(*value) && parameters.iter().all(|parameter| parameter.name != *name)
         });
-        Varying { own: differentiated, set: others.cloned().collect(), parameters, driven }
+        Varying { differentiated, set: others.cloned().collect(), parameters, driven }
     }
 
     /// What is varied.
@@ -194,7 +194,7 @@ impl<'f> Varying<'f> {
     }
 
     pub fn outputs(&self) -> impl Iterator<Item = (&str, &Unit)> + Clone {
-        let outputs = &self.own.formulated.outputs;
+        let outputs = &self.differentiated.formulated.outputs;
         outputs.iter().map(|output| (output.name.as_str(), &output.unit))
     }
 
@@ -243,11 +243,12 @@ impl<'f> Varying<'f> {
 
     /// The motion and its derivatives at the start, with the parameters at these values \[SI\].
     fn begin(&self, values: &[f64], from: Option<&State>) -> Result<DifferentiatedMotion<'_>, AnalysisFailure> {
-        let changed = self.own.parameters.iter().zip(values).filter(|(parameter, value)| parameter.start != **value);
+        let changed =
+            self.differentiated.parameters.iter().zip(values).filter(|(parameter, value)| parameter.start != **value);
         let changed = changed.map(|(parameter, &value)| (parameter.name.as_str(), value));
         let set = self.set.iter().map(|(name, value)| (name.as_str(), *value));
         DifferentiatedMotion::new(
-            self.own,
+            self.differentiated,
             (&self.parameters, &self.driven),
             &set.chain(changed).collect::<Vec<_>>(),
             from,
@@ -259,12 +260,12 @@ impl<'f> Varying<'f> {
     /// # Errors
     /// A program that is none.
     pub fn guesses(&self, start: &State) -> Result<Vec<Guess>, AnalysisFailure> {
-        let model = &self.own.model;
+        let model = &self.differentiated.model;
         let initial = &model.program().initial;
         let mut machine = Machine::new(model);
         machine.load(model, start);
         machine.run(&initial.position);
-        let mechanism = &self.own.formulated.equations.system.mechanism;
+        let mechanism = &self.differentiated.formulated.equations.system.mechanism;
         let count = initial.positions.len();
         let guess = |(index, condition): (usize, &Condition)| {
             let line =
@@ -405,7 +406,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     if let Some(index) = known.filter(|index| is_open(*index)) {
         let place = || (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name);
         let unit = match mechanism.parameters.get(index) {
-            Some(own) => own.unit.clone(),
+            Some(output) => output.unit.clone(),
             None => place().map_or_else(Unit::default, |place| {
                 let line = &mechanism.initial[place];
                 Unit::of(&line.variable.quantity.measure(), line.display.clone())
@@ -426,8 +427,12 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why.into());
     }
-    let names =
-        program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index)).map(|(_, own)| own.name.as_str());
+    let names = program
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| is_open(*index))
+        .map(|(_, parameter)| parameter.name.as_str());
     let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|input| input.name.as_str()));
     Err(SetError(format!(
         "the scene has no parameter, input or initial value `{name}`; {known}",

@@ -125,7 +125,12 @@ impl<'f> DifferentiatedMotion<'f> {
         let guide = (!program.instants.is_empty()).then(|| motion.clone());
         let mut motion = if guide.is_some() { motion.without_instants() } else { motion };
         let empty = DMatrix::zeros(program_coordinates, varied.len());
-        let scale = model.program().coordinates.iter().take(mechanical).fold(0.0, |most: f64, own| most.max(own.scale));
+        let scale = model
+            .program()
+            .coordinates
+            .iter()
+            .take(mechanical)
+            .fold(0.0, |most: f64, coordinate| most.max(coordinate.scale));
         let size = |varied: &Varied| if varied.start == 0.0 { scale } else { scale / varied.start.abs() };
         let least = ROUNDING / experiment.tolerance.max(SMALLEST);
         let places: Vec<instance::Varied> = varied.iter().map(|varied| varied.place).collect();
