@@ -81,19 +81,20 @@ pub fn turned(
     let study = core.study(None, &settings, None)?;
     let (input, output, point) = names;
     let request = MotionRequest { input, output, point, ..MotionRequest::default() };
-    let [own, of_output] = motion::units(core.scene(), &request).map_err(|error| refused(error, &settings))?;
+    let [input_unit, of_output] = motion::units(core.scene(), &request).map_err(|error| refused(error, &settings))?;
     let number = |name: &str, value: &Value, unit: &Unit| {
         value.read(unit).map_err(|message| wrong(format!("{name}: {message}")))
     };
     let given = |name: &str, value: &Option<Value>, unit: &Unit| {
         value.as_ref().map(|value| number(name, value, unit)).transpose()
     };
-    let range = range.map(|(from, to)| Ok::<_, PyErr>([number("range", &from, &own)?, number("range", &to, &own)?]));
+    let range = range
+        .map(|(from, to)| Ok::<_, PyErr>([number("range", &from, &input_unit)?, number("range", &to, &input_unit)?]));
     let units = study.display().clone().before(&motion::usual());
     let request = MotionRequest {
-        speed: given("speed", &speed, &own.per_second())?,
+        speed: given("speed", &speed, &input_unit.per_second())?,
         range: range.transpose()?,
-        every: given("every", &every, &own)?,
+        every: given("every", &every, &input_unit)?,
         dwell: given("dwell", &dwell, &of_output)?,
         fluctuation,
         units: units.clone(),
@@ -122,7 +123,7 @@ pub fn assemblies(py: Python<'_>, core: &Bound<'_, Core>, starts: usize, setting
     let found = interruptible(py, || found_from(study.mechanism(), starts))?;
     let found = found.map_err(|list| study_error(faults(list).into(), &settings))?;
     let values = |values: &[Placed]| -> serde_json::Value {
-        values.iter().map(|own| (own.name.clone(), json!(own.value))).collect::<serde_json::Map<_, _>>().into()
+        values.iter().map(|value| (value.name.clone(), json!(value.value))).collect::<serde_json::Map<_, _>>().into()
     };
     let poses: Vec<_> = found.poses.iter().map(|pose| values(pose)).collect();
     Ok(json!({ "held": values(&found.held), "poses": poses, "found": found.found, "own": found.is_own,
@@ -158,7 +159,7 @@ pub fn profile<'py>(
         let places: Vec<f64> = (0..samples.len()).flat_map(|index| from_shaft(of(index))).collect();
         PyArray1::from_vec(py, places).reshape([samples.len(), 2])
     };
-    let angles = PyArray1::from_iter(py, samples.iter().map(|own| own.angle));
+    let angles = PyArray1::from_iter(py, samples.iter().map(|sample| sample.angle));
     Ok((angles, places(&|index| samples[index].contact)?, places(&|index| samples[index].point)?))
 }
 
@@ -216,7 +217,7 @@ pub fn design<'py>(
         }
     };
     let design = design.map_err(wrong)?;
-    let names: Vec<String> = design.factors().iter().map(|own| own.name.clone()).collect();
+    let names: Vec<String> = design.factors().iter().map(|factor| factor.name.clone()).collect();
     let rows: Vec<f64> = (0..design.len()).flat_map(|run| design.values(run)).collect();
     let rows = PyArray1::from_vec(py, rows).reshape([design.len(), names.len()])?;
     Ok((names, rows))
@@ -362,7 +363,7 @@ pub fn synthesize(
     warnings.iter().try_for_each(|faults| warn_of(py, faults))?;
     let report = answer.report();
     let picture = (!answer.solutions.is_empty()).then(|| study::synthesis::picture(&answer));
-    let scenes = answer.good().filter_map(|own| own.scene.clone()).collect();
+    let scenes = answer.good().filter_map(|solution| solution.scene.clone()).collect();
     Ok((told(&report, report.json(), &synthesis::report::usual(), picture), scenes))
 }
 
@@ -384,7 +385,7 @@ pub fn optimized(
     let core = core.get();
     let vary = vary
         .into_iter()
-        .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
+        .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|bound| bound.map(|value| value.to_string())) });
     let limit =
         |text: &String| text.parse::<Limit>().map_err(|message| wrong(format!("subject_to: {text}: {message}")));
     let request = optimize::OptimizeRequest {

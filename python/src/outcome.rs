@@ -18,12 +18,7 @@ create_exception!(
     PyException,
     "A scene has errors; `faults` has each of them with its positions."
 );
-create_exception!(
-    cotree._cotree,
-    RunError,
-    PyException,
-    "The solver failed; `results` has the motion before."
-);
+create_exception!(cotree._cotree, RunError, PyException, "The solver failed; `results` has the motion before.");
 
 /// Every fault as JSON, which the Python side turns into objects.
 pub fn scene_error(faults: &Faults) -> PyErr {
@@ -57,8 +52,12 @@ pub fn study_error(error: StudyError, settings: &[(String, Value)]) -> PyErr {
 /// Faults that a scene has with other values than its own; none where nothing was set.
 pub fn unlike_the_scene(faults: &Faults, settings: &[(String, Value)]) -> Option<PyErr> {
     let set: Vec<String> = settings.iter().map(|(name, value)| format!("`{name}` is {value}")).collect();
-    let told: Vec<&str> =
-        faults.list.iter().filter(|own| own.severity == Severity::Error).map(|own| own.message.as_str()).collect();
+    let told: Vec<&str> = faults
+        .list
+        .iter()
+        .filter(|fault| fault.severity == Severity::Error)
+        .map(|fault| fault.message.as_str())
+        .collect();
     (!set.is_empty()).then(|| RunError::new_err(format!("{}; {}", told.join("; "), set.join(", "))))
 }
 

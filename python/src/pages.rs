@@ -14,7 +14,7 @@ pub fn address() -> io::Result<String> {
     let mut server = SERVER.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
     match &*server {
-        Some((own, address)) if *own == process => Ok(address.clone()),
+        Some((server, address)) if *server == process => Ok(address.clone()),
         _ => {
             let address = serve::for_files(Desk::default())?;
             *server = Some((process, address.clone()));

@@ -44,7 +44,8 @@ impl Running {
     ) -> PyResult<Self> {
         let description = &ready.compiled.description;
         let settings = request::settings(description, settings)?;
-        let places = description.variables.iter().enumerate().map(|(place, own)| (own.name.clone(), place)).collect();
+        let places =
+            description.variables.iter().enumerate().map(|(place, variable)| (variable.name.clone(), place)).collect();
         let model = Arc::clone(&ready.model);
         let begun = interruptible(py, move || {
             let mut instance = Instance::boxed(model);
@@ -67,8 +68,10 @@ impl Running {
 
     fn place(&self, name: &str) -> PyResult<usize> {
         self.places.get(name).copied().ok_or_else(|| {
-            let known =
-                suggest::known(name, self.ready.compiled.description.variables.iter().map(|own| own.name.as_str()));
+            let known = suggest::known(
+                name,
+                self.ready.compiled.description.variables.iter().map(|variable| variable.name.as_str()),
+            );
             PyKeyError::new_err(format!("the run has no variable `{name}`; {known}; `outputs` of `start` names others"))
         })
     }
@@ -176,7 +179,7 @@ impl Running {
         let snapshot =
             Snapshot::from_bytes(instance.model(), &state).map_err(|error| wrong(format!("state: {error}")))?;
         instance.restore(&snapshot).map_err(refused)?;
-        log.retain(|own| own.time <= instance.time());
+        log.retain(|entry| entry.time <= instance.time());
         Ok(())
     }
 

@@ -170,10 +170,10 @@ impl Core {
                 rows.extend_from_slice(values);
             },
         )?;
-        let rows = |own: Outcome<(Vec<f64>, Vec<f64>)>| {
-            let (times, values) = own.collected;
+        let rows = |outcome: Outcome<(Vec<f64>, Vec<f64>)>| {
+            let (times, values) = outcome.collected;
             let matrix = PyArray1::from_vec(py, values).reshape([times.len(), width])?;
-            Ok((PyArray1::from_vec(py, times), matrix, own.failure, own.event, own.log))
+            Ok((PyArray1::from_vec(py, times), matrix, outcome.failure, outcome.event, outcome.log))
         };
         Ok((columns, ended.into_iter().map(rows).collect::<PyResult<_>>()?))
     }
@@ -200,7 +200,8 @@ impl Core {
         let reported: Option<Vec<usize>> = measures.iter().map(|measure| place(&measure.variable)).collect();
         let reported = reported.ok_or_else(|| wrong("a variable that was asked for is not computed"))?;
         let columns = measures.iter().zip(&reported);
-        let columns = columns.map(|(own, &index)| (own.to_string(), own.unit(&variables[index].unit.si).to_owned()));
+        let columns =
+            columns.map(|(column, &index)| (column.to_string(), column.unit(&variables[index].unit.si).to_owned()));
         let columns = columns.collect();
         let experiment = times.experiment(ready.compiled.description.experiment)?;
         let all = times.points(experiment);
@@ -213,8 +214,8 @@ impl Core {
         )?;
         let (mut table, mut failures) = (Vec::with_capacity(ended.len() * measures.len()), Vec::new());
         for Outcome { collected: kept, failure, .. } in ended {
-            let number = |(index, own): (usize, &Measure)| match kept.get(index) {
-                Some(kept) if failure.is_none() => own.of(kept),
+            let number = |(index, measure): (usize, &Measure)| match kept.get(index) {
+                Some(kept) if failure.is_none() => measure.of(kept),
                 _ => f64::NAN,
             };
             table.extend(measures.iter().enumerate().map(number));
@@ -428,9 +429,10 @@ impl Core {
             tables.push(table.map_err(|message| wrong(format!("measured: {message}")))?);
             set.extend(settings);
         }
-        let vary = vary
-            .into_iter()
-            .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|own| own.map(|value| value.to_string())) });
+        let vary = vary.into_iter().map(|(name, low, high)| Vary {
+            name,
+            bounds: [low, high].map(|bound| bound.map(|value| value.to_string())),
+        });
         let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
         let request = FitRequest { tables, vary: vary.collect(), deviations };
         let found = interruptible(py, || fit(&mut studies, &request))?.map_err(|error| match error {
@@ -513,9 +515,9 @@ impl Core {
             let reported = ready.compiled.reported();
             return Ok((ready, reported));
         };
-        let own = self.ready(py, Variant::default())?;
-        let given = own.compiled.description.variables.iter().filter(|own| !own.causality.follows_motion());
-        let given: HashSet<&str> = given.map(|own| own.name.as_str()).collect();
+        let ready = self.ready(py, Variant::default())?;
+        let given = ready.compiled.description.variables.iter().filter(|variable| !variable.causality.follows_motion());
+        let given: HashSet<&str> = given.map(|variable| variable.name.as_str()).collect();
         let computed = asked.iter().filter(|name| !given.contains(name.as_str())).cloned().collect();
         let ready = self.ready_for(py, Some(computed), settings, varied)?;
         let mut reported: Vec<usize> = Vec::new();
@@ -533,10 +535,10 @@ impl Core {
     fn known<'n>(&self, names: impl Iterator<Item = &'n String>) -> Vec<String> {
         let scene = &self.scene;
         let is_written = |name: &str| {
-            let parameters = scene.parameters.iter().map(|own| &own.name.text);
-            let inputs = scene.inputs.iter().map(|own| &own.name.text);
-            let initial = scene.initial.iter().map(|own| &own.variable.text);
-            parameters.chain(inputs).chain(initial).any(|own| own == name)
+            let parameters = scene.parameters.iter().map(|parameter| &parameter.name.text);
+            let inputs = scene.inputs.iter().map(|input| &input.name.text);
+            let initial = scene.initial.iter().map(|value| &value.variable.text);
+            parameters.chain(inputs).chain(initial).any(|known| known == name)
         };
         let mut left: Vec<&String> = names.filter(|name| !is_written(name)).collect();
         left.sort_unstable();
@@ -572,7 +574,7 @@ impl Core {
     /// A study with nothing set: of what was asked before a copy.
     fn resolved(&self, asked: &Asked, known: Vec<String>) -> PyResult<Study> {
         let kept = || self.studied.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, study)) = kept().iter().find(|((own, names), _)| own == asked && *names == known) {
+        if let Some((_, study)) = kept().iter().find(|((key, names), _)| key == asked && *names == known) {
             return Ok(study.clone());
         }
         let scene = with_known(&self.scene, &known);

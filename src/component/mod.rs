@@ -92,7 +92,7 @@ pub struct Component {
     /// Its variables; each has `power` as well.
     pub variables: &'static [Quantity],
     /// Its variables that its own law may call by their bare names.
-    pub own: &'static [Quantity],
+    pub law_variables: &'static [Quantity],
     /// What it holds or exerts by a multiplier, in the plane.
     pub reactions: &'static [Quantity],
     /// What a report of an equilibrium says of it beside the reactions.
@@ -163,7 +163,7 @@ impl Component {
             equations: "",
             keys: &[],
             variables: &[],
-            own: &[],
+            law_variables: &[],
             reactions: &[],
             pose: &[],
             room: Room::Plane,
@@ -260,7 +260,7 @@ impl Part {
     }
 
     /// One of its variables.
-    pub(crate) fn own(&self, quantity: Quantity) -> Formula {
+    pub(crate) fn variable(&self, quantity: Quantity) -> Formula {
         Formula::Variable(Variable { owner: self.owner, quantity })
     }
 

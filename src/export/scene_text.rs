@@ -17,7 +17,7 @@ pub struct SceneText<'a> {
 /// A file of a scene.
 struct SceneFile {
     /// Where its author has it, without detours.
-    own: PathBuf,
+    written: PathBuf,
     /// Where the FMU has it.
     inside: PathBuf,
 }
@@ -50,7 +50,7 @@ impl SceneText<'_> {
                     .join(written.file_name().unwrap_or_default()),
             };
             taken.insert(inside.clone());
-            places.push(SceneFile { own: written, inside });
+            places.push(SceneFile { written, inside });
         }
         places
     }
@@ -106,8 +106,8 @@ fn references(text: &str, of: &SceneFile, places: &[SceneFile]) -> String {
 fn renamed(name: &str, of: &SceneFile, places: &[SceneFile]) -> Option<String> {
     let from = |folder: &Path, name: &str| normal(&folder.parent().unwrap_or(Path::new("")).join(name));
     let plain = name.replace("\\\\", "\\");
-    let named = from(&of.own, &plain);
-    let place = places.iter().find(|place| place.own == named)?;
+    let named = from(&of.written, &plain);
+    let place = places.iter().find(|place| place.written == named)?;
     (from(&of.inside, &plain) != place.inside).then(|| {
         let up = of.inside.components().count() - 2;
         "../".repeat(up) + &spelled(place.inside.strip_prefix("resources").unwrap_or(&place.inside))

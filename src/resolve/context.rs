@@ -307,7 +307,7 @@ impl Resolver<'_> {
             Context::Curve(joint) => (self.scene.joints.get(joint.0)?, Section::Joints, Owner::Joint(joint)),
             _ => return None,
         };
-        let quantities = part.component(section)?.own;
+        let quantities = part.component(section)?.law_variables;
         let quantity = quantities.iter().copied().find(|quantity| quantity.word() == name)?;
         Some(Variable { owner, quantity })
     }

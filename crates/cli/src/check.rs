@@ -76,7 +76,7 @@ impl CheckCommand {
         }
         let (summary, mut assumptions) = (summarise(&formulated), assumptions(&mut formulated, &scene));
         let mechanism = &formulated.equations.system.mechanism;
-        let modes: Vec<String> = at_start(&formulated).iter().map(|own| own.told(mechanism)).collect();
+        let modes: Vec<String> = at_start(&formulated).iter().map(|mode| mode.told(mechanism)).collect();
         let contacts = contact::of_experiment(&scene);
         assumptions.extend(contacts.needed);
         assumptions.extend(contacts.unseen);

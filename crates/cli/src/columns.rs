@@ -31,7 +31,7 @@ impl Columns {
 
 impl Chosen {
     /// With the units of variables.
-    pub fn naming<'a>(&'a self, own: &'a dyn Fn(&str) -> Option<Unit>) -> Naming<'a> {
-        Naming { own, chosen: &self.0 }
+    pub fn naming<'a>(&'a self, unit_of: &'a dyn Fn(&str) -> Option<Unit>) -> Naming<'a> {
+        Naming { unit_of, chosen: &self.0 }
     }
 }

@@ -41,9 +41,9 @@ impl DemoCommand {
 
 /// A model with the files of its parts and tables.
 fn scene(name: &str) -> Result<Scene, Failure> {
-    let own = [("scene.toml".to_owned(), new::model(name)?)].into_iter();
+    let scene = [("scene.toml".to_owned(), new::model(name)?)].into_iter();
     let further = FILES.iter().filter(|(of, ..)| *of == name);
-    let files: Vec<_> = own.chain(further.map(|(_, file, text)| ((*file).to_owned(), (*text).to_owned()))).collect();
+    let files: Vec<_> = scene.chain(further.map(|(_, file, text)| ((*file).to_owned(), (*text).to_owned()))).collect();
     Ok(Scene::from_files(&files)?)
 }
 

@@ -109,8 +109,8 @@ impl FitCommand {
             let pair = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
             pair.ok_or_else(|| wrong("sigma", text, "write name=value".to_owned()))
         };
-        let own = |name: &str| units.get(name).cloned();
-        let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&own), format);
+        let unit_of = |name: &str| units.get(name).cloned();
+        let table = |path: &PathBuf| output::table_with_gaps(path, &chosen.naming(&unit_of), format);
         Ok(FitRequest {
             tables: self.measured.iter().map(table).collect::<Result<_, _>>()?,
             vary: vary.collect::<Result<_, _>>()?,
@@ -129,11 +129,11 @@ impl FitCommand {
         let settings = self.settings.iter().map(|text| numbered(text, count)).collect::<Result<Vec<_>, _>>()?;
         let times = TimeArguments::of(self.stop.clone(), None, self.tolerance);
         let study = |(index, (path, table)): (usize, (&PathBuf, &CsvTable))| {
-            let own = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
-            let own: Vec<String> = own.map(|(_, setting)| (*setting).to_owned()).collect();
-            let study = study::asking(scene, &Asked::these(table.names()), &own);
+            let settings = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
+            let settings: Vec<String> = settings.map(|(_, setting)| (*setting).to_owned()).collect();
+            let study = study::asking(scene, &Asked::these(table.names()), &settings);
             let mut study = study.map_err(|failure| asked(failure, &path.display().to_string()))?;
-            self.input.get(index).map_or(Ok(()), |path| drive(&mut study, path, &own, format))?;
+            self.input.get(index).map_or(Ok(()), |path| drive(&mut study, path, &settings, format))?;
             study.set_experiment(times.experiment(study.experiment())?);
             Ok(study)
         };
@@ -166,10 +166,10 @@ impl FitCommand {
 
 /// A setting, and the number of the experiment that it belongs to; none for all.
 fn numbered(text: &str, count: usize) -> Result<(Option<usize>, &str), Failure> {
-    let pair = text.split_once(':').and_then(|(number, own)| Some((number.trim().parse::<usize>().ok()?, own)));
+    let pair = text.split_once(':').and_then(|(number, setting)| Some((number.trim().parse::<usize>().ok()?, setting)));
     match pair {
         None => Ok((None, text)),
-        Some((number, own)) if (1..=count).contains(&number) => Ok((Some(number), own)),
+        Some((number, setting)) if (1..=count).contains(&number) => Ok((Some(number), setting)),
         Some((number, _)) => Err(Failure::Usage(format!(
             "--set {text}: there is no experiment {number}: --to is given {}",
             counted(count, "time")
@@ -179,7 +179,7 @@ fn numbered(text: &str, count: usize) -> Result<(Option<usize>, &str), Failure> 
 
 /// Gives a study its inputs over time.
 fn drive(study: &mut Study, path: &Path, settings: &[String], format: MessageFormat) -> Result<(), Failure> {
-    let table = output::table(path, &Naming { own: &|name| study.input_unit(name).cloned(), chosen: &[] }, format)?;
+    let table = output::table(path, &Naming { unit_of: &|name| study.input_unit(name).cloned(), chosen: &[] }, format)?;
     let is_set = |name: &&String| {
         settings.iter().any(|setting| setting.split_once('=').is_some_and(|(set, _)| set.trim() == name.as_str()))
     };

@@ -178,7 +178,7 @@ pub fn is_table(path: Option<&Path>, instead: &str) -> Result<(), Failure> {
 
 /// Does a name end with this, in any case?
 pub fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension))
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
 /// The file that a command writes if none is named: called after the scene's file, since several may have one name in them; after that name where
@@ -254,7 +254,7 @@ fn table_by(path: &Path, read: impl Fn(&str) -> Result<CsvTable, SheetError>) ->
 
 /// Shows on standard error which columns of a table look like degrees without saying so.
 fn warn_of_degrees(table: &CsvTable, path: &Path, naming: &Naming<'_>, format: MessageFormat) {
-    let found = table.suspect_degrees(naming.own);
+    let found = table.suspect_degrees(naming.unit_of);
     let source = Source::new(path.display().to_string(), "");
     warn((!found.is_empty()).then(|| Faults::new(source, found)).as_ref(), format);
 }

@@ -54,8 +54,9 @@ impl SynthesizeCommand {
         }
         let report = answer.report();
         let deviations = (!self.tolerance.is_empty()).then(|| {
-            let of =
-                |what: Deviation| self.tolerance.iter().filter(|(own, _)| *own == what).map(|(_, length)| length).sum();
+            let of = |what: Deviation| {
+                self.tolerance.iter().filter(|(deviation, _)| *deviation == what).map(|(_, length)| length).sum()
+            };
             answer.tolerance_report([of(Deviation::Length), of(Deviation::Pivot)])
         });
         if self.json {
@@ -68,7 +69,7 @@ impl SynthesizeCommand {
         let units = self.units.before(&synthesis::report::usual())?;
         output::print(&report.text(&units))?;
         match deviations {
-            Some(own) => output::print(&format!("\n{}", own.text(&units))),
+            Some(tolerances) => output::print(&format!("\n{}", tolerances.text(&units))),
             None => Ok(()),
         }
     }
@@ -97,18 +98,18 @@ fn deviation(text: &str) -> Result<(Deviation, f64), String> {
 fn write(answer: &Answer, folder: &Path, format: MessageFormat) -> Result<(), Failure> {
     std::fs::create_dir_all(folder).map_err(|error| Failure::file("write", folder, error))?;
     for (prefix, list) in [("", &answer.solutions), ("shorter_", &answer.shorter)] {
-        for (index, own) in list.iter().enumerate() {
-            if let (Some(scene), None) = (&own.scene, &own.reason) {
+        for (index, solution) in list.iter().enumerate() {
+            if let (Some(scene), None) = (&solution.scene, &solution.reason) {
                 let path = folder.join(format!("{prefix}{}.toml", index + 1));
                 output::write(&path, scene)?;
-                output::wrote(&path, own.class, format);
+                output::wrote(&path, solution.class, format);
             }
         }
     }
-    for (index, own) in answer.six_bars.iter().enumerate() {
+    for (index, six_bar) in answer.six_bars.iter().enumerate() {
         let path = folder.join(format!("six_{}.toml", index + 1));
-        output::write(&path, &own.scene)?;
-        output::wrote(&path, own.kind.name(), format);
+        output::write(&path, &six_bar.scene)?;
+        output::wrote(&path, six_bar.kind.name(), format);
     }
     if answer.solutions.is_empty() {
         return Ok(());

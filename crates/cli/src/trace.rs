@@ -108,7 +108,7 @@ impl TraceCommand {
 
 /// Both coordinates of each point.
 fn variables(points: &[String]) -> impl Iterator<Item = String> {
-    points.iter().flat_map(|point| [Quantity::X, Quantity::Y].map(|own| own.of(point)))
+    points.iter().flat_map(|point| [Quantity::X, Quantity::Y].map(|quantity| quantity.of(point)))
 }
 
 /// Time, then x and y of each point, SI.

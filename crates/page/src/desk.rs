@@ -69,8 +69,8 @@ pub fn import(room: &[u8]) -> Answer {
     let [(main, bytes), others @ ..] = &files[..] else { return Err(failed(&"there is no file")) };
     let included = |path: &str| {
         let base = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned();
-        let own = others.iter().find(|(name, _)| name == path);
-        own.or_else(|| others.iter().find(|(name, _)| base(name) == base(path))).map(|(_, bytes)| bytes.to_vec())
+        let file = others.iter().find(|(name, _)| name == path);
+        file.or_else(|| others.iter().find(|(name, _)| base(name) == base(path))).map(|(_, bytes)| bytes.to_vec())
     };
     let name = identifier(main.split('.').next().unwrap_or(main));
     let imported = import_file(&name, main, bytes, &ImportOptions::default(), &included);
@@ -104,8 +104,9 @@ fn files(mut room: &[u8]) -> Option<Vec<(String, &[u8])>> {
 
 /// The models that a drawing can start from.
 pub fn gallery() -> Vec<u8> {
-    let models =
-        cotree::gallery::MODELS.iter().filter(|(name, _)| cotree::gallery::FILES.iter().all(|(own, ..)| own != name));
+    let models = cotree::gallery::MODELS
+        .iter()
+        .filter(|(name, _)| cotree::gallery::FILES.iter().all(|(model, ..)| model != name));
     let models: Vec<Value> = models.map(|(name, text)| json!({ "name": name, "text": text })).collect();
     Value::Array(models).to_string().into_bytes()
 }

@@ -254,10 +254,10 @@ fn variables(title: &str, variables: &[&ScalarVariable]) -> String {
         columns.extend([("default", NUMBER), ("permitted", TEXT), ("may change", TEXT)]);
     }
     columns.push(("meaning", TEXT));
-    let row = |own: &&ScalarVariable| {
-        let mut row = vec![code(&own.name), escape(&shown_unit(&own.unit))];
-        row.extend(range(own).into_iter().flat_map(|range| range.map(|text| escape(&text))));
-        row.push(prose(&own.description));
+    let row = |variable: &&ScalarVariable| {
+        let mut row = vec![code(&variable.name), escape(&shown_unit(&variable.unit))];
+        row.extend(range(variable).into_iter().flat_map(|range| range.map(|text| escape(&text))));
+        row.push(prose(&variable.description));
         row
     };
     format!("<h2>{title}</h2>\n{}", table(&columns, variables.iter().map(row)))

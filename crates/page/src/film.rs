@@ -127,8 +127,10 @@ impl ModeVariables {
     }
 
     fn shows(&self, samples: usize, value: &dyn Fn(usize, usize) -> f64) -> Shows {
-        let is_held = |sample: usize| self.while_held.iter().all(|&(own, wanted)| value(own, sample) == wanted);
-        let struck = |sample: usize, own: usize| sample > 0 && value(own, sample) != value(own, sample - 1);
+        let is_held =
+            |sample: usize| self.while_held.iter().all(|&(variable, wanted)| value(variable, sample) == wanted);
+        let struck =
+            |sample: usize, variable: usize| sample > 0 && value(variable, sample) != value(variable, sample - 1);
         Shows {
             holds: (0..samples).map(|sample| !self.while_held.is_empty() && is_held(sample)).collect(),
             strikes: (0..samples).map(|sample| self.impulse.is_some_and(|impulse| struck(sample, impulse))).collect(),

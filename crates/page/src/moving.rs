@@ -168,12 +168,12 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
             after,
         }
     });
-    let own = values(scene).into_iter().filter(|(_, span, _)| !span.is_nowhere() && span.end <= text.len());
-    let own: Vec<WrittenPlace> = own.map(|(name, span, bare)| written(name, span, bare)).collect();
+    let places = values(scene).into_iter().filter(|(_, span, _)| !span.is_nowhere() && span.end <= text.len());
+    let places: Vec<WrittenPlace> = places.map(|(name, span, bare)| written(name, span, bare)).collect();
     let coordinates: Vec<String> =
         everything.program.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     let is_known = |name: &String| known.iter().any(|variable| variable.name == *name);
-    let absent = known.iter().filter(|variable| own.iter().all(|own| own.name != variable.name));
+    let absent = known.iter().filter(|variable| places.iter().all(|place| place.name != variable.name));
     let absent =
         absent.filter(|variable| variable.kind == "input" || variable.initial || coordinates.contains(&variable.name));
     let absent: Vec<AbsentValue> = absent.filter_map(|variable| absent_value(scene, variable)).collect();
@@ -189,7 +189,7 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
         laws: laws.collect(),
         absent,
         gaps: ["inputs", "initial"].into_iter().filter_map(|table| entry_gap(scene, table)).collect(),
-        written: own,
+        written: places,
         file: file.to_owned(),
         text: text.to_owned(),
     })
@@ -199,11 +199,11 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
 fn law_and_more(written: &str) -> Around {
     let quote = written.get(..1).filter(|quote| matches!(*quote, "\"" | "'"));
     let law = quote.and_then(|quote| written.strip_prefix(quote)?.strip_suffix(quote)).unwrap_or(written);
-    let begins =
-        law.len() - law.trim_start_matches(|own: char| own.is_whitespace() || "+-.0123456789".contains(own)).len();
+    let begins = law.len()
+        - law.trim_start_matches(|letter: char| letter.is_whitespace() || "+-.0123456789".contains(letter)).len();
     let (number, unit) = law.split_at(exponent(law, begins));
-    let is_plain =
-        unit.trim_start().starts_with(|own: char| own.is_alphabetic() || own == '°') && !unit.contains(['*', '+', '-']);
+    let is_plain = unit.trim_start().starts_with(|letter: char| letter.is_alphabetic() || letter == '°')
+        && !unit.contains(['*', '+', '-']);
     let law = match is_plain && number.trim().parse::<f64>().is_ok() {
         true => format!("{}[{}]", number.trim_end(), unit.trim()),
         false => law.to_owned(),
@@ -217,7 +217,7 @@ fn exponent(text: &str, digits: usize) -> usize {
     let rest = text.get(digits..).unwrap_or_default();
     let Some(exponent) = rest.strip_prefix(['e', 'E']) else { return digits };
     let unsigned = exponent.strip_prefix(['+', '-']).unwrap_or(exponent);
-    let after = unsigned.trim_start_matches(|own: char| own.is_ascii_digit());
+    let after = unsigned.trim_start_matches(|letter: char| letter.is_ascii_digit());
     if after.len() == unsigned.len() { digits } else { text.len() - after.len() }
 }
 
@@ -295,7 +295,7 @@ fn assemble(
         points: picture.points,
         ground: picture.ground,
         line: picture.line,
-        variables: description.variables.iter().map(|own| variable(own, &picture.units)).collect(),
+        variables: description.variables.iter().map(|scalar| variable(scalar, &picture.units)).collect(),
         units: displayed(&description.variables, &picture.units),
         outputs: outputs.iter().filter(|name| has(name)).cloned().collect(),
         recorded: named(&recorded, description),

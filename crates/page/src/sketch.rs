@@ -90,7 +90,8 @@ fn ground_alone(scene: &Scene, text: &str) -> Sketch {
         let [x, y] = &point.at.components[..] else { return None };
         Some([value(x)?, value(y)?])
     };
-    let ground = scene.ground.iter().filter_map(|own| Some(GroundPoint { name: own.name.text.clone(), at: at(own)? }));
+    let ground =
+        scene.ground.iter().filter_map(|point| Some(GroundPoint { name: point.name.text.clone(), at: at(point)? }));
     Sketch {
         geometry: None,
         points: Vec::new(),
@@ -111,10 +112,10 @@ fn numbers(scene: &Scene, text: &str) -> Vec<Stated> {
 fn stated(name: String, span: Span, text: &str) -> Option<Stated> {
     let source = Source::new("", text);
     let whole = (!span.is_nowhere() && span.end <= source.own_text().len()).then(|| span.whole(text))?;
-    let own = text.get(whole.start..whole.end)?.trim_matches(['"', '\'']);
+    let written = text.get(whole.start..whole.end)?.trim_matches(['"', '\'']);
     let any = Unit { exponents: Exponents::default(), si: String::new(), display: None };
-    let value = quantity(own, &any).ok()?;
-    let number = own.trim_start().trim_start_matches(|letter: char| "+-.0123456789eE".contains(letter)).trim();
+    let value = quantity(written, &any).ok()?;
+    let number = written.trim_start().trim_start_matches(|letter: char| "+-.0123456789eE".contains(letter)).trim();
     let unit = (!number.is_empty()).then(|| DisplayUnit {
         name: number.trim_start_matches('[').trim_end_matches(']').to_owned(),
         factor: quantity(&format!("1 {number}"), &any).unwrap_or(1.0),
@@ -127,11 +128,11 @@ fn stated(name: String, span: Span, text: &str) -> Option<Stated> {
 /// The linkages for a task, best first, each with its scene and the curve of its body; as JSON.
 pub fn answers(task: &str) -> serde_json::Value {
     let answer = Task::from_text(task).and_then(|task| synthesize(&task, false));
-    let solution = |own: &Solution| {
-        let curve: Vec<[f64; 2]> = own.curve().iter().map(|point| [point.re, point.im]).collect();
+    let solution = |solution: &Solution| {
+        let curve: Vec<[f64; 2]> = solution.curve().iter().map(|point| [point.re, point.im]).collect();
         json!({
-            "class": own.class, "lengths": own.lengths, "error": own.error, "transmission": own.transmission,
-            "turns": own.full_turn, "scene": own.scene, "curve": curve,
+            "class": solution.class, "lengths": solution.lengths, "error": solution.error, "transmission": solution.transmission,
+            "turns": solution.full_turn, "scene": solution.scene, "curve": curve,
         })
     };
     match answer {
@@ -167,10 +168,10 @@ mod tests {
             ("bar.b.x", "'300 mm'", 0.3, " mm'"),
             ("bar.angle", "'90 deg'", std::f64::consts::FRAC_PI_2, " deg'"),
         ] {
-            let own = of(name);
-            let place = [0, 1].map(|end| own["place"][end].as_u64().unwrap() as usize);
+            let number = of(name);
+            let place = [0, 1].map(|end| number["place"][end].as_u64().unwrap() as usize);
             assert_eq!(&BAR[place[0]..place[1]], text);
-            assert!((own["value"].as_f64().unwrap() - value).abs() < 1e-15 && own["after"] == after, "{own}");
+            assert!((number["value"].as_f64().unwrap() - value).abs() < 1e-15 && number["after"] == after, "{number}");
         }
         let [x, y] = [0, 1].map(|axis| look["sketch"]["geometry"]["bodies"][0]["start"][axis].as_f64().unwrap());
         assert!((x - 0.1).abs() < 1e-12 && (y - 0.15).abs() < 1e-12, "the middle of the bar, which stands upright");

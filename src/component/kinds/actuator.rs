@@ -20,7 +20,7 @@ pub(crate) const ACTUATOR: Component = Component {
         ),
     ],
     variables: &[Q::Length, Q::Rate, Q::Force],
-    own: &[Q::Length, Q::Rate],
+    law_variables: &[Q::Length, Q::Rate],
     pose: &[Q::Length, Q::Force],
     law: |part| Some(part.key("force")),
     ..Component::load("actuator", |part, system| line::rows(system, part, "F"), anywhere, |_| Icon::Line(cylinder))

@@ -44,18 +44,19 @@ fn rows(part: &Part, system: &mut System) -> Rows {
 
 /// -k r - c r'
 fn force(part: &Part) -> [Formula; 2] {
-    [[Q::X, Q::Vx], [Q::Y, Q::Vy]]
-        .map(|[place, rate]| -(part.key("stiffness") * part.own(place) + part.key("damping") * part.own(rate)))
+    [[Q::X, Q::Vx], [Q::Y, Q::Vy]].map(|[place, rate]| {
+        -(part.key("stiffness") * part.variable(place) + part.key("damping") * part.variable(rate))
+    })
 }
 
 fn torque(part: &Part) -> Formula {
-    let turned = part.own(Q::Angle) - part.key("angle");
-    -(part.key("torsion_stiffness") * turned + part.key("torsion_damping") * part.own(Q::Omega))
+    let turned = part.variable(Q::Angle) - part.key("angle");
+    -(part.key("torsion_stiffness") * turned + part.key("torsion_damping") * part.variable(Q::Omega))
 }
 
 fn energy(part: &Part) -> Formula {
-    let square = part.own(Q::X).raised(2.0) + part.own(Q::Y).raised(2.0);
-    let turned = (part.own(Q::Angle) - part.key("angle")).raised(2.0);
+    let square = part.variable(Q::X).raised(2.0) + part.variable(Q::Y).raised(2.0);
+    let turned = (part.variable(Q::Angle) - part.key("angle")).raised(2.0);
     Formula::Number(0.5) * (part.key("stiffness") * square + part.key("torsion_stiffness") * turned)
 }
 

@@ -90,7 +90,7 @@ pub(crate) const CAM: Component = Component {
         ),
     ],
     variables: &[Q::Angle, Q::Gap, Q::Fn, Q::Torque, Q::PressureAngle, Q::Curvature, Q::Mode],
-    own: &[Q::Angle],
+    law_variables: &[Q::Angle],
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::Angle, Q::PressureAngle],
     undriven: ["a cam", "name the joint in which the cam turns"],

@@ -23,7 +23,7 @@ pub(crate) const CONSTANT_FORCE: Component = Component {
     pose: &[Q::Length, Q::Force],
     pulls: true,
     law: |part| Some(-part.key("pull")),
-    energy: |part| Some(part.key("pull") * part.own(Q::Length)),
+    energy: |part| Some(part.key("pull") * part.variable(Q::Length)),
     stored: "pull*example.length",
     ..Component::load(
         "constant_force_spring",

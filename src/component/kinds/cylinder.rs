@@ -77,11 +77,11 @@ pub(crate) const CYLINDER: Component = Component {
         ),
     ],
     variables: &[Q::Length, Q::Rate, Q::Force, Q::CapPressure, Q::RodPressure],
-    own: &[Q::Length, Q::Rate, Q::CapPressure, Q::RodPressure],
+    law_variables: &[Q::Length, Q::Rate, Q::CapPressure, Q::RodPressure],
     pose: &[Q::Length, Q::Force, Q::CapPressure, Q::RodPressure],
     law: |part| {
         let [cap, rod] = part.vector("areas");
-        Some(part.own(Q::CapPressure) * cap - part.own(Q::RodPressure) * rod)
+        Some(part.variable(Q::CapPressure) * cap - part.variable(Q::RodPressure) * rod)
     },
     states: pressures,
     room: Room::Plane,
@@ -98,8 +98,8 @@ fn pressures(part: &Part) -> Vec<OwnState> {
     let [cap_area, rod_area] = part.vector("areas");
     let [cap_volume, rod_volume] = part.vector("volumes");
     let [cap_start, rod_start] = part.vector("pressures");
-    let (cap, rod, speed) = (part.own(Q::CapPressure), part.own(Q::RodPressure), part.own(Q::Rate));
-    let stroke = part.own(Q::Length) - part.key("retracted");
+    let (cap, rod, speed) = (part.variable(Q::CapPressure), part.variable(Q::RodPressure), part.variable(Q::Rate));
+    let stroke = part.variable(Q::Length) - part.key("retracted");
     let leak = part.key("leakage") * (cap.clone() - rod.clone());
     let (supply, tank) = (part.key("supply"), part.key("tank"));
     let into = through(part, supply.clone() - cap.clone(), cap.clone() - tank.clone());

@@ -23,7 +23,7 @@ pub(crate) const DAMPER: Component = Component {
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
-    law: |part| Some(-(part.key("damping") * part.own(Q::Rate))),
+    law: |part| Some(-(part.key("damping") * part.variable(Q::Rate))),
     linear,
     ..Component::load("damper", |part, system| line::rows(system, part, "d"), anywhere, |_| Icon::Line(dashpot))
 };

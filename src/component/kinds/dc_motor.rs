@@ -45,12 +45,12 @@ pub(crate) const DC_MOTOR: Component = Component {
         Key::default("current", Form::Constant(CURRENT, Range::Any), "its current at the start", "0"),
     ],
     variables: &[Q::Angle, Q::Omega, Q::Torque, Q::Current],
-    own: &[Q::Angle, Q::Omega, Q::Current],
+    law_variables: &[Q::Angle, Q::Omega, Q::Current],
     pose: &[Q::Angle, Q::Torque, Q::Current],
     room: Room::Turning,
-    law: |part| Some(constant(part) * part.own(Q::Current)),
+    law: |part| Some(constant(part) * part.variable(Q::Current)),
     energy: |part| {
-        let current = part.own(Q::Current);
+        let current = part.variable(Q::Current);
         Some(Formula::Number(0.5) * part.key("inductance") * current.clone() * current)
     },
     stored: "inductance i^2/2",
@@ -67,7 +67,7 @@ fn constant(part: &Part) -> Formula {
 }
 
 fn current(part: &Part) -> Vec<OwnState> {
-    let drop = part.key("resistance") * part.own(Q::Current) + constant(part) * part.own(Q::Omega);
+    let drop = part.key("resistance") * part.variable(Q::Current) + constant(part) * part.variable(Q::Omega);
     let rate = (part.key("voltage") - drop) / part.key("inductance");
     vec![OwnState { quantity: Q::Current, start: part.key("current"), rate, nominal: 1.0 }]
 }

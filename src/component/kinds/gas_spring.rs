@@ -51,7 +51,7 @@ pub(crate) const GAS_SPRING: Component = Component {
 
 /// V0/V
 fn ratio(part: &Part) -> Formula {
-    part.key("column") / (part.key("column") + part.own(Q::Length) - part.key("length"))
+    part.key("column") / (part.key("column") + part.variable(Q::Length) - part.key("length"))
 }
 
 /// The integral of the force from `length`: with l = log(V0/V), p V0 (exp((n - 1) l) - 1)/(n - 1), next to n = 1 by its series p V0 (l + (n - 1) l^2/2 + ...). At

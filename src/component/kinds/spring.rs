@@ -64,9 +64,9 @@ fn side(part: &Part) -> &'static str {
 
 /// -k x - k3 x^3 - c v, where the spring acts; x is what its length or angle is more than the free one.
 pub(crate) fn law(part: &Part, free: &str, [place, rate]: [Q; 2]) -> Formula {
-    let x = part.own(place) - part.key(free);
+    let x = part.variable(place) - part.key(free);
     let (elastic, cubic) = (part.key("stiffness") * x.clone(), part.key("cubic") * x.clone().raised(3.0));
-    let law = -(elastic + cubic + part.key("damping") * part.own(rate));
+    let law = -(elastic + cubic + part.key("damping") * part.variable(rate));
     let zero = Formula::Number(0.0);
     match side(part) {
         "above" => one_sided(part, x, law.smaller(zero)),
@@ -77,7 +77,7 @@ pub(crate) fn law(part: &Part, free: &str, [place, rate]: [Q; 2]) -> Formula {
 
 /// k x^2 / 2 + k3 x^4 / 4, where the spring acts.
 pub(crate) fn energy(part: &Part, free: &str, place: Q) -> Formula {
-    let x = part.own(place) - part.key(free);
+    let x = part.variable(place) - part.key(free);
     let elastic = part.key("stiffness") * x.clone().raised(2.0);
     let cubic = part.key("cubic") * x.clone().raised(4.0);
     one_sided(part, x, Formula::Number(0.5) * elastic + Formula::Number(0.25) * cubic)

@@ -24,7 +24,7 @@ pub(crate) const TORSION_DAMPER: Component = Component {
     variables: &[Q::Angle, Q::Omega, Q::Torque],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
-    law: |part| Some(-(part.key("damping") * part.own(Q::Omega))),
+    law: |part| Some(-(part.key("damping") * part.variable(Q::Omega))),
     ..Component::load("torsion_damper", torsion::rows, anywhere, |_| Icon::Round(dashpot))
 };
 

@@ -35,7 +35,7 @@ pub fn model_description(description: &Description) -> io::Result<Vec<u8>> {
             leaf(out, "ModelExchange", model.common().into_iter().chain([completed]).collect())?;
         }
         leaf(out, "CoSimulation", model.capabilities())?;
-        units(out, model.own.iter().chain(&description.variables).map(|variable| &variable.unit))?;
+        units(out, model.added.iter().chain(&description.variables).map(|variable| &variable.unit))?;
         log_categories(out, LOG_CATEGORIES)?;
         leaf(out, "DefaultExperiment", experiment(description))?;
         element(out, "ModelVariables", vec![], |out| model.variables(out))?;
@@ -48,7 +48,7 @@ struct Fmi3Description<'a> {
     description: &'a Description,
     references: References,
     /// Variables of this version alone, in the order of their value references.
-    own: Vec<ScalarVariable>,
+    added: Vec<ScalarVariable>,
     /// The value reference of time.
     time: usize,
     /// Places of the states that an event may move.
@@ -77,7 +77,7 @@ impl<'a> Fmi3Description<'a> {
         }
         Self {
             description,
-            own: derivatives,
+            added: derivatives,
             time: time.map_or(references.time(), reference),
             references,
             moved: moved(description, description.exchange_with_rates),
@@ -121,7 +121,7 @@ impl<'a> Fmi3Description<'a> {
 
     fn variables(&self, out: &mut Out) -> io::Result<()> {
         let Description { variables, followed, .. } = self.description;
-        for (place, variable) in variables.iter().chain(&self.own).enumerate() {
+        for (place, variable) in variables.iter().chain(&self.added).enumerate() {
             if self.is_left_out(place) {
                 continue;
             }

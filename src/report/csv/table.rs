@@ -44,7 +44,7 @@ pub enum TableError {
 /// What the columns of a table stand for.
 pub struct Naming<'a> {
     /// The unit of the variable of a name, if there is one.
-    pub own: &'a dyn Fn(&str) -> Option<Unit>,
+    pub unit_of: &'a dyn Fn(&str) -> Option<Unit>,
     /// Variables and the headings of their columns; if there are any, no other columns than these and the time are read.
     pub chosen: &'a [(String, String)],
 }
@@ -150,7 +150,7 @@ impl CsvTable {
     /// # Errors
     /// As there.
     pub fn parse(text: &str) -> Result<Self, SheetError> {
-        CsvTable::read(text, &Naming { own: &|_| None, chosen: &[] })
+        CsvTable::read(text, &Naming { unit_of: &|_| None, chosen: &[] })
     }
 
     /// A table of these columns.
@@ -263,7 +263,7 @@ fn sources(sheet: &Sheet, naming: &Naming<'_>) -> Result<Vec<SourceColumn>, Shee
     if !naming.chosen.is_empty() {
         return chosen(headings, naming.chosen);
     }
-    let unit_of = |name: &str| if is_time(name) { Some(Unit::time()) } else { (naming.own)(name) };
+    let unit_of = |name: &str| if is_time(name) { Some(Unit::time()) } else { (naming.unit_of)(name) };
     let source = |(place, heading): (usize, &Heading)| {
         let (name, unit) = heading.of_variable(unit_of)?;
         Ok(SourceColumn { place, name, unit })
@@ -336,7 +336,7 @@ mod tests {
 
     #[test]
     fn empty_cells_are_gaps_where_they_may_be() {
-        let (text, naming) = ("time,a,b\n1,10,\n2,,5\n", Naming { own: &|_| None, chosen: &[] });
+        let (text, naming) = ("time,a,b\n1,10,\n2,,5\n", Naming { unit_of: &|_| None, chosen: &[] });
         let table = CsvTable::read_with_gaps(text, &naming).unwrap();
         assert!(table.column(0)[1].is_nan() && table.column(1)[0].is_nan());
         assert_eq!((table.column(0)[0], table.column(1)[1]), (10.0, 5.0));

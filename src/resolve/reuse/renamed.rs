@@ -150,7 +150,7 @@ impl Walk<'_> {
         for (section, parts) in sections {
             for part in parts {
                 if let Some(component) = part.component(section) {
-                    self.entries(part, component.keys, component.own);
+                    self.entries(part, component.keys, component.law_variables);
                 }
             }
         }

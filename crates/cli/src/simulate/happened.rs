@@ -39,8 +39,8 @@ impl SimulateCommand {
     pub(super) fn say_happened(&self, finish: &Finish, shown: &ShownUnits) -> Result<(), Failure> {
         let told = told(finish);
         let of = |(name, count): &(String, u32)| match told.get(name.as_str()) {
-            Some(own) if own.events.is_empty() => format!("{name}: {}\n", own.sentence(shown)),
-            Some(own) => format!("event {name}: {}{}\n", counted(*count as usize, "time"), own.last()),
+            Some(of_name) if of_name.events.is_empty() => format!("{name}: {}\n", of_name.sentence(shown)),
+            Some(of_name) => format!("event {name}: {}{}\n", counted(*count as usize, "time"), of_name.last()),
             None => format!("{name}: no events\n"),
         };
         output::print(&finish.events.iter().map(of).collect::<String>())
@@ -50,14 +50,16 @@ impl SimulateCommand {
 fn told(finish: &Finish) -> BTreeMap<&str, Told> {
     let mut all: BTreeMap<&str, Told> = BTreeMap::new();
     for Logged { time, name, what } in &finish.log {
-        let own = all.entry(name).or_default();
+        let of_name = all.entry(name).or_default();
         match *what {
-            What::Event => own.events.push(*time),
+            What::Event => of_name.events.push(*time),
             What::Impact { impulse, angular } => {
-                own.impacts.push((*time, impulse));
-                own.angular = angular;
+                of_name.impacts.push((*time, impulse));
+                of_name.angular = angular;
             }
-            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns => own.changes.push((*time, *what)),
+            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns => {
+                of_name.changes.push((*time, *what))
+            }
         }
     }
     all
@@ -103,9 +105,9 @@ impl Told {
 
 /// Everything that has happened, for scripts.
 pub(super) fn data(finish: &Finish) -> Value {
-    let one = |own: &Logged| {
-        let mut value = json!({"time": own.time, "name": own.name, "what": own.what.word()});
-        if let What::Impact { impulse, .. } = own.what {
+    let one = |entry: &Logged| {
+        let mut value = json!({"time": entry.time, "name": entry.name, "what": entry.what.word()});
+        if let What::Impact { impulse, .. } = entry.what {
             value["impulse"] = json!(impulse);
         }
         value

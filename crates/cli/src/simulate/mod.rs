@@ -123,9 +123,9 @@ impl SimulateCommand {
         output::warn(compiled.warnings.as_ref(), format);
         let shown = self.units.of(&scene)?;
         let (chosen, units) = (self.columns.chosen()?, compiled.description.units());
-        let own = |name: &str| units.get(name).copied().cloned();
+        let unit_of = |name: &str| units.get(name).copied().cloned();
         let read = |file: &Option<PathBuf>| {
-            file.as_deref().map(|file| output::table(file, &chosen.naming(&own), format)).transpose()
+            file.as_deref().map(|file| output::table(file, &chosen.naming(&unit_of), format)).transpose()
         };
         let [input, overlay] = [&self.input, &self.overlay].map(read);
         let (input, overlay) = (input?, overlay?);

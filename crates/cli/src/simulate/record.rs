@@ -54,15 +54,18 @@ impl Record {
 
     /// A row of the table, SI: the time, then the values with their angles within half a turn.
     pub fn wrapped(&self, time: f64, values: &[f64]) -> Vec<f64> {
-        let own =
+        let shown =
             |(column, &value): (&RecordedVariable, &f64)| if is_angle(&column.si) { wrapped(value) } else { value };
-        std::iter::once(time).chain(self.columns.iter().zip(values).map(own)).collect()
+        std::iter::once(time).chain(self.columns.iter().zip(values).map(shown)).collect()
     }
 
     /// Adds a row, SI.
     pub fn push(&mut self, row: &[f64]) {
         self.times.push(row[0] / self.time.factor);
-        self.columns.iter_mut().zip(&row[1..]).for_each(|(own, value)| own.values.push(value / own.unit.factor));
+        self.columns
+            .iter_mut()
+            .zip(&row[1..])
+            .for_each(|(column, value)| column.values.push(value / column.unit.factor));
     }
 
     /// The names of the variables.
@@ -189,7 +192,7 @@ impl Record {
         for (&time, &value) in at.iter().zip(values) {
             let next = self.times.partition_point(|&row| row < time);
             let (Some(&after), Some(&there)) = (self.times.get(next), column.values.get(next)) else { continue };
-            let own = match next.checked_sub(1) {
+            let before = match next.checked_sub(1) {
                 Some(last) => {
                     let part = (time - self.times[last]) / (after - self.times[last]);
                     column.values[last] + part * (there - column.values[last])
@@ -197,7 +200,7 @@ impl Record {
                 None if after == time => there,
                 None => continue,
             };
-            let difference: f64 = own - value;
+            let difference: f64 = before - value;
             squares += difference * difference;
             count += 1;
             if difference.abs() > most[0] {

@@ -67,10 +67,10 @@ fn columns(description: &Description, table: &CsvTable) -> Result<Vec<usize>, Fa
     let wrong = |message: String| Failure::Usage(format!("input table: {message}"));
     let column = |(name, unit): (&String, &Option<Unit>)| {
         let index = inputs.find(name).map_err(|error| wrong(error.to_string()))?;
-        let own = &description.variables[index].unit;
+        let input_unit = &description.variables[index].unit;
         match unit {
-            Some(unit) if !own.si.is_empty() && !unit.is_compatible(own) => {
-                Err(wrong(format!("`{name}` is in `{}`, but the input in `{}`", unit.shown(), own.si)))
+            Some(unit) if !input_unit.si.is_empty() && !unit.is_compatible(input_unit) => {
+                Err(wrong(format!("`{name}` is in `{}`, but the input in `{}`", unit.shown(), input_unit.si)))
             }
             _ => Ok(index),
         }

@@ -169,14 +169,14 @@ mod tests {
             let _ = stream.read_to_string(&mut answer);
             (answer, fs::read_to_string(&file).unwrap())
         };
-        let own = format!("Origin: http://{host}\r\n");
+        let origin = format!("Origin: http://{host}\r\n");
         for origin in ["", "Origin: http://elsewhere.example\r\n", "Origin: null\r\n"] {
             let (answer, text) = post(origin, "old");
             assert!(answer.starts_with("HTTP/1.1 403") && text == "old", "{origin}: {answer}");
         }
-        let (answer, text) = post(&own, "older");
+        let (answer, text) = post(&origin, "older");
         assert!(answer.starts_with("HTTP/1.1 409") && answer.contains("another program") && text == "old", "{answer}");
-        let (answer, text) = post(&own, "old");
+        let (answer, text) = post(&origin, "old");
         assert!(answer.starts_with("HTTP/1.1 200") && text == "new", "{answer}");
     }
 }

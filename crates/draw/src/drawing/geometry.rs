@@ -217,12 +217,12 @@ impl Forms<'_> {
 
     /// With its places in the axes of their bodies.
     fn carrier(&self, carrier: &Carrier) -> Carrier {
-        let mut own = carrier.clone();
-        if let Carrier::Track(Track { way, .. }) = &mut own {
+        let mut copy = carrier.clone();
+        if let Carrier::Track(Track { way, .. }) = &mut copy {
             way.axis = self.turned(way.base.body, unit(way.axis));
         }
-        own.anchors().into_iter().for_each(|anchor| *anchor = self.anchor(anchor.body, anchor.at));
-        own
+        copy.anchors().into_iter().for_each(|anchor| *anchor = self.anchor(anchor.body, anchor.at));
+        copy
     }
 }
 

@@ -19,9 +19,9 @@ pub(super) struct Covered {
 impl Covered {
     pub fn add(&mut self, frame: PictureFrame) {
         for cell in cells(&frame) {
-            let own = self.cells.entry(cell).or_default();
-            if own.len() < CROWD {
-                own.push(self.frames.len());
+            let frames = self.cells.entry(cell).or_default();
+            if frames.len() < CROWD {
+                frames.push(self.frames.len());
             }
         }
         self.frames.push(frame);

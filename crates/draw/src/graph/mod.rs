@@ -93,10 +93,10 @@ fn graph<D>(system: &System, graph: &LinearGraph<D>, tree: &Tree<D>, coupled: Ve
             branch: tree.branches.contains(&id),
         }
     };
-    let term = |own: CoupledEdge<D>| DrawnEdge {
-        name: system.name(own.element).to_owned(),
-        ends: own.ends.map(|node| node.index()),
-        label: own.label,
+    let term = |edge: CoupledEdge<D>| DrawnEdge {
+        name: system.name(edge.element).to_owned(),
+        ends: edge.ends.map(|node| node.index()),
+        label: edge.label,
         branch: false,
     };
     Graph {

@@ -212,7 +212,7 @@ fn place_name(at: Pixel, name: &str, covered: &mut Covered) -> PictureFrame {
 
 /// The candidate with the least cost and common area with the covered ones; it is covered from now on.
 fn choose(candidates: impl Iterator<Item = (PictureFrame, f64)>, covered: &mut Covered) -> PictureFrame {
-    let costs = candidates.map(|(frame, own)| (frame, own + covered.overlap(&frame)));
+    let costs = candidates.map(|(frame, cost)| (frame, cost + covered.overlap(&frame)));
     let best = costs.min_by(|(_, a), (_, b)| a.total_cmp(b));
     let frame = best.map_or(PictureFrame { x: 0.0, y: 0.0, width: 0.0, height: 0.0 }, |(frame, _)| frame);
     covered.add(frame);

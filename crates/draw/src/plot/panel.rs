@@ -57,11 +57,11 @@ impl Panel<'_> {
 
     /// Dashes for a curve that lies on an earlier one, which is seen between them.
     fn dashes(&self, index: usize, values: &Ticks) -> &'static str {
-        let own = self.series[index];
+        let series = self.series[index];
         let near = 0.004 * (values.range[1] - values.range[0]);
         let is_same = |other: &&&Series| {
             let apart = |(a, b): (&f64, &f64)| (a - b).abs() > near;
-            own.at == other.at && !own.values.is_empty() && !own.values.iter().zip(&other.values).any(apart)
+            series.at == other.at && !series.values.is_empty() && !series.values.iter().zip(&other.values).any(apart)
         };
         match self.series[..index].iter().filter(is_same).count() {
             0 => "",

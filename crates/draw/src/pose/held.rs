@@ -12,30 +12,30 @@ impl PoseValues<'_> {
     /// The stops and marks of everything that has modes.
     pub(super) fn held(&mut self, drawing: &mut Drawing) {
         let mechanism = &*self.equations.system.mechanism.clone();
-        for (index, own) in mechanism.unilaterals.iter().enumerate() {
-            let Some(part) = mechanism.parts().find(|part| part.owner == own.owner) else { continue };
+        for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
+            let Some(part) = mechanism.parts().find(|part| part.owner == unilateral.owner) else { continue };
             let icon = (part.component().icon)(part);
-            drawing.stops.extend(self.stop(part, &icon, (index, own)));
+            drawing.stops.extend(self.stop(part, &icon, (index, unilateral)));
             let spot = self.spot(part, &icon, drawing);
-            let is_first = mechanism.unilaterals_of(own.owner).next().is_some_and(|(first, _)| first == index);
-            let named = |quantity: Quantity| mechanism.variable_name(Variable { owner: own.owner, quantity });
+            let is_first = mechanism.unilaterals_of(unilateral.owner).next().is_some_and(|(first, _)| first == index);
+            let named = |quantity: Quantity| mechanism.variable_name(Variable { owner: unilateral.owner, quantity });
             let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
             let impulse =
                 impulses.into_iter().find(|impulse| part.component().variables.contains(impulse)).filter(|_| is_first);
             drawing.held.push(HeldPart {
-                name: own.name.clone(),
+                name: unilateral.name.clone(),
                 spot,
-                sticks: own.slip.is_some(),
-                now: self.state.value(Symbol::Parameter(own.closed.0)) == 1.0,
-                while_held: while_held(mechanism, own, &named),
+                sticks: unilateral.slip.is_some(),
+                now: self.state.value(Symbol::Parameter(unilateral.closed.0)) == 1.0,
+                while_held: while_held(mechanism, unilateral, &named),
                 impulse: impulse.map(named),
             });
         }
     }
 
     /// Where a limit ends the motion of a joint that slides or turns.
-    fn stop(&mut self, part: &Part, icon: &Icon, (index, own): (usize, &Unilateral)) -> Option<Stop> {
-        if own.slip.is_some() || part.limits().is_none() {
+    fn stop(&mut self, part: &Part, icon: &Icon, (index, unilateral): (usize, &Unilateral)) -> Option<Stop> {
+        if unilateral.slip.is_some() || part.limits().is_none() {
             return None;
         }
         let row = self.equations.row_of_unilateral(index)?;
@@ -43,7 +43,7 @@ impl PoseValues<'_> {
         let gap = self.values(&[gap])[0];
         let moving = usize::from(part.between[1].body().is_some());
         // In which sense the moving body goes towards the stop.
-        let sense = -own.held.sign * if moving == 1 { 1.0 } else { -1.0 };
+        let sense = -unilateral.held.sign * if moving == 1 { 1.0 } else { -1.0 };
         let on = part.between[1 - moving].body().map(|body| body.0);
         let at = self.at(part.between[moving]);
         let (at, towards, course) = match icon {

@@ -10,11 +10,13 @@ use crate::plot::{Plot, Series};
 /// Two panels for each column: what was measured beside what fits best, and the residuals. Those of several experiments have their numbers.
 pub fn plot(fit: &Fit, units: &Units) -> Plot {
     let second = shown(units, "s");
-    let times = |own: &MeasuredExperiment| own.times.iter().map(|time| time / second.factor).collect::<Vec<f64>>();
-    let panels = |(index, own): (usize, &MeasuredExperiment)| {
+    let times = |experiment: &MeasuredExperiment| {
+        experiment.times.iter().map(|time| time / second.factor).collect::<Vec<f64>>()
+    };
+    let panels = |(index, experiment): (usize, &MeasuredExperiment)| {
         let number = if fit.measured.len() > 1 { format!(" ({})", index + 1) } else { String::new() };
-        let times = times(own);
-        own.columns.iter().flat_map(|column| panels(&times, column, &number, units)).collect::<Vec<_>>()
+        let times = times(experiment);
+        experiment.columns.iter().flat_map(|column| panels(&times, column, &number, units)).collect::<Vec<_>>()
     };
     Plot {
         title: format!("{}: measured and fitted", fit.name),
@@ -36,7 +38,7 @@ fn panels(times: &[f64], column: &MeasuredVariable, number: &str, units: &Units)
     };
     let ends = [times.first(), times.last()].into_iter().flatten().copied().collect();
     let residuals = measured.iter().zip(fitted).map(|(measured, fitted)| measured - fitted).collect();
-    let dots = |own: Series, of: &str| Series { measured: Some(of.to_owned()), ..own };
+    let dots = |series: Series, of: &str| Series { measured: Some(of.to_owned()), ..series };
     [
         series(name, fitted.clone()),
         dots(series(&format!("{name} measured"), measured.clone()), name),

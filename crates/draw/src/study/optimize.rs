@@ -8,27 +8,27 @@ use crate::plot::{Plot, Series};
 
 /// A panel for the goal and one for each limit: a curve for each quantity from bound to bound, and the best goal or the bound, which each curve crosses at the best value.
 pub fn plot(best: &Best, around: &[Around], units: &Units) -> Plot {
-    let shares = |own: &Around| {
-        let [low, high] = [own.values.first(), own.values.last()].map(|end| end.copied().unwrap_or(0.0));
-        own.values.iter().map(|value| 100.0 * (value - low) / (high - low)).collect::<Vec<f64>>()
+    let shares = |around: &Around| {
+        let [low, high] = [around.values.first(), around.values.last()].map(|end| end.copied().unwrap_or(0.0));
+        around.values.iter().map(|value| 100.0 * (value - low) / (high - low)).collect::<Vec<f64>>()
     };
     let mut series = Vec::new();
     let mut panel = |name: &str, unit: &str, (line, level): (&str, f64), of: &dyn Fn(&Around) -> Vec<f64>| {
         let unit = shown(units, unit);
-        let own = |label: &str, at: Vec<f64>, values: Vec<f64>| Series {
+        let curve = |label: &str, at: Vec<f64>, values: Vec<f64>| Series {
             panel: Some(name.to_owned()),
             at: Some(at),
             ..Series::new(label, &unit.name, values.into_iter().map(|value| value / unit.factor).collect())
         };
         let curves = around.iter().zip(&best.quantities);
-        series.extend(curves.map(|(around, quantity)| own(&quantity.name, shares(around), of(around))));
-        series.push(own(line, vec![0.0, 100.0], vec![level; 2]));
+        series.extend(curves.map(|(around, quantity)| curve(&quantity.name, shares(around), of(around))));
+        series.push(curve(line, vec![0.0, 100.0], vec![level; 2]));
     };
     let (goal, unit) = &best.goal;
-    panel(goal, unit, ("best", best.values[1].unwrap_or(f64::NAN)), &|own| own.goal.clone());
+    panel(goal, unit, ("best", best.values[1].unwrap_or(f64::NAN)), &|around| around.goal.clone());
     for (index, limit) in best.limits.iter().enumerate() {
         let bounded = limit.text.split(['<', '>', '=', '≤', '≥']).next().unwrap_or_default().trim();
-        panel(bounded, &limit.unit, ("bound", limit.bound), &|own| own.limits[index].clone());
+        panel(bounded, &limit.unit, ("bound", limit.bound), &|around| around.limits[index].clone());
     }
     Plot {
         title: format!("{}: around the best values", best.name),

@@ -24,9 +24,9 @@ pub fn picture(answer: &Answer) -> String {
     let mut svg = Svg::default();
     let count = answer.solutions.len();
     let columns = count.clamp(1, COLUMNS);
-    for (index, own) in answer.solutions.iter().enumerate() {
+    for (index, solution) in answer.solutions.iter().enumerate() {
         let [x, y] = [(index % columns) as f64 * CELL[0], (index / columns) as f64 * CELL[1]];
-        cell(&mut svg, PictureFrame { x, y, width: CELL[0], height: CELL[1] }, index + 1, own);
+        cell(&mut svg, PictureFrame { x, y, width: CELL[0], height: CELL[1] }, index + 1, solution);
     }
     let rows = count.div_ceil(columns).max(1);
     let frame = PictureFrame { x: 0.0, y: 0.0, width: columns as f64 * CELL[0], height: rows as f64 * CELL[1] };
@@ -43,8 +43,8 @@ struct Scale {
 impl Scale {
     fn of(points: &[Point], frame: PictureFrame) -> Scale {
         let edge = |pick: fn(f64, f64) -> f64, of: fn(&Point) -> f64| points.iter().map(of).reduce(pick).unwrap_or(0.0);
-        let [left, right] = [edge(f64::min, |own| own.re), edge(f64::max, |own| own.re)];
-        let [low, high] = [edge(f64::min, |own| own.im), edge(f64::max, |own| own.im)];
+        let [left, right] = [edge(f64::min, |point| point.re), edge(f64::max, |point| point.re)];
+        let [low, high] = [edge(f64::min, |point| point.im), edge(f64::max, |point| point.im)];
         let room = [frame.width - 2.0 * MARGIN, frame.height - 2.0 * MARGIN - TITLE];
         let fits = |room: f64, size: f64| if size > 0.0 { room / size } else { f64::INFINITY };
         let factor = fits(room[0], right - left).min(fits(room[1], high - low));

@@ -215,9 +215,9 @@ pub struct EntryGap {
 impl WrittenPlace {
     /// The number at a place of a text. It has a unit there if letters stand in its quotes; a bare one counts that unit too if `bare`, else SI units.
     pub fn new(name: String, text: &str, place: Span, unit: &DisplayUnit, bare: bool) -> Self {
-        let own = text.get(place.start..place.end).unwrap_or_default();
-        let quote = own.get(..1).filter(|quote| matches!(*quote, "\"" | "'")).unwrap_or_default();
-        let inner = own.strip_prefix(quote).and_then(|own| own.strip_suffix(quote)).unwrap_or_default();
+        let written = text.get(place.start..place.end).unwrap_or_default();
+        let quote = written.get(..1).filter(|quote| matches!(*quote, "\"" | "'")).unwrap_or_default();
+        let inner = written.strip_prefix(quote).and_then(|written| written.strip_suffix(quote)).unwrap_or_default();
         let has_unit =
             !quote.is_empty() && inner.contains(|letter: char| letter.is_alphabetic() || "°%\"″".contains(letter));
         let after = if has_unit { format!(" {}{quote}", unit.name) } else { quote.to_owned() };
@@ -531,7 +531,7 @@ mod tests {
                 .lines()
                 .filter_map(begins)
                 .map(|line| {
-                    line.split(|own: char| !own.is_alphanumeric() && !"_$".contains(own))
+                    line.split(|letter: char| !letter.is_alphanumeric() && !"_$".contains(letter))
                         .next()
                         .unwrap_or_default()
                         .to_owned()

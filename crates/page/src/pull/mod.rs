@@ -257,7 +257,7 @@ impl Grip {
         self.machine.load(&self.model, &self.state);
         let mut gaps = vec![0.0; program.constraints.len()];
         self.machine.evaluate(&program.tapes.constraint, &mut gaps);
-        gaps.iter_mut().zip(&program.constraints).for_each(|(gap, own)| *gap /= own.scale);
+        gaps.iter_mut().zip(&program.constraints).for_each(|(gap, constraint)| *gap /= constraint.scale);
         gaps
     }
 
@@ -272,8 +272,8 @@ impl Grip {
             let scale = self.unknowns[unknown].scale;
             self.along(&[(self.unknowns[unknown].register, scale)]);
             self.machine.differentiate(&program.tapes.constraint, &mut self.tangents, &mut column);
-            for ((row, value), own) in rows.iter_mut().zip(&column).zip(&program.constraints) {
-                row[place] = value / own.scale;
+            for ((row, value), constraint) in rows.iter_mut().zip(&column).zip(&program.constraints) {
+                row[place] = value / constraint.scale;
             }
         }
         let sizes = sizes(program, &rows);
@@ -298,7 +298,7 @@ impl Grip {
         let arm = [cosine * x - sine * y, sine * x + cosine * y];
         let rates = ways.iter().map(|way| {
             let seeds: Vec<(usize, f64)> =
-                self.unknowns.iter().zip(way).map(|(own, way)| (own.register, way * own.scale)).collect();
+                self.unknowns.iter().zip(way).map(|(unknown, way)| (unknown.register, way * unknown.scale)).collect();
             self.along(&seeds);
             self.machine.differentiate(outputs, &mut self.tangents, &mut []);
             let [vx, vy, omega] = self.body.map(|register| self.tangents[register]);

@@ -80,8 +80,8 @@ fn admit(
         .unwrap_or_default();
     let is_ours = field(lines.clone(), "host").is_some_and(|host| own_names(address).iter().any(|name| host == name));
     let origin = field(lines.clone(), "origin");
-    let own = origin.and_then(|origin| origin.strip_prefix("http://"));
-    let is_from_here = own.is_some_and(|origin| own_names(address).iter().any(|name| origin == name))
+    let site = origin.and_then(|origin| origin.strip_prefix("http://"));
+    let is_from_here = site.is_some_and(|origin| own_names(address).iter().any(|name| origin == name))
         || askers == Askers::Files && origin == Some("null");
     if !is_ours || method != "GET" && !is_from_here {
         return respond(stream, "403 Forbidden", b"");
