@@ -19,7 +19,7 @@ use crate::model::Unit;
 use crate::report::figures::summarise;
 use crate::report::summary::Summary;
 use crate::scene::unit::UnitError;
-use crate::scene::{Asked, Fault, Faults, QuantityReading, Resolved, Scene, Severity, Source, Span, Text, read};
+use crate::scene::{Fault, Faults, QuantityReading, Requested, Resolved, Scene, Severity, Source, Span, Text, read};
 
 /// A scene, compiled.
 #[derive(Clone, Debug)]
@@ -47,15 +47,15 @@ pub fn compile(scene: &Scene) -> Result<Compiled, Faults> {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn compile_with_equations(scene: &Scene) -> Result<(Compiled, Formulated), Faults> {
-    compile_asking(scene, &Asked::Own)
+    compile_asking(scene, &Requested::Own)
 }
 
 /// As [`compile_with_equations`], with the outputs that are asked for.
 ///
 /// # Errors
 /// Everything that is wrong with the scene; an output that it does not have.
-pub fn compile_asking(scene: &Scene, asked: &Asked) -> Result<(Compiled, Formulated), Faults> {
-    compile_resolved(scene.resolve_asking(asked)?, &scene.source)
+pub fn compile_asking(scene: &Scene, requested: &Requested) -> Result<(Compiled, Formulated), Faults> {
+    compile_resolved(scene.resolve_asking(requested)?, &scene.source)
 }
 
 /// As [`compile_with_equations`], of a mechanism that may have been changed since it was resolved from this source.
@@ -91,7 +91,7 @@ pub fn compile_resolved(mut resolved: Resolved, source: &Source) -> Result<(Comp
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn everything(scene: &Scene) -> Result<(Vec<String>, Vec<Fault>), Faults> {
-    let Resolved { mechanism, outputs, .. } = scene.resolve_asking(&Asked::Everything)?;
+    let Resolved { mechanism, outputs, .. } = scene.resolve_asking(&Requested::Everything)?;
     let is_own = |name: &str| scene.outputs.variables.iter().any(|variable| variable.text == name);
     let lacking = lacking(&mechanism, &outputs).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();

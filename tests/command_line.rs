@@ -321,14 +321,14 @@ fn all_means_every_variable() {
         assert_eq!(code(&export), 0, "{}", stderr(&export));
         stdout(&cotree(folder.path(), &["info", "crank.fmu"])).lines().map(str::to_owned).collect::<Vec<_>>()
     };
-    let (asked, all) = (lines(&[]), lines(&["--all"]));
+    let (requested, all) = (lines(&[]), lines(&["--all"]));
     for name in ["rod.small_end.vx", "crank_pin.fy", "main_bearing.torque", "energy.kinetic", "constraint.position"] {
         let is_there = |lines: &[String]| lines.iter().any(|line| line.split_whitespace().nth(1) == Some(name));
-        assert!(is_there(&all) && !is_there(&asked), "{name}");
+        assert!(is_there(&all) && !is_there(&requested), "{name}");
     }
     let first = |lines: &[String]| lines.iter().find(|line| line.starts_with("  output")).cloned();
     assert_eq!(
-        first(&asked).map(|line| line.split_whitespace().nth(1).map(str::to_owned)),
+        first(&requested).map(|line| line.split_whitespace().nth(1).map(str::to_owned)),
         first(&all).map(|line| line.split_whitespace().nth(1).map(str::to_owned)),
         "what the scene asks for comes first"
     );

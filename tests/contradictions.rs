@@ -61,8 +61,8 @@ fn contradictions(run: &Watched) -> (Vec<String>, usize) {
     let watched = if run.conserves { &[RESIDUAL, ENERGY, KINETIC][..] } else { &[RESIDUAL] };
     let mut scene = run.scene.clone();
     for name in watched {
-        let asked = scene.outputs.variables.iter().any(|known| known.text == *name);
-        scene = if asked { scene } else { scene.output(name) };
+        let requested = scene.outputs.variables.iter().any(|known| known.text == *name);
+        scene = if requested { scene } else { scene.output(name) };
     }
     let compiled = compile(&scene).unwrap_or_else(|faults| panic!("{}: {}", run.name, faults.render(false, 100)));
     let start = compiled.program.experiment.start;

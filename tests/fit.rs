@@ -9,7 +9,7 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
 use cotree::report::csv::CsvTable;
-use cotree::scene::Asked;
+use cotree::scene::Requested;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{Fit, FitEnded, FitRequest, FitTrial, Vary, fit, fit_watched};
 
@@ -96,8 +96,8 @@ fn request(table: CsvTable, vary: &[&str]) -> FitRequest {
 
 fn fitted(request: &FitRequest) -> Fit {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let asked = Asked::these(request.tables[0].names());
-    fit(&mut [Study::asking(&scene, &asked).unwrap()], request).unwrap()
+    let requested = Requested::these(request.tables[0].names());
+    fit(&mut [Study::asking(&scene, &requested).unwrap()], request).unwrap()
 }
 
 /// Of 3 times 40 intervals that hold the truth in 95 of 100 cases 114 do so, give or take 2.4: the noise is the same every time.
@@ -129,7 +129,7 @@ fn truth_is_within_its_limits_as_often_as_they_say() {
 fn errors_and_correlations_are_those_of_linear_least_squares() {
     let times: Vec<f64> = (0..40).map(|index| 0.01 + 0.05 * f64::from(index)).collect();
     let scene = Scene::from_toml(SCENE).unwrap();
-    let mut study = Study::asking(&scene, &Asked::these(["block.x"])).unwrap();
+    let mut study = Study::asking(&scene, &Requested::these(["block.x"])).unwrap();
     let unit: Vec<f64> = {
         let found = study.sensitivities(&["block.x".to_owned()], &times).unwrap();
         found.derivatives.iter().map(|row| row[(0, 0)]).collect()
@@ -388,7 +388,7 @@ step = 0.5
 fn a_search_that_is_stopped_keeps_the_best_values() {
     let scene = Scene::from_toml(SCENE).unwrap();
     let request = request(measured(3), &["stiffness", "damping"]);
-    let mut study = Study::asking(&scene, &Asked::these(request.tables[0].names())).unwrap();
+    let mut study = Study::asking(&scene, &Requested::these(request.tables[0].names())).unwrap();
     let (mut best, mut lengths) = (Vec::new(), Vec::new());
     let found = fit_watched(std::slice::from_mut(&mut study), &request, &mut |trial: FitTrial| {
         if trial.is_accepted {
@@ -501,18 +501,18 @@ fn two_experiments_determine_together_what_neither_does_alone() {
     seen[4] = f64::NAN;
     let loaded = CsvTable::with_gaps(name(), times[..15].to_vec(), vec![seen]).unwrap();
     let study = |settings: &[(&str, f64)]| {
-        let mut study = Study::asking(&scene, &Asked::these(name())).unwrap();
+        let mut study = Study::asking(&scene, &Requested::these(name())).unwrap();
         settings.iter().for_each(|(name, value)| study.set(name, |_| Ok(*value)).unwrap());
         study
     };
     let vary = || vec![Vary::read("k").unwrap(), Vary::read("m").unwrap()];
-    let asked = |tables: Vec<CsvTable>| FitRequest { tables, vary: vary(), deviations: Vec::new() };
+    let requested = |tables: Vec<CsvTable>| FitRequest { tables, vary: vary(), deviations: Vec::new() };
     let set = [("more", 3.0), ("block.x", 0.04)];
     for (table, settings) in [(&alone, &[][..]), (&loaded, &set[..])] {
-        let error = fit(&mut [study(settings)], &asked(vec![table.clone()])).unwrap_err().to_string();
+        let error = fit(&mut [study(settings)], &requested(vec![table.clone()])).unwrap_err().to_string();
         assert!(error.contains("do not determine `k`, `m`"), "{error}");
     }
-    let found = fit(&mut [study(&[]), study(&set)], &asked(vec![alone.clone(), loaded.clone()])).unwrap();
+    let found = fit(&mut [study(&[]), study(&set)], &requested(vec![alone.clone(), loaded.clone()])).unwrap();
     let values: Vec<f64> = found.quantities.iter().map(|own| own.value).collect();
     assert!((values[0] - 250.0).abs() < 1e-4 && (values[1] - 2.0).abs() < 1e-6, "{values:?}");
     let counts: Vec<usize> = found.measured.iter().map(|own| own.columns[0].count()).collect();
@@ -520,10 +520,11 @@ fn two_experiments_determine_together_what_neither_does_alone() {
     let text = found.report().text(&cotree::model::Units::default());
     assert!(text.contains("fitted to 33 measured ones of 2 experiments") && text.contains("block.x (2)"), "{text}");
     // What is varied cannot be set to different values; the times of each experiment are checked.
-    let error = fit(&mut [study(&[]), study(&[("m", 3.0)])], &asked(vec![alone.clone(), loaded.clone()])).unwrap_err();
+    let error =
+        fit(&mut [study(&[]), study(&[("m", 3.0)])], &requested(vec![alone.clone(), loaded.clone()])).unwrap_err();
     assert!(error.to_string().contains("experiment 2: `m` is varied, but set to 3.0 kg here"), "{error}");
     let late = CsvTable::new(name(), vec![2.0], vec![vec![0.0]]).unwrap();
-    let error = fit(&mut [study(&[]), study(&[])], &asked(vec![alone, late])).unwrap_err().to_string();
+    let error = fit(&mut [study(&[]), study(&[])], &requested(vec![alone, late])).unwrap_err().to_string();
     assert!(error.contains("experiment 2: 1 of 1 times"), "{error}");
 }
 
@@ -531,13 +532,13 @@ fn two_experiments_determine_together_what_neither_does_alone() {
 #[test]
 fn an_experiment_that_is_repeated_counts_twice() {
     let scene = Scene::from_toml(SCENE).unwrap();
-    let study = || Study::asking(&scene, &Asked::these(measured(3).names())).unwrap();
-    let asked = |count: usize| FitRequest {
+    let study = || Study::asking(&scene, &Requested::these(measured(3).names())).unwrap();
+    let requested = |count: usize| FitRequest {
         tables: vec![measured(3); count],
         deviations: vec![("block.x".to_owned(), "2 mm".to_owned()), ("block.vx".to_owned(), "0.1 m/s".to_owned())],
         ..request(measured(3), &["stiffness", "damping"])
     };
-    let [once, twice] = [1, 2].map(|count| fit(&mut vec![study(); count], &asked(count)).unwrap());
+    let [once, twice] = [1, 2].map(|count| fit(&mut vec![study(); count], &requested(count)).unwrap());
     for (one, two) in once.quantities.iter().zip(&twice.quantities) {
         assert!((one.value / two.value - 1.0).abs() < 1e-7, "{one:?} {two:?}");
         let ratio = one.error.unwrap() / two.error.unwrap();

@@ -12,7 +12,7 @@ use cotree::Severity;
 use cotree::compile::{Compiled, compile};
 use cotree::export::FmiVersion;
 use cotree::report::csv::CsvTable;
-use cotree::scene::{Asked, Faults, Scene};
+use cotree::scene::{Faults, Requested, Scene};
 use cotree_fmu::contain::contain;
 use cotree_fmu::context::listen;
 use cotree_fmu::instance::{Instance, InstanceError};
@@ -400,7 +400,7 @@ fn fitted(scene: &Scene, compiled: &Compiled, names: &Names) -> Answer {
     let table = CsvTable::new(vec![name.clone()], results.times().to_vec(), vec![seen]).expect("a table");
     let vary = vec![Vary::read(names.parameter).expect("a name")];
     let request = FitRequest { tables: vec![table], vary, deviations: Vec::new() };
-    let mut study = Study::asking(scene, &Asked::these([&*name])).map_err(|faults| codes(&faults))?;
+    let mut study = Study::asking(scene, &Requested::these([&*name])).map_err(|faults| codes(&faults))?;
     fit(&mut [std::mem::replace(&mut study, Study::new(scene).map_err(|own| codes(&own))?)], &request)
         .map(|_| ())
         .map_err(|error| run(&error))

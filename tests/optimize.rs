@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use command::{code, cotree, stderr, stdout};
 use cotree::Scene;
 use cotree::report::csv::CsvTable;
-use cotree::scene::Asked;
+use cotree::scene::Requested;
 use cotree_study::analysis::Study;
 use cotree_study::fit::Vary;
 use cotree_study::optimize::{Aim, Best, Ended, OptimizeError, OptimizeRequest, Progress, optimize};
@@ -127,7 +127,7 @@ fn watched(
     watch: &(dyn Fn(Progress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
     let scene = Scene::from_toml(scene).unwrap();
-    let mut study = Study::asking(&scene, &Asked::these(request.variables())).unwrap();
+    let mut study = Study::asking(&scene, &Requested::these(request.variables())).unwrap();
     optimize(&scene, &mut study, request, watch)
 }
 
@@ -292,11 +292,11 @@ step = 0.01
 #[test]
 fn limits_are_met_and_cost_what_they_cost() {
     let vary = ["crank", "rod"];
-    let asked = |stroke: &str| {
+    let requested = |stroke: &str| {
         let limits = [&*format!("range(slide.s) >= {stroke}"), "max(slide.s) <= 400 mm"];
         best(CARRIAGE, &OptimizeRequest { starts: 6, ..request(&vary, least("max(link.angle)"), &limits) })
     };
-    let found = asked("100 mm");
+    let found = requested("100 mm");
     assert_eq!(found.ended, Ended::Settled);
     let [crank, rod] = [0, 1].map(|place: usize| found.quantities[place].value);
     assert!((crank - 0.05).abs() < 1e-4 && (rod - 0.35).abs() < 1e-4, "{crank} {rod}");
@@ -304,7 +304,7 @@ fn limits_are_met_and_cost_what_they_cost() {
     assert!((goal(&found) - (0.05_f64 / 0.35).asin()).abs() < 1e-4);
     // What a limit costs is what it costs when it is changed.
     let step = 1e-4;
-    let slope = (goal(&asked("100.1 mm")) - goal(&asked("99.9 mm"))) / (2.0 * step);
+    let slope = (goal(&requested("100.1 mm")) - goal(&requested("99.9 mm"))) / (2.0 * step);
     let told = found.limits[0].multiplier.unwrap();
     assert!(slope > 0.0 && (told / slope - 1.0).abs() < 1e-2, "{told} {slope}");
     assert!(found.limits[1].multiplier.is_some() && (found.limits[1].value - 0.4).abs() < 1e-6);

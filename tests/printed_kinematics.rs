@@ -115,10 +115,10 @@ impl Case {
             names.extend(constraints.iter().map(reaction));
         }
         names.extend(slides.iter().chain(efforts).map(|&name| name.to_owned()));
-        let asked: BTreeSet<&String> = names.iter().collect();
+        let requested: BTreeSet<&String> = names.iter().collect();
         let reactions = constraints.len();
         let is_new = |name: &&String| outputs.iter().all(|output| output.name != **name);
-        scene = asked.into_iter().filter(is_new).fold(scene, |scene, name| scene.output(name));
+        scene = requested.into_iter().filter(is_new).fold(scene, |scene, name| scene.output(name));
         let mut instance = Instance::new(Arc::new(Model::new(compile::compile(&scene).unwrap().program).unwrap()));
         instance.setup(0.0, None, Some(1e-10)).unwrap();
         instance.initialise().unwrap();

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use cotree::compile;
 use cotree::run::Results;
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 use cotree_text::Prose;
 use cotree_text::SymbolNotation;
 use cotree_text::written::{self, EquationFormat};
@@ -106,7 +106,7 @@ fn solve(json: &Value, names: &HashMap<String, f64>) -> Vec<f64> {
 /// A run with every variable that can be computed.
 fn with_everything(scene: &Scene) -> Results {
     let (names, _) = compile::everything(scene).unwrap();
-    let (compiled, _) = compile::compile_asking(scene, &Asked::Also(names)).unwrap();
+    let (compiled, _) = compile::compile_asking(scene, &Requested::Also(names)).unwrap();
     compiled.simulate().unwrap()
 }
 

@@ -317,8 +317,8 @@ fn bars_out_of_all_proportion_are_left_out_and_said() {
         "{:?}",
         answer.left_out
     );
-    let asked = answered(&format!("{law}[limits]\nlength = [\"1 mm\", \"1 km\"]\n"));
-    assert!(asked.left_out.keys().all(|reason| !reason.contains("20 times")), "{:?}", asked.left_out);
+    let requested = answered(&format!("{law}[limits]\nlength = [\"1 mm\", \"1 km\"]\n"));
+    assert!(requested.left_out.keys().all(|reason| !reason.contains("20 times")), "{:?}", requested.left_out);
     // A size that the task does not give is said.
     let text = |text: &str| answered(text).report().text(&cotree::model::Units::default());
     let swing =

@@ -17,7 +17,7 @@ use cotree::report::csv::CsvTable;
 use cotree::report::data::Report;
 use cotree::report::inspect::Contents;
 use cotree::report::statistics::{Statistics, VariableFigures};
-use cotree::scene::Asked;
+use cotree::scene::Requested;
 use cotree::task::Task;
 use cotree_draw::graph::GraphDrawing;
 use cotree_draw::png::{Size, png as drawn_as_png};
@@ -285,7 +285,7 @@ pub fn export(
     let scene = core.get().scene();
     let written = py.detach(|| {
         let (more, left_out) = if all { everything(scene)? } else { Default::default() };
-        let (mut compiled, mut formulated) = compile_asking(scene, &Asked::Also(more))?;
+        let (mut compiled, mut formulated) = compile_asking(scene, &Requested::Also(more))?;
         let overview = overview::overview(&mut formulated);
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);
@@ -397,7 +397,7 @@ pub fn optimized(
         seed,
         threads,
     };
-    let mut study: Study = core.study_of(&Asked::these(request.variables()), &settings, None)?;
+    let mut study: Study = core.study_of(&Requested::these(request.variables()), &settings, None)?;
     study.set_experiment(times.experiment(study.experiment())?);
     let stop = Arc::new(AtomicBool::new(false));
     let found = py.detach(|| {

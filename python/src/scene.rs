@@ -12,7 +12,7 @@ use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
 use cotree::run::{Ended, Ensemble, FailedRun, Measure, MeasureError, Run};
-use cotree::scene::{Asked, EditError};
+use cotree::scene::{Requested, EditError};
 use cotree::{Compiled, Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -45,7 +45,7 @@ pub struct Core {
     /// What was compiled, the last first.
     compiled: Mutex<Vec<(Variant, Arc<Ready>)>>,
     /// What was resolved for studies, the last first: copies share what they formulate.
-    studied: Mutex<Vec<((Asked, Vec<String>), Study)>>,
+    studied: Mutex<Vec<((Requested, Vec<String>), Study)>>,
 }
 
 /// What is compiled of a scene: these outputs in place of its own, if any are given, and variables that are known at the start although `[initial]` leaves them out.
@@ -345,9 +345,9 @@ impl Core {
         inputs: Option<Columns>,
     ) -> PyResult<Derivatives<'py>> {
         let mut study = self.study(of, &settings, inputs)?;
-        let asked = times.experiment(study.experiment())?;
-        let points = times.points(asked);
-        study.set_experiment(Experiment { start: asked.start, tolerance: asked.tolerance, ..study.experiment() });
+        let requested = times.experiment(study.experiment())?;
+        let points = times.points(requested);
+        study.set_experiment(Experiment { start: requested.start, tolerance: requested.tolerance, ..study.experiment() });
         derivatives(
             py,
             interruptible(py, || study.sensitivities(&to, &points))?.map_err(|error| study_error(error, &settings))?,
@@ -391,11 +391,11 @@ impl Core {
         inputs: Option<Columns>,
     ) -> PyResult<String> {
         let crossed = levels.iter().map(|(name, _)| name.clone());
-        let asked = match of.filter(|names| !names.is_empty()) {
-            Some(names) => Asked::these(names.into_iter().chain(crossed)),
-            None => Asked::also(crossed),
+        let requested = match of.filter(|names| !names.is_empty()) {
+            Some(names) => Requested::these(names.into_iter().chain(crossed)),
+            None => Requested::also(crossed),
         };
-        let mut study = self.study_of(&asked, &settings, inputs)?;
+        let mut study = self.study_of(&requested, &settings, inputs)?;
         let level = |(name, value): &(String, Value)| {
             let unit = study.output_unit(name).cloned().unwrap_or_default();
             let value = value.read(&unit).map_err(|message| wrong(format!("crossing: {name}: {message}")))?;
@@ -422,7 +422,7 @@ impl Core {
         let (mut studies, mut tables) = (Vec::new(), Vec::new());
         let mut set = Vec::new();
         for (settings, (at, names, columns), inputs) in experiments {
-            let mut study = self.study_of(&Asked::these(&names), &settings, inputs)?;
+            let mut study = self.study_of(&Requested::these(&names), &settings, inputs)?;
             study.set_experiment(times.experiment(study.experiment())?);
             studies.push(study);
             let table = CsvTable::with_gaps(names, at, columns);
@@ -510,7 +510,7 @@ impl Core {
         settings: &[(String, Value)],
         varied: &[String],
     ) -> PyResult<(Arc<Ready>, Vec<usize>)> {
-        let Some(asked) = outputs.filter(|names| !names.is_empty()) else {
+        let Some(requested) = outputs.filter(|names| !names.is_empty()) else {
             let ready = self.ready_for(py, None, settings, varied)?;
             let reported = ready.compiled.reported();
             return Ok((ready, reported));
@@ -518,10 +518,10 @@ impl Core {
         let ready = self.ready(py, Variant::default())?;
         let given = ready.compiled.description.variables.iter().filter(|variable| !variable.causality.follows_motion());
         let given: HashSet<&str> = given.map(|variable| variable.name.as_str()).collect();
-        let computed = asked.iter().filter(|name| !given.contains(name.as_str())).cloned().collect();
+        let computed = requested.iter().filter(|name| !given.contains(name.as_str())).cloned().collect();
         let ready = self.ready_for(py, Some(computed), settings, varied)?;
         let mut reported: Vec<usize> = Vec::new();
-        for name in &asked {
+        for name in &requested {
             let place = ready.compiled.description.variables.iter().position(|variable| variable.name == *name);
             let place = place.ok_or_else(|| wrong(format!("outputs: `{name}` is not computed")))?;
             if !reported.contains(&place) {
@@ -556,7 +556,7 @@ impl Core {
     }
 
     fn compile(&self, variant: &Variant) -> PyResult<Ready> {
-        let compiled = compile_asking(&self.scene_of(variant), &asked(Some(variant.outputs.clone())));
+        let compiled = compile_asking(&self.scene_of(variant), &requested(Some(variant.outputs.clone())));
         let (compiled, _) = compiled.map_err(|faults| scene_error(&faults))?;
         let model = Model::new(compiled.program.clone()).map_err(|error| RunError::new_err(error.to_string()))?;
         Ok(Ready { compiled, model: Arc::new(model), spare: Mutex::default() })
@@ -568,25 +568,25 @@ impl Core {
         settings: &[(String, Value)],
         inputs: Option<Columns>,
     ) -> PyResult<Study> {
-        self.study_of(&asked(outputs), settings, inputs)
+        self.study_of(&requested(outputs), settings, inputs)
     }
 
     /// A study with nothing set: of what was asked before a copy.
-    fn resolved(&self, asked: &Asked, known: Vec<String>) -> PyResult<Study> {
+    fn resolved(&self, requested: &Requested, known: Vec<String>) -> PyResult<Study> {
         let kept = || self.studied.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, study)) = kept().iter().find(|((key, names), _)| key == asked && *names == known) {
+        if let Some((_, study)) = kept().iter().find(|((key, names), _)| key == requested && *names == known) {
             return Ok(study.clone());
         }
         let scene = with_known(&self.scene, &known);
-        let study = Study::asking(&scene, asked).map_err(|faults| scene_error(&faults))?;
+        let study = Study::asking(&scene, requested).map_err(|faults| scene_error(&faults))?;
         let mut kept = kept();
-        kept.insert(0, ((asked.clone(), known), study.clone()));
+        kept.insert(0, ((requested.clone(), known), study.clone()));
         kept.truncate(MOST_KEPT);
         Ok(study)
     }
 
-    pub fn study_of(&self, asked: &Asked, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
-        let mut study = self.resolved(asked, self.known(settings.iter().map(|(name, _)| name)))?;
+    pub fn study_of(&self, requested: &Requested, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
+        let mut study = self.resolved(requested, self.known(settings.iter().map(|(name, _)| name)))?;
         let wrongs = settings.iter().map(|(name, value)| {
             study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))
         });
@@ -733,8 +733,8 @@ pub fn for_browsers(runtimes: Option<&Path>) -> PyResult<Option<Vec<u8>>> {
 }
 
 /// These outputs in place of those of the scene, if any are given.
-fn asked(outputs: Option<Vec<String>>) -> Asked {
-    outputs.filter(|names| !names.is_empty()).map_or(Asked::Own, Asked::These)
+fn requested(outputs: Option<Vec<String>>) -> Requested {
+    outputs.filter(|names| !names.is_empty()).map_or(Requested::Own, Requested::These)
 }
 
 /// As arrays: the outputs (time, output), and their derivatives (time, output, parameter).

@@ -519,12 +519,12 @@ fn check_determined(equations: &Equations, shared: &Shared, outputs: &[Output]) 
     let mechanism = &equations.system.mechanism;
     let mut faults = Vec::new();
     for output in outputs {
-        let mut asked = None;
+        let mut requested = None;
         output.value.visit(&mut |part| match part {
-            Formula::Variable(variable) if shared.undetermined.contains(variable) => asked = Some(*variable),
+            Formula::Variable(variable) if shared.undetermined.contains(variable) => requested = Some(*variable),
             _ => {}
         });
-        if let Some(variable) = asked {
+        if let Some(variable) = requested {
             let name = mechanism.variable_name(variable);
             let message = format!(
                 "`{name}` is not determined: the joints constrain a direction to second order only, and their reactions there are unbounded"

@@ -59,9 +59,9 @@ impl ContactKernels {
         kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
         if !kernels.gaps.is_empty() {
             let arena = &mut equations.system.arena;
-            let asked: Vec<Expr> =
+            let requested: Vec<Expr> =
                 (0..equations.constraints.len()).map(|row| arena.symbol(Symbol::Reaction(row))).collect();
-            let without = solver.impact(arena, &asked);
+            let without = solver.impact(arena, &requested);
             kernels.impact = levels.solve(arena, without, true).values;
             // States have no impulses.
             let first = equations.coordinates.len();

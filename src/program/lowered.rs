@@ -185,8 +185,8 @@ pub fn program(
     let kinematic = driven && equations.states.is_empty();
     if driven && !kinematic {
         let outputs: Vec<Expr> = outputs.iter().map(|output| equations.formula(&output.value)).collect();
-        let asked = [outputs, InstantKernels::new(equations).read(), equations.states.clone()].concat();
-        moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
+        let requested = [outputs, InstantKernels::new(equations).read(), equations.states.clone()].concat();
+        moving.drive(equations, (&kernels, &blocks), &requested, (length, pose))?;
         moving.read_the_motion(equations);
         moving.indicators = motion_indicators(equations, &moving.solved);
     }
@@ -194,8 +194,8 @@ pub fn program(
     moving.outputs.clone_from(&table.results);
     moving.instants = InstantKernels::new(equations);
     if kinematic {
-        let asked = [&table.results[..], &moving.instants.read()].concat();
-        moving.drive(equations, (&kernels, &blocks), &asked, (length, pose))?;
+        let requested = [&table.results[..], &moving.instants.read()].concat();
+        moving.drive(equations, (&kernels, &blocks), &requested, (length, pose))?;
     }
     if equations.first_led().is_some() {
         moving.lead(equations, length);
@@ -283,12 +283,12 @@ impl MotionKernels {
         &mut self,
         equations: &mut Equations,
         (kernels, blocks): (&PositionKernels, &[Block]),
-        asked: &[Expr],
+        requested: &[Expr],
         (length, pose): (f64, &State),
     ) -> Result<(), Obstacle> {
         let loops = Loops::new(equations, blocks, length, pose)?;
         self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
-        let results = equations.system.arena.symbols(asked.iter().copied());
+        let results = equations.system.arena.symbols(requested.iter().copied());
         let reactions = if results.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
             balanced(equations, &loops, &self.solved)
         } else {

@@ -237,8 +237,8 @@ impl VariableTable {
         let written: HashMap<Of, &DisplayUnit> = written.collect();
         for row in self.rows.iter_mut().filter(|row| row.variable.unit.display.is_none()) {
             let (of, variable) = (row.of, &mut row.variable);
-            let asked = Some(mechanism.display.of(&variable.unit)).filter(|shown| shown.name != variable.unit.si);
-            variable.unit.display = asked.or_else(|| written.get(&of?).map(|&display| display.clone()));
+            let requested = Some(mechanism.display.of(&variable.unit)).filter(|shown| shown.name != variable.unit.si);
+            variable.unit.display = requested.or_else(|| written.get(&of?).map(|&display| display.clone()));
         }
     }
 

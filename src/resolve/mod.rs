@@ -3,7 +3,6 @@
 //! A fault does not stop the work: a formula that cannot be resolved stands as "not a number" in the unfinished
 //! mechanism, which is not returned, and checks of its value pass.
 
-mod asked;
 mod bodies;
 mod calculated;
 mod context;
@@ -21,6 +20,7 @@ mod parameters;
 mod parts;
 mod placed;
 mod places;
+mod requested;
 mod reuse;
 mod settings;
 mod shapes;
@@ -43,7 +43,7 @@ use crate::diagnostic::suggest;
 use crate::model::{
     Bound, Dimension, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Unit, Units, Variable,
 };
-use crate::scene::Asked;
+use crate::scene::Requested;
 use crate::scene::model::Within;
 use crate::scene::{Resolved, Scene};
 
@@ -69,7 +69,7 @@ impl Scene {
         if faults.has_errors() {
             // What a missing part has is not known.
             if complete {
-                scene.resolve_into(&Asked::Own, &mut faults);
+                scene.resolve_into(&Requested::Own, &mut faults);
             }
             return Err(faults.into_faults(scene.source));
         }
@@ -82,16 +82,16 @@ impl Scene {
     /// # Errors
     /// All of them.
     pub fn resolve(&self) -> Result<Resolved, Faults> {
-        self.resolve_asking(&Asked::Own)
+        self.resolve_asking(&Requested::Own)
     }
 
     /// As [`Scene::resolve`], with the outputs that are asked for.
     ///
     /// # Errors
     /// All faults; an output that there is not among them.
-    pub fn resolve_asking(&self, asked: &Asked) -> Result<Resolved, Faults> {
+    pub fn resolve_asking(&self, requested: &Requested) -> Result<Resolved, Faults> {
         let mut faults = Sink::default();
-        let (mechanism, outputs) = self.resolve_into(asked, &mut faults);
+        let (mechanism, outputs) = self.resolve_into(requested, &mut faults);
         if faults.has_errors() {
             return Err(faults.into_faults(self.source.clone()));
         }
@@ -99,7 +99,7 @@ impl Scene {
     }
 
     /// The mechanism and what is asked of it, as far as they can be resolved; complete if there are no errors.
-    fn resolve_into(&self, asked: &Asked, faults: &mut Sink) -> (Mechanism, Vec<Output>) {
+    fn resolve_into(&self, requested: &Requested, faults: &mut Sink) -> (Mechanism, Vec<Output>) {
         let names = SceneNames::collect(self, faults);
         let mut resolver = Resolver::new(self, names, faults);
         resolver.name();
@@ -141,7 +141,7 @@ impl Scene {
             units: Units::default(),
             display,
         };
-        let outputs = resolver.outputs(asked);
+        let outputs = resolver.outputs(requested);
         mechanism.add_own_states();
         mechanism.add_unilaterals();
         mechanism.add_removable();
@@ -149,7 +149,7 @@ impl Scene {
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
             // What only the outputs of the scene use is of use, whatever else is asked for.
-            if !matches!(asked, Asked::These(_)) {
+            if !matches!(requested, Requested::These(_)) {
                 resolver.unused();
             }
             mechanism.check().into_iter().for_each(|fault| resolver.faults.push(fault));

@@ -12,12 +12,12 @@ use crate::model::measure::ANYTHING;
 use crate::model::{Formula, InputId, Output, StateId, Unit};
 use crate::scene::dimension::KnownUnit;
 use crate::scene::quantity::Quantity;
-use crate::scene::{Asked, model};
+use crate::scene::{Requested, model};
 
 impl Resolver<'_> {
-    pub(super) fn outputs(&mut self, asked: &Asked) -> Vec<Output> {
+    pub(super) fn outputs(&mut self, requested: &Requested) -> Vec<Output> {
         let scene = self.scene;
-        let (variables, expressions) = scene.asked(asked);
+        let (variables, expressions) = scene.requested(requested);
         let mut seen = HashSet::new();
         let mut outputs = Vec::new();
         for name in &variables {

@@ -3,7 +3,6 @@
 //! A [`Scene`] is read from TOML or JSON, or built in Rust; [`Scene::resolve`] turns it into a
 //! [`Mechanism`](crate::model::Mechanism). Whatever is wrong is collected and reported at once, as [`Faults`].
 
-mod asked;
 mod brackets;
 mod builder;
 pub mod constant;
@@ -19,12 +18,12 @@ pub(crate) mod model;
 pub(crate) mod part;
 pub mod quantity;
 pub mod record;
+mod requested;
 mod slips;
 pub(crate) mod tables;
 pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
-pub use asked::Asked;
 pub use edit::{Edit, EditError, Gap, edited};
 pub use model::{
     Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
@@ -33,6 +32,7 @@ pub use model::{
 pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
 pub use quantity::{Quantity, Value};
 pub(crate) use quantity::{QuantityReading, read};
+pub use requested::Requested;
 
 /// A scene without faults.
 #[derive(Clone, Debug, PartialEq)]

@@ -153,18 +153,18 @@ impl MotionSolver {
     }
 
     /// Impulses: the change of the rates of branch coordinates, of least kinetic energy, that changes the rate of each loop equation by minus what is asked, and the multipliers of all loop equations.
-    pub fn impact(&self, arena: &mut Arena, asked: &[Expr]) -> Vec<Expr> {
+    pub fn impact(&self, arena: &mut Arena, requested: &[Expr]) -> Vec<Expr> {
         let mut right = vec![Expr::ZERO; self.system.load.len()];
         right.extend(self.system.rows.iter().map(|row| {
-            let asked = row.branch.map_or(Expr::ZERO, |index| arena.negate(asked[index]));
+            let requested = row.branch.map_or(Expr::ZERO, |index| arena.negate(requested[index]));
             // What is open is not asked for anything.
             if row.diagonal == Expr::ZERO {
-                return asked;
+                return requested;
             }
             let closed = arena.add(row.diagonal, Expr::ONE);
-            arena.multiply(closed, asked)
+            arena.multiply(closed, requested)
         }));
-        self.results(arena, &right, asked.len(), false)
+        self.results(arena, &right, requested.len(), false)
     }
 
     /// Projection onto the loop equations: the correction of the branch coordinates of least norm in the mass metric that cancels the residuals.

@@ -737,8 +737,8 @@ fn a_ladder_stands_where_both_its_ends_are_about_to_slide() {
         let ends = [("floor_pad.friction", "slides-"), ("wall_pad.friction", "slides-")];
         let ways = [("slides-", "slides-"), ("slides-", "slides+"), ("slides+", "slides-"), ("slides+", "slides+")];
         let found = ways.iter().filter_map(|&(low, high)| {
-            let asked = [(ends[0].0, low), (ends[1].0, high)];
-            let statics = study(&ladder(floor, wall, up, angle + 0.03), &asked).equilibrium().ok()?;
+            let requested = [(ends[0].0, low), (ends[1].0, high)];
+            let statics = study(&ladder(floor, wall, up, angle + 0.03), &requested).equilibrium().ok()?;
             Some((statics.value("ladder.angle").unwrap(), statics.stability == Stability::Held))
         });
         let found: Vec<(f64, bool)> = found.collect();
@@ -1085,8 +1085,8 @@ fn asking_for_the_mode_that_it_is_in_changes_nothing() {
     let natural = linear(CRANK, 0.0, &[]).unwrap();
     let found: Vec<(&str, &str)> = words(&natural);
     assert_eq!(found, [("main.friction", "slides+"), ("big.friction", "slides-"), ("guide.friction", "slides-")]);
-    let asked = linear(CRANK, 0.0, &names).unwrap();
-    for (one, other) in [(&natural.a, &asked.a), (&natural.b, &asked.b), (&natural.c, &asked.c)] {
+    let requested = linear(CRANK, 0.0, &names).unwrap();
+    for (one, other) in [(&natural.a, &requested.a), (&natural.b, &requested.b), (&natural.c, &requested.c)] {
         assert_eq!(one, other);
     }
 }

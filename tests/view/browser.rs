@@ -131,14 +131,14 @@ fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json:
     let mut body = vec![0; length];
     reader.read_exact(&mut body).ok()?;
     let place = first.split(' ').nth(1).unwrap_or_default();
-    let asked = match place {
+    let requested = match place {
         "/page" => "/",
         other => other,
     };
     if !source.server.is_empty() && (["/page", "/events", "/scene"].contains(&place) || place.starts_with("/call/")) {
         let method = first.split(' ').next().unwrap_or_default();
         let (server, token) = source.server.split_once('/').unwrap();
-        pass_on(server, &format!("{method} /{token}{asked}"), &body, reader.into_inner());
+        pass_on(server, &format!("{method} /{token}{requested}"), &body, reader.into_inner());
         return None;
     }
     if let Some(number) = place.strip_prefix("/edit/") {
@@ -159,10 +159,10 @@ fn answer(stream: TcpStream, source: &Source, frame: &str) -> Option<serde_json:
 }
 
 /// Asks another server as a page of its own would, and passes its answer on as it comes.
-fn pass_on(server: &str, asked: &str, body: &[u8], mut to: TcpStream) {
+fn pass_on(server: &str, requested: &str, body: &[u8], mut to: TcpStream) {
     let mut from = TcpStream::connect(server).unwrap();
     let length = body.len();
-    write!(from, "{asked} HTTP/1.1\r\nHost: {server}\r\nOrigin: http://{server}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n").unwrap();
+    write!(from, "{requested} HTTP/1.1\r\nHost: {server}\r\nOrigin: http://{server}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n").unwrap();
     from.write_all(body).unwrap();
     std::thread::spawn(move || {
         // Either side may go away.

@@ -16,7 +16,7 @@ use super::study::Arguments;
                   cotree equilibrium four_bar.toml --sensitivity stall_torque")]
 pub struct EquilibriumCommand {
     #[command(flatten)]
-    asked: Arguments,
+    arguments: Arguments,
     /// Print instead the outputs at the equilibrium and their derivatives with respect to a parameter or constant input; may be given several times
     #[arg(long, value_name = "NAME")]
     sensitivity: Vec<String>,
@@ -24,12 +24,12 @@ pub struct EquilibriumCommand {
 
 impl EquilibriumCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let mut study = self.asked.open()?;
+        let mut study = self.arguments.open()?;
         if !self.sensitivity.is_empty() {
             let found = study.equilibrium_sensitivities(&self.sensitivity);
-            return self.asked.write(study, format, found.map(|found| found.report()));
+            return self.arguments.write(study, format, found.map(|found| found.report()));
         }
         let found = study.equilibrium();
-        self.asked.write(study, format, found.map(|found| found.report()))
+        self.arguments.write(study, format, found.map(|found| found.report()))
     }
 }

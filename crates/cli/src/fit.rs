@@ -7,7 +7,7 @@ use clap::Args;
 use cotree::diagnostic::lines;
 use cotree::model::Units;
 use cotree::report::csv::{CsvTable, Naming};
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 use cotree::typeset::counted;
 use cotree_study::analysis::Study;
 use cotree_study::fit::{self, Fit as Found, FitEnded, FitError, FitRequest, FitTrial, Vary};
@@ -131,8 +131,8 @@ impl FitCommand {
         let study = |(index, (path, table)): (usize, (&PathBuf, &CsvTable))| {
             let settings = settings.iter().filter(|(number, _)| number.is_none_or(|number| number == index + 1));
             let settings: Vec<String> = settings.map(|(_, setting)| (*setting).to_owned()).collect();
-            let study = study::asking(scene, &Asked::these(table.names()), &settings);
-            let mut study = study.map_err(|failure| asked(failure, &path.display().to_string()))?;
+            let study = study::asking(scene, &Requested::these(table.names()), &settings);
+            let mut study = study.map_err(|failure| requested(failure, &path.display().to_string()))?;
             self.input.get(index).map_or(Ok(()), |path| drive(&mut study, path, &settings, format))?;
             study.set_experiment(times.experiment(study.experiment())?);
             Ok(study)
@@ -218,7 +218,7 @@ impl FitProgress {
 }
 
 /// Variables that the table names and the scene does not have are no fault of the scene.
-fn asked(failure: Failure, table: &str) -> Failure {
+fn requested(failure: Failure, table: &str) -> Failure {
     match failure {
         Failure::Scene(faults) => output::unknown(faults, &format!("`{table}`")),
         other => other,
@@ -227,7 +227,7 @@ fn asked(failure: Failure, table: &str) -> Failure {
 
 fn failure(error: FitError, table: &str) -> Failure {
     match error {
-        FitError::Study(error) => asked(error.into(), table),
+        FitError::Study(error) => requested(error.into(), table),
         FitError::Request(faults) => Failure::Usage(lines(&faults)),
         FitError::Undetermined(why) => Failure::Numerical(why.to_string()),
     }

@@ -25,7 +25,7 @@ const MOST_POINTS: u64 = 1_000_000;
                   cotree linearize four_bar.toml --along --step \"50 ms\" --csv -o matrices.csv")]
 pub struct LinearizeCommand {
     #[command(flatten)]
-    asked: Arguments,
+    arguments: Arguments,
     /// At this time of the motion [default: at its start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, conflicts_with_all = ["equilibrium", "along"])]
     at: Option<String>,
@@ -48,7 +48,7 @@ pub struct LinearizeCommand {
 
 impl LinearizeCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let mut study = self.asked.open()?;
+        let mut study = self.arguments.open()?;
         let at = if self.equilibrium {
             LinearisedAt::Equilibrium
         } else {
@@ -62,7 +62,7 @@ impl LinearizeCommand {
             }
             found = found.and_then(|found| Ok(found.held(step)?));
         }
-        match self.asked.script() {
+        match self.arguments.script() {
             Some(path) => {
                 output::warn(study.take_warnings().as_ref(), format);
                 let text = found?.matlab();
@@ -71,7 +71,7 @@ impl LinearizeCommand {
                 })?;
                 output::write(path, text)
             }
-            None => self.asked.write(study, format, found.map(|found| found.report())),
+            None => self.arguments.write(study, format, found.map(|found| found.report())),
         }
     }
 

@@ -17,7 +17,7 @@ use super::study::{self, Arguments};
                   cotree modes four_bar.toml --sensitivity stall_torque")]
 pub struct ModesCommand {
     #[command(flatten)]
-    asked: Arguments,
+    arguments: Arguments,
     /// At this time of the motion [default: at the equilibrium nearest to the start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     at: Option<String>,
@@ -28,14 +28,14 @@ pub struct ModesCommand {
 
 impl ModesCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
-        let mut study = self.asked.open()?;
+        let mut study = self.arguments.open()?;
         if !self.sensitivity.is_empty() {
             let found = study.mode_sensitivities(&self.sensitivity);
-            return self.asked.write(study, format, found.map(|found| found.report()));
+            return self.arguments.write(study, format, found.map(|found| found.report()));
         }
         let start = study.experiment().start;
         let at = self.at.as_deref().map(|at| study::time("at", at, start)).transpose()?;
         let found = study.modes(at);
-        self.asked.write(study, format, found.map(|found| found.report()))
+        self.arguments.write(study, format, found.map(|found| found.report()))
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::{ArgGroup, Args};
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 use cotree_study::fit::{Vary, with_values};
 use cotree_study::motion;
 use cotree_study::optimize::{
@@ -110,8 +110,8 @@ impl OptimizeCommand {
         let scene = output::load(&self.scene)?;
         let request = self.request(&scene, format)?;
         let units = self.units.of(&scene)?.units;
-        let wanted = Asked::these(request.variables());
-        let mut study = study::asking(&scene, &wanted, &self.settings).map_err(asked)?;
+        let wanted = Requested::these(request.variables());
+        let mut study = study::asking(&scene, &wanted, &self.settings).map_err(requested)?;
         study.set_experiment(self.times.experiment(study.experiment())?);
         let (stop, bar) = (stop::listen()?, bar(request.starts));
         let from = self.resume.as_deref().map_or(Ok(Vec::new()), |path| searched(path, &request))?;
@@ -207,7 +207,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
 }
 
 /// Variables that were asked for and that the scene does not have are no fault of the scene.
-fn asked(failure: Failure) -> Failure {
+fn requested(failure: Failure) -> Failure {
     match failure {
         Failure::Scene(faults) => output::unknown(faults, "what is measured"),
         other => other,
@@ -217,7 +217,7 @@ fn asked(failure: Failure) -> Failure {
 impl From<OptimizeError> for Failure {
     fn from(error: OptimizeError) -> Self {
         match error {
-            OptimizeError::Study(error) => asked(error.into()),
+            OptimizeError::Study(error) => requested(error.into()),
             OptimizeError::Request(faults) => Failure::usage(&faults),
             error @ (OptimizeError::Unmet { .. } | OptimizeError::Stopped | OptimizeError::OtherBranch) => {
                 Failure::Numerical(error.to_string())

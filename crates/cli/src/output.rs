@@ -9,7 +9,7 @@ use cotree::diagnostic::visible::visible;
 use cotree::files::{self, Draft};
 use cotree::report::csv::{CsvTable, CsvWriter, Naming};
 use cotree::run::{Finish, Gaps};
-use cotree::scene::{Asked, Fault, Faults, Scene, Source, Span};
+use cotree::scene::{Fault, Faults, Requested, Scene, Source, Span};
 use cotree::sheet::SheetError;
 use cotree_draw::png::{self, Size};
 use cotree_fmu::instance::Inaccuracy;
@@ -213,11 +213,11 @@ pub fn load(path: &Path) -> Result<Scene, Failure> {
 }
 
 /// A variable that was asked for elsewhere and does not exist is no fault of the scene.
-pub fn unknown(faults: Faults, asked: &str) -> Failure {
+pub fn unknown(faults: Faults, requested: &str) -> Failure {
     let is_asked = |fault: &&Fault| fault.kind() == FaultKind::UnknownOutput && fault.span.is_nowhere();
     let asked_for = faults.list.iter().filter(is_asked);
     let message = |fault: &Fault| {
-        let message = fault.message.replace("the request names", &format!("{asked} names"));
+        let message = fault.message.replace("the request names", &format!("{requested} names"));
         format!("{message}; {}", fault.help)
     };
     let messages: Vec<String> = asked_for.map(message).collect();
@@ -269,12 +269,12 @@ fn unreadable(error: &io::Error) -> String {
 
 /// Compiles a scene; its warnings go to standard error.
 pub fn compile(scene: &Scene, format: MessageFormat) -> Result<Compiled, Failure> {
-    compile_asking(scene, &Asked::Own, format)
+    compile_asking(scene, &Requested::Own, format)
 }
 
 /// As [`compile()`], with the outputs that are asked for.
-pub fn compile_asking(scene: &Scene, asked: &Asked, format: MessageFormat) -> Result<Compiled, Failure> {
-    let (compiled, _) = compile::compile_asking(scene, asked)?;
+pub fn compile_asking(scene: &Scene, requested: &Requested, format: MessageFormat) -> Result<Compiled, Failure> {
+    let (compiled, _) = compile::compile_asking(scene, requested)?;
     warn(compiled.warnings.as_ref(), format);
     Ok(compiled)
 }

@@ -34,9 +34,9 @@ pub fn start(
 /// Serves one page until the program is ended; its address is printed, and given to `begun`.
 pub fn page(html: String, desk: Desk, begun: impl FnOnce(&str)) -> Result<(), Failure> {
     let calls = Arc::new(Calls::new(desk));
-    let address = start(0, move |request, stream| match request.asked.as_str() {
+    let address = start(0, move |request, stream| match request.line.as_str() {
         "GET /" => respond(stream, "200 OK", html.as_bytes()),
-        asked => calls.respond(asked, &request.body, Askers::Own, stream),
+        requested => calls.respond(requested, &request.body, Askers::Own, stream),
     })?;
     output::print(&format!("{address}\n"))?;
     begun(&address);

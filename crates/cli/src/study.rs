@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use cotree::compile::{self, Compiled, compile_asking};
 use cotree::report::data::Report;
-use cotree::scene::{Asked, Faults, Scene};
+use cotree::scene::{Faults, Requested, Scene};
 use cotree::typeset::short;
 use cotree_study::analysis::{AnalysisFailure, Study, StudyError};
 
@@ -86,23 +86,23 @@ pub fn time(option: &str, text: &str, start: f64) -> Result<f64, Failure> {
 
 /// A study of a scene with `name=value` of parameters and inputs.
 pub fn with_settings(scene: &Scene, settings: &[String]) -> Result<Study, Failure> {
-    asking(scene, &Asked::Own, settings)
+    asking(scene, &Requested::Own, settings)
 }
 
 /// As [`with_settings`], with the outputs that are asked for.
-pub fn asking(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Study, Failure> {
-    let mut study = Study::asking(scene, asked)?;
+pub fn asking(scene: &Scene, requested: &Requested, settings: &[String]) -> Result<Study, Failure> {
+    let mut study = Study::asking(scene, requested)?;
     let set = |setting: &String| set(&mut study, setting).map_err(|message| format!("--set {setting}: {message}"));
     Failure::every(settings.iter().map(set))?;
     Ok(study)
 }
 
 /// The program for these settings: they are its defaults where they change which loop equations are imposed. What is wrong with a setting is said where the run is given it.
-pub fn compiled(scene: &Scene, asked: &Asked, settings: &[String]) -> Result<Compiled, Faults> {
-    let set = (!settings.is_empty()).then(|| asking(scene, asked, settings).ok()).flatten();
+pub fn compiled(scene: &Scene, requested: &Requested, settings: &[String]) -> Result<Compiled, Faults> {
+    let set = (!settings.is_empty()).then(|| asking(scene, requested, settings).ok()).flatten();
     match set.filter(|study| study.restricts_otherwise(scene)) {
         Some(study) => study.compiled(),
-        None => compile_asking(scene, asked).map(|(compiled, _)| compiled),
+        None => compile_asking(scene, requested).map(|(compiled, _)| compiled),
     }
 }
 

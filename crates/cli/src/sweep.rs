@@ -114,10 +114,10 @@ impl SweepCommand {
     fn compiled(&self, scene: &Scene, format: MessageFormat) -> Result<(Compiled, Vec<Measure>), Failure> {
         let read = |text: &String| text.parse::<Measure>().map_err(|message| format!("--output {text}: {message}"));
         match Failure::every(self.measures.iter().map(read)) {
-            Ok(asked) if !asked.is_empty() => {
-                let compiled = sweep::measured(scene, &asked)?;
+            Ok(requested) if !requested.is_empty() => {
+                let compiled = sweep::measured(scene, &requested)?;
                 output::warn(compiled.warnings.as_ref(), format);
-                Ok((compiled, asked))
+                Ok((compiled, requested))
             }
             Ok(_) => {
                 let compiled = output::compile(scene, format)?;

@@ -8,7 +8,7 @@ use cotree::component::Profile;
 use cotree::diagnostic::suggest;
 use cotree::model::{Dimension, Quantity, Unit, Units};
 use cotree::run::RunError;
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 use cotree::typeset::{counted, titled};
 use cotree_draw::dxf;
 use cotree_page::film;
@@ -47,8 +47,8 @@ impl TraceCommand {
         let shown = self.units.of(&scene)?;
         let mechanism = scene.resolve()?.mechanism;
         let cams = mechanism.profiles(&mechanism.parameter_values());
-        let (cams, points) = self.asked(&scene, cams)?;
-        let compiled = output::compile_asking(&scene, &Asked::these(variables(&points)), format)?;
+        let (cams, points) = self.requested(&scene, cams)?;
+        let compiled = output::compile_asking(&scene, &Requested::these(variables(&points)), format)?;
         match file.filter(|path| output::has_extension(path, "dxf")) {
             Some(path) => curves(&compiled, (&points, &cams), path, format),
             None => match &cams[..] {
@@ -62,7 +62,7 @@ impl TraceCommand {
     }
 
     /// The cams and the points that are asked for, each once.
-    fn asked(&self, scene: &Scene, cams: Vec<Profile>) -> Result<(Vec<Profile>, Vec<String>), Failure> {
+    fn requested(&self, scene: &Scene, cams: Vec<Profile>) -> Result<(Vec<Profile>, Vec<String>), Failure> {
         let (of_cams, points): (Vec<String>, Vec<String>) =
             self.points.iter().cloned().partition(|name| cams.iter().any(|cam| cam.name == **name));
         let cams: Vec<Profile> = cams.into_iter().filter(|cam| of_cams.contains(&cam.name)).collect();
@@ -84,16 +84,16 @@ impl TraceCommand {
                 std::iter::once(name.clone()).chain(points)
             })
             .collect();
-        let asked = match named.is_empty() {
+        let requested = match named.is_empty() {
             true => film::points(scene).into_iter().map(str::to_owned).collect(),
             false => named,
         };
-        if asked.is_empty() {
+        if requested.is_empty() {
             let known = suggest::list(known.iter().map(String::as_str));
             return Err(Failure::Usage(format!("the scene reports x and y of no point; name the points: {known}")));
         }
         let mut points: Vec<String> = Vec::new();
-        for point in asked {
+        for point in requested {
             if !known.contains(&point) {
                 let known = suggest::known(&point, known.iter().map(String::as_str));
                 return Err(Failure::Usage(format!("the scene has no point `{point}`; {known}")));

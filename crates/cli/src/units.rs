@@ -25,11 +25,11 @@ impl InUnits {
 
     /// Those of the command line, and others for kinds of values that it does not name; SI instead of these if it says so.
     pub fn before(&self, others: &Units) -> Result<Units, Failure> {
-        let mut asked = Units::default();
+        let mut requested = Units::default();
         for name in self.units.iter().filter(|name| !is_si(name)) {
-            asked.add(compile::unit(name).map_err(|message| Failure::Usage(format!("--units {name}: {message}")))?);
+            requested.add(compile::unit(name).map_err(|message| Failure::Usage(format!("--units {name}: {message}")))?);
         }
-        Ok(if self.is_si() { asked } else { asked.before(others) })
+        Ok(if self.is_si() { requested } else { requested.before(others) })
     }
 
     /// Does it ask for SI?

@@ -6,7 +6,7 @@ use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::export::archive::Extra;
 use cotree::export::runtime::Runtime;
 use cotree::export::{ExportError, FmiVersion};
-use cotree::scene::{Asked, Faults};
+use cotree::scene::{Faults, Requested};
 use cotree::{ExportFailure, Scene};
 
 use crate::MotionlessError;
@@ -33,7 +33,7 @@ impl Made {
     /// Everything that is wrong with the scene.
     pub fn of(scene: &Scene, all: bool) -> Result<Self, Faults> {
         let (more, left_out) = if all { everything(scene)? } else { Default::default() };
-        let (mut compiled, mut formulated) = compile_asking(scene, &Asked::Also(more))?;
+        let (mut compiled, mut formulated) = compile_asking(scene, &Requested::Also(more))?;
         let overview = overview(&mut formulated);
         compiled.warn(left_out);
         let accuracy = accuracy::of(&compiled);

@@ -3,7 +3,7 @@
 use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::model::Dimension;
 use cotree::model::Quantity::{Angle, X, Y};
-use cotree::scene::{Asked, Faults, Scene};
+use cotree::scene::{Faults, Requested, Scene};
 use cotree_draw::drawing::{Drawing, Film, HeldPart, Shows};
 use cotree_draw::pose::{draw, frames};
 use cotree_fmu::instance::Inaccuracy;
@@ -39,7 +39,7 @@ pub struct Taken {
 /// Everything that is wrong with the scene.
 pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, MotionlessError>), Faults> {
     let (names, _) = everything(scene)?;
-    let (everything, mut formulated) = compile_asking(scene, &Asked::Also(names))?;
+    let (everything, mut formulated) = compile_asking(scene, &Requested::Also(names))?;
     let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
     let experiment = everything.description.experiment;
     let duration = (experiment.stop - experiment.start) / take.speed;

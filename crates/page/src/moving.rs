@@ -8,7 +8,7 @@ use cotree::export::description::{Description, ScalarVariable, StartValue};
 use cotree::formulate::Formulated;
 use cotree::model::{Dimension, DisplayUnit, Experiment, Exponents, Place, Unit, Units};
 use cotree::resolve::loosened::Loosened;
-use cotree::scene::{Asked, Faults, Scene, Span};
+use cotree::scene::{Faults, Requested, Scene, Span};
 use cotree_draw::drawing::Geometry;
 use cotree_draw::pose::{draw, frames, positions};
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError};
@@ -121,14 +121,14 @@ fn moving(
 }
 
 /// Every variable that can be computed, and the places of the ground's points.
-fn with_places(scene: &Scene) -> Result<Asked, Faults> {
+fn with_places(scene: &Scene) -> Result<Requested, Faults> {
     let (mut names, _) = everything(scene)?;
     if scene.dimension == Dimension::Two {
         let ground =
             scene.ground.iter().flat_map(|point| ["x", "y"].map(|axis| format!("ground.{}.{axis}", point.name.text)));
         names.extend(ground);
     }
-    Ok(Asked::Also(names))
+    Ok(Requested::Also(names))
 }
 
 /// What can be touched; none if the scene is on a line, has no text, many bodies, states of its own or values that are held, or cannot be formulated with its numbers as parameters: some must be known

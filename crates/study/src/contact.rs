@@ -8,7 +8,7 @@ use cotree::diagnostic::Fault;
 use cotree::model::{DisplayUnit, Mechanism, Part, Quantity, Units};
 use cotree::report::data::shown;
 use cotree::run::points;
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 use cotree::typeset::rounded;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -35,16 +35,17 @@ pub struct Contacts {
 }
 
 /// What says how the contacts of a scene are loaded; none if it has no contact.
-pub fn asked(scene: &Scene) -> Option<(Asked, Mechanism)> {
+pub fn requested(scene: &Scene) -> Option<(Requested, Mechanism)> {
     let mechanism = scene.resolve().ok()?.mechanism;
     let names: Vec<String> = mechanism.joints.iter().flat_map(forces).collect();
-    (!names.is_empty()).then_some((Asked::These(names), mechanism))
+    (!names.is_empty()).then_some((Requested::These(names), mechanism))
 }
 
 /// The motion of the scene's experiment, as far as little work goes; nothing if it has no start, which is told elsewhere.
 pub fn of_experiment(scene: &Scene) -> Contacts {
-    let seen = asked(scene)
-        .and_then(|(asked, mechanism)| Some((ContactLoads::of(&compile_asking(scene, &asked).ok()?.0)?, mechanism)));
+    let seen = requested(scene).and_then(|(requested, mechanism)| {
+        Some((ContactLoads::of(&compile_asking(scene, &requested).ok()?.0)?, mechanism))
+    });
     let Some((seen, mechanism)) = seen else { return Contacts::default() };
     let column = |name: &str| seen.columns.iter().find(|(known, _)| known == name).map(|(_, values)| values.clone());
     let found = over_time(&mechanism, &mechanism.units, &seen.times, column);

@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     /// Puts bytes into the room and calls; the code and the answer.
-    fn asked(bytes: &[u8], call: impl Fn() -> i32) -> (i32, Vec<u8>) {
+    fn requested(bytes: &[u8], call: impl Fn() -> i32) -> (i32, Vec<u8>) {
         DESK.with_borrow_mut(|desk| desk.room = bytes.to_vec());
         (call(), DESK.with_borrow(|desk| desk.answer.clone()))
     }
@@ -152,9 +152,9 @@ mod tests {
         let (_, text) = cotree::gallery::MODELS.iter().find(|(name, _)| *name == "pendulum").unwrap();
         let runtime = Runtime::embedded().unwrap();
         let library = [runtime.platform.folder.as_bytes(), b"\0", &runtime.packed_library()].concat();
-        assert_eq!(asked(&library, || front_take_runtime()).0, 0);
+        assert_eq!(requested(&library, || front_take_runtime()).0, 0);
         for (number, version) in [(2, FmiVersion::V2), (3, FmiVersion::V3)] {
-            let (code, bytes) = asked(text.as_bytes(), || front_fmu(number));
+            let (code, bytes) = requested(text.as_bytes(), || front_fmu(number));
             let made = Made::of(&sketch::scene(text).unwrap(), false).unwrap();
             let extras = made.extras(version, None).unwrap();
             let expected = made.compiled.pack_fmu(version, extras, std::slice::from_ref(&runtime)).unwrap();
@@ -165,12 +165,12 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         for call in [&(|| front_page()) as &dyn Fn() -> i32, &|| front_fmu(2)] {
-            let (code, answer) = asked(b"name = 'a'\n[bodies.bar]\nmas = 2", call);
+            let (code, answer) = requested(b"name = 'a'\n[bodies.bar]\nmas = 2", call);
             let answer: Value = serde_json::from_slice(&answer).unwrap();
             assert_eq!((code, &answer["faults"][0]["place"]["line"]), (1, &3.into()), "{answer}");
         }
-        let (code, answer) = asked(b"amiga\0...", || front_take_runtime());
+        let (code, answer) = requested(b"amiga\0...", || front_take_runtime());
         assert!(code == 1 && String::from_utf8(answer).unwrap().contains("no platform `amiga`"));
-        assert_eq!(asked(&[0xff, 0xfe], || front_look()).0, 0, "no text at all has faults like any other");
+        assert_eq!(requested(&[0xff, 0xfe], || front_look()).0, 0, "no text at all has faults like any other");
     }
 }

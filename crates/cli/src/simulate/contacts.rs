@@ -34,8 +34,8 @@ impl SimulateCommand {
 
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
     fn contacts(&self, scene: &Scene, input: Option<&CsvTable>, shown: &ShownUnits) -> Option<Contacts> {
-        let (asked, mechanism) = contact::asked(scene)?;
-        let compiled = self.compiled(scene, &asked).ok()?;
+        let (requested, mechanism) = contact::requested(scene)?;
+        let compiled = self.compiled(scene, &requested).ok()?;
         let reported = compiled.reported();
         let names: Vec<&str> =
             reported.iter().map(|&index| compiled.description.variables[index].name.as_str()).collect();

@@ -1,11 +1,11 @@
 //! `cotree simulate`
 
-mod asked;
 mod contacts;
 mod happened;
 mod progress;
 mod record;
 mod request;
+mod requested;
 mod sensitivity;
 
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use cotree::model::Units;
 use cotree::report::csv::CsvTable;
 use cotree::run as simulate;
 use cotree::run::{Finish, Gaps, Run, RunError};
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 use cotree::typeset::counted;
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -119,7 +119,7 @@ impl SimulateCommand {
         if !self.sensitivity.is_empty() {
             return sensitivity::run(&self, &scene, format);
         }
-        let compiled = self.compiled(&scene, &asked::also(&self))?;
+        let compiled = self.compiled(&scene, &requested::also(&self))?;
         output::warn(compiled.warnings.as_ref(), format);
         let shown = self.units.of(&scene)?;
         let (chosen, units) = (self.columns.chosen()?, compiled.description.units());
@@ -129,7 +129,7 @@ impl SimulateCommand {
         };
         let [input, overlay] = [&self.input, &self.overlay].map(read);
         let (input, overlay) = (input?, overlay?);
-        let reported = asked::reported(&self, &compiled)?;
+        let reported = requested::reported(&self, &compiled)?;
         let mut record = Record::new(&compiled, &reported, &shown);
         let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
@@ -150,13 +150,13 @@ impl SimulateCommand {
     }
 
     /// The program, which begins where the options say.
-    fn compiled(&self, scene: &Scene, asked: &Asked) -> Result<Compiled, Failure> {
+    fn compiled(&self, scene: &Scene, requested: &Requested) -> Result<Compiled, Failure> {
         let compiled = if self.from_equilibrium {
-            let mut study = study::asking(scene, asked, &self.settings)?;
+            let mut study = study::asking(scene, requested, &self.settings)?;
             study.begin_at_rest()?;
             study.compiled()
         } else {
-            study::compiled(scene, asked, &self.settings)
+            study::compiled(scene, requested, &self.settings)
         };
         compiled.map_err(|faults| output::unknown(faults, "the command line"))
     }

@@ -10,11 +10,11 @@ use cotree_study::analysis::{Sensitivities, Study};
 
 use super::super::failure::Failure;
 use super::super::{MessageFormat, output, study};
-use super::{SimulateCommand, asked};
+use super::{SimulateCommand, requested};
 
 /// Writes a table with a column for each variable, and one for each derivative.
 pub fn run(options: &SimulateCommand, scene: &Scene, format: MessageFormat) -> Result<(), Failure> {
-    let mut study = study::asking(scene, &asked::derived(options, scene), &options.settings)?;
+    let mut study = study::asking(scene, &requested::derived(options, scene), &options.settings)?;
     let experiment = options.times.experiment(study.experiment())?;
     study.set_experiment(experiment);
     let times: Vec<f64> = points(experiment).collect();

@@ -116,7 +116,7 @@ pub fn start(port: u16, board: Arc<Board>, calls: Calls) -> Result<String, Failu
 }
 
 fn answer(request: &Request, stream: TcpStream, board: &Board, calls: &Calls) -> io::Result<()> {
-    match request.asked.as_str() {
+    match request.line.as_str() {
         "GET /" => respond(stream, "200 OK", board.page().as_bytes()),
         "GET /events" => report(stream, board),
         "POST /scene" => {
@@ -127,7 +127,7 @@ fn answer(request: &Request, stream: TcpStream, board: &Board, calls: &Calls) ->
             };
             respond(stream, status, message.as_bytes())
         }
-        asked => calls.respond(asked, &request.body, Askers::Own, stream),
+        requested => calls.respond(requested, &request.body, Askers::Own, stream),
     }
 }
 

@@ -28,7 +28,7 @@ pub enum Askers {
 /// What a page of this server asks for.
 pub struct Request {
     /// Method and path below the token, such as `GET /`.
-    pub asked: String,
+    pub line: String,
     pub body: Vec<u8>,
 }
 
@@ -76,7 +76,7 @@ fn admit(
     let (method, path) = lines
         .next()
         .and_then(|line| line.rsplit_once(' '))
-        .and_then(|(asked, _)| asked.split_once(' '))
+        .and_then(|(line, _)| line.split_once(' '))
         .unwrap_or_default();
     let is_ours = field(lines.clone(), "host").is_some_and(|host| own_names(address).iter().any(|name| host == name));
     let origin = field(lines.clone(), "origin");
@@ -90,7 +90,7 @@ fn admit(
         return respond(stream, "404 Not Found", b"");
     };
     let Some(body) = body(&mut reader, lines)? else { return respond(stream, "400 Bad Request", b"") };
-    answer(&Request { asked: format!("{method} {place}"), body }, stream)
+    answer(&Request { line: format!("{method} {place}"), body }, stream)
 }
 
 /// The request with its headers; none if they are longer than any that a browser sends.
@@ -162,10 +162,9 @@ mod tests {
     }
 
     fn answered_to(askers: Askers, request: impl Fn(&str, &str) -> String) -> String {
-        let address = serve(0, askers, |request, stream| {
-            respond(stream, "200 OK", format!("here: {}", request.asked).as_bytes())
-        })
-        .unwrap();
+        let address =
+            serve(0, askers, |request, stream| respond(stream, "200 OK", format!("here: {}", request.line).as_bytes()))
+                .unwrap();
         let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
         let mut stream = TcpStream::connect(host).unwrap();
         // Where the server has heard enough it closes, and the rest cannot be sent.

@@ -50,9 +50,9 @@ impl Calls {
     ///
     /// # Errors
     /// The browser has gone.
-    pub fn respond(&self, asked: &str, body: &[u8], askers: Askers, stream: impl Write) -> io::Result<()> {
+    pub fn respond(&self, requested: &str, body: &[u8], askers: Askers, stream: impl Write) -> io::Result<()> {
         let to = if askers == Askers::Files { TO_FILES } else { "" };
-        match asked.strip_prefix("POST /call/").and_then(|name| self.answer(name, body)) {
+        match requested.strip_prefix("POST /call/").and_then(|name| self.answer(name, body)) {
             Some(Ok(answer)) => respond_with(stream, "200 OK", to, &answer),
             // No status of a failure: browsers report those to whoever develops the page.
             Some(Err(faults)) => {
@@ -70,6 +70,6 @@ impl Calls {
 pub fn for_files(desk: Desk) -> io::Result<String> {
     let calls = Calls::new(desk);
     http::serve(0, Askers::Files, move |request, stream| {
-        calls.respond(&request.asked, &request.body, Askers::Files, stream)
+        calls.respond(&request.line, &request.body, Askers::Files, stream)
     })
 }

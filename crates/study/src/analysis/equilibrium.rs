@@ -5,9 +5,9 @@ use cotree_fmu::constraints::projection::check_redundant;
 use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
-use super::asked::AskedPart;
 use super::decompose::symmetric_eigen;
 use super::modes::{Mode, modes};
+use super::requested::RequestedMode;
 use super::search::{null_space, scales};
 use super::supports::{Rest, rest};
 use super::variation::{ColumnBlock, RowBlock, Variation};
@@ -56,14 +56,18 @@ impl Equilibrium {
     ///
     /// # Errors
     /// There is no equilibrium, or none was found.
-    pub fn find(formulated: &Formulated, variation: &Variation, asked: &[AskedPart]) -> Result<Self, AnalysisFailure> {
+    pub fn find(
+        formulated: &Formulated,
+        variation: &Variation,
+        requested: &[RequestedMode],
+    ) -> Result<Self, AnalysisFailure> {
         let model = Model::new(formulated.lowered.program.clone())?;
         let guess = OperatingPoint::resting(&model, &formulated.state);
         let lasts = |point: &OperatingPoint| {
             let statics = TangentStiffness::new(formulated, variation, point)?;
             Ok(!matches!(statics.stability(formulated), Stability::Unstable(_)))
         };
-        let Rest { point, shared } = rest(formulated, variation, &guess, asked, lasts)?;
+        let Rest { point, shared } = rest(formulated, variation, &guess, requested, lasts)?;
         let mut state = formulated.state.clone();
         state.positions_mut().copy_from_slice(point.positions());
         check_redundant(&model, &state)?;

@@ -1,7 +1,6 @@
 //! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
 //! differentiated symbolically.
 
-mod asked;
 pub(crate) mod decompose;
 mod driven;
 mod equilibrium;
@@ -13,6 +12,7 @@ mod modes;
 mod one_sided;
 mod point;
 pub mod report;
+mod requested;
 mod rest;
 mod resting;
 mod search;
@@ -30,13 +30,13 @@ use cotree_fmu::program::check::Fault;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-pub use asked::{AskedPart, ModeError, WantedMode};
 pub use driven::InputTableError;
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
 pub use one_sided::{Closure, at_start};
 pub use point::OperatingPoint;
+pub use requested::{ModeError, RequestedMode, WantedMode};
 pub use rest::at_rest;
 pub use sensitivity::{
     Along, At as AlongAt, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, NotDifferentiable,

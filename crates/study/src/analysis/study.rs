@@ -13,11 +13,11 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
-use super::asked::{self, AskedPart, ModeError};
 use super::driven::{DrivenInputs, InputTableError};
 use super::kept::{DerivativesKey, Kept, PoseKey};
 use super::local::Local;
 use super::report::{Linearization, Statics, VibrationModes};
+use super::requested::{self, ModeError, RequestedMode};
 use super::sensitivity::Differentiated;
 use super::{AnalysisFailure, Equilibrium, OperatingPoint, StateSpace, Variation, at_rest, modes};
 
@@ -34,7 +34,7 @@ pub struct Study {
     pub(super) outputs: Vec<Output>,
     driven: DrivenInputs,
     /// What is to be open or closed, caught or free, to stick or slide where it rests or is linearised.
-    asked: Vec<AskedPart>,
+    requested: Vec<RequestedMode>,
     pub(super) source: Source,
     pub(super) warnings: Vec<Fault>,
 }
@@ -70,15 +70,15 @@ impl Study {
     /// # Errors
     /// Everything that is wrong with it.
     pub fn new(scene: &Scene) -> Result<Self, Faults> {
-        Study::asking(scene, &scene::Asked::Own)
+        Study::asking(scene, &scene::Requested::Own)
     }
 
     /// Resolves a scene, with the outputs that are asked for.
     ///
     /// # Errors
     /// Everything that is wrong with it; an output that it does not have.
-    pub fn asking(scene: &Scene, asked: &scene::Asked) -> Result<Self, Faults> {
-        let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(asked)?;
+    pub fn asking(scene: &Scene, requested: &scene::Requested) -> Result<Self, Faults> {
+        let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(requested)?;
         Ok(Study {
             written: Some(Arc::new(mechanism.clone())),
             mechanism,
@@ -87,7 +87,7 @@ impl Study {
             local: Kept::default(),
             outputs,
             driven: DrivenInputs::default(),
-            asked: Vec::new(),
+            requested: Vec::new(),
             source: scene.source.clone(),
             warnings,
         })
@@ -131,7 +131,7 @@ impl Study {
     /// # Errors
     /// There is no such part, or it cannot be that.
     pub fn set_modes(&mut self, modes: &[(String, String)]) -> Result<(), ModeError> {
-        self.asked = asked::asked(&self.mechanism, modes)?;
+        self.requested = requested::requested(&self.mechanism, modes)?;
         Ok(())
     }
 
@@ -237,8 +237,10 @@ impl Study {
                 Ok(vec![StateSpace::new(formulated, variation, &equilibrium.point, None)?])
             })?,
             LinearisedAt::Times(times) => {
-                let (driven, asked) = (self.driven.clone(), self.asked.clone());
-                self.formulated(false, |formulated, variation| along(formulated, variation, (driven, &asked), times))?
+                let (driven, requested) = (self.driven.clone(), self.requested.clone());
+                self.formulated(false, |formulated, variation| {
+                    along(formulated, variation, (driven, &requested), times)
+                })?
             }
         };
         self.warnings.extend(self.without_value(&points));
@@ -267,9 +269,9 @@ impl Study {
             return self
                 .rest(|formulated, variation, equilibrium| vibration(formulated, variation, &equilibrium.point, true));
         };
-        let (driven, asked) = (self.driven.clone(), self.asked.clone());
+        let (driven, requested) = (self.driven.clone(), self.requested.clone());
         self.formulated(false, |formulated, variation| {
-            let point = Followed::new(formulated, driven)?.point((formulated, variation), (time, time), &asked)?;
+            let point = Followed::new(formulated, driven)?.point((formulated, variation), (time, time), &requested)?;
             vibration(formulated, variation, &point, false)
         })
     }
@@ -326,9 +328,9 @@ impl Study {
         then: impl FnOnce(&mut Formulated, &Variation, &Equilibrium) -> Result<T, AnalysisFailure>,
     ) -> Result<T, StudyError> {
         can_rest(&self.mechanism)?;
-        let asked = self.asked.clone();
+        let requested = self.requested.clone();
         self.formulated(true, |formulated, variation| {
-            let equilibrium = Equilibrium::find(formulated, variation, &asked)?;
+            let equilibrium = Equilibrium::find(formulated, variation, &requested)?;
             then(formulated, variation, &equilibrium)
         })
     }
@@ -344,14 +346,14 @@ fn can_rest(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
 fn along(
     formulated: &Formulated,
     variation: &Variation,
-    (driven, asked): (DrivenInputs, &[AskedPart]),
+    (driven, requested): (DrivenInputs, &[RequestedMode]),
     times: &[f64],
 ) -> Result<Vec<StateSpace>, AnalysisFailure> {
     let mut motion = Followed::new(formulated, driven)?;
     let mut systems: Vec<StateSpace> = Vec::with_capacity(times.len());
     let end = times.last().copied().unwrap_or_default();
     for &time in times {
-        let point = motion.point((formulated, variation), (time, end), asked)?;
+        let point = motion.point((formulated, variation), (time, end), requested)?;
         systems.push(StateSpace::new(formulated, variation, &point, systems.last())?);
     }
     Ok(systems)
@@ -429,9 +431,9 @@ impl Followed {
         &mut self,
         equations: (&Formulated, &Variation),
         (time, end): (f64, f64),
-        asked: &[AskedPart],
+        requested: &[RequestedMode],
     ) -> Result<OperatingPoint, AnalysisFailure> {
         let mut state = self.state(time, end)?;
-        asked::put(equations, &self.model, &mut state, asked)
+        requested::put(equations, &self.model, &mut state, requested)
     }
 }

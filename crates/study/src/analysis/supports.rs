@@ -9,9 +9,9 @@ use cotree::formulate::Formulated;
 use cotree::model::{Mechanism, ParameterId};
 use nalgebra::DMatrix;
 
-use super::asked::{AskedPart, WantedMode};
 use super::decompose::svd;
 use super::one_sided::{Closure, OneSidedKind, TOUCHING, closures, told};
+use super::requested::{RequestedMode, WantedMode};
 use super::search::{Misfit, scales, search};
 use super::sharing::{carry_all, share, sharing};
 use super::variation::{ColumnBlock, RowBlock, Rubbing, Variation};
@@ -51,7 +51,7 @@ pub(super) fn rest(
     formulated: &Formulated,
     variation: &Variation,
     guess: &OperatingPoint,
-    asked: &[AskedPart],
+    requested: &[RequestedMode],
     lasts: impl Fn(&OperatingPoint) -> Result<bool, AnalysisFailure>,
 ) -> Result<Rest, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
@@ -59,13 +59,13 @@ pub(super) fn rest(
         let point = search(formulated, variation, guess.clone(), |_| None)?;
         return Ok(Rest { point, shared: Vec::new() });
     }
-    let modes = modes(formulated, guess, asked)?;
+    let modes = modes(formulated, guess, requested)?;
     let guess = standing(formulated, guess);
     let (mut first, mut slid, mut unsteady) = (None, None, None);
     for (place, mode) in modes.iter().enumerate() {
         let mut point = guess.clone();
         mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
-        let outcome = in_mode(formulated, variation, point, asked).and_then(|outcome| {
+        let outcome = in_mode(formulated, variation, point, requested).and_then(|outcome| {
             // Of forces that are not determined it is not known, either, whether what sticks can hold them.
             if let Outcome::Slides(_, point) = &outcome {
                 check_determined(formulated, variation, point)?;
@@ -81,8 +81,8 @@ pub(super) fn rest(
                 unsteady = unsteady.or(Some(rest));
             }
             // It slides from where it was put: a rest in another mode is somewhere else.
-            Ok(Outcome::Slides(failure, _)) if place == 0 => return Err(without_idle(mechanism, asked, failure)),
-            Ok(Outcome::Slides(failure, _)) => slid = slid.or(Some(without_idle(mechanism, asked, failure))),
+            Ok(Outcome::Slides(failure, _)) if place == 0 => return Err(without_idle(mechanism, requested, failure)),
+            Ok(Outcome::Slides(failure, _)) => slid = slid.or(Some(without_idle(mechanism, requested, failure))),
             Ok(Outcome::Fails(failure)) => first = first.or(Some(failure)),
             Err(failure) if place == 0 => return Err(failure),
             Err(failure) => slid = slid.or(Some(failure)),
@@ -99,8 +99,8 @@ pub(super) fn rest(
 }
 
 /// What could hold more is idle because that was asked for.
-fn without_idle(mechanism: &Mechanism, asked: &[AskedPart], failure: AnalysisFailure) -> AnalysisFailure {
-    let idle = asked.iter().filter(|part| part.wanted == WantedMode::Idle);
+fn without_idle(mechanism: &Mechanism, requested: &[RequestedMode], failure: AnalysisFailure) -> AnalysisFailure {
+    let idle = requested.iter().filter(|part| part.wanted == WantedMode::Idle);
     let idle: Vec<String> = idle.map(|idle| format!("`{}`", mechanism.unilaterals[idle.index].name)).collect();
     match failure {
         AnalysisFailure::Unfit { why } if !idle.is_empty() => {
@@ -115,10 +115,10 @@ fn in_mode(
     formulated: &Formulated,
     variation: &Variation,
     point: OperatingPoint,
-    asked: &[AskedPart],
+    requested: &[RequestedMode],
 ) -> Result<Outcome, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
-    let verges = asked.iter().filter_map(|request| match request.wanted {
+    let verges = requested.iter().filter_map(|request| match request.wanted {
         WantedMode::Slides(way) => Some((request.index, way.unwrap_or_default())),
         WantedMode::Holds | WantedMode::LetsGo | WantedMode::Idle => None,
     });
@@ -243,7 +243,7 @@ fn level(formulated: &Formulated, rubbing: &Rubbing, point: &OperatingPoint) -> 
 fn modes(
     formulated: &Formulated,
     guess: &OperatingPoint,
-    asked: &[AskedPart],
+    requested: &[RequestedMode],
 ) -> Result<Vec<Vec<bool>>, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let count = mechanism.unilaterals.len();
@@ -252,7 +252,7 @@ fn modes(
     closures(formulated, guess)
         .iter()
         .for_each(|closure| start[closure.index] = closure.touches() || closure.kind == OneSidedKind::Freewheel);
-    for request in asked {
+    for request in requested {
         start[request.index] = request.wanted == WantedMode::Holds;
         if request.wanted == WantedMode::Slides(None) {
             return Err(AnalysisFailure::Modes(format!(
@@ -262,7 +262,7 @@ fn modes(
         }
     }
     let rubs = |index: usize| mechanism.unilaterals[index].slip.is_some();
-    let is_free = |index: &usize| !rubs(*index) && asked.iter().all(|part| part.index != *index);
+    let is_free = |index: &usize| !rubs(*index) && requested.iter().all(|part| part.index != *index);
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
         return Err(AnalysisFailure::Modes(format!(
@@ -272,7 +272,7 @@ fn modes(
     }
     let mut changes: Vec<usize> = (0..1 << free.len()).collect();
     changes.sort_by_key(|change| change.count_ones());
-    let is_idle = |index: usize| asked.iter().any(|part| part.index == index && part.wanted == WantedMode::Idle);
+    let is_idle = |index: usize| requested.iter().any(|part| part.index == index && part.wanted == WantedMode::Idle);
     let mode = |change: usize| {
         let mut mode = start.clone();
         free.iter().enumerate().for_each(|(place, &index)| mode[index] ^= change >> place & 1 == 1);
@@ -287,7 +287,7 @@ fn modes(
     let is_possible = |mode: &Vec<bool>| {
         let closed = || (0..count).filter(|&index| mode[index] && !rubs(index));
         closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
-            && asked
+            && requested
                 .iter()
                 .all(|part| !matches!(part.wanted, WantedMode::Holds | WantedMode::Slides(_)) || mode[part.index])
     };

@@ -253,7 +253,7 @@ impl Variation {
         &self,
         equations: &Equations,
         point: &OperatingPoint,
-        asked: impl Fn(usize) -> bool,
+        requested: impl Fn(usize) -> bool,
     ) -> Result<Numbers<'_>, AnalysisFailure> {
         let wanted: Vec<Expr> = self.roots.iter().chain(&self.derivatives).copied().collect();
         let numbers = equations.system.arena.evaluate(&wanted, point);
@@ -267,7 +267,7 @@ impl Variation {
         let levels = self.row(RowBlock::Levels);
         let idle = |row: usize| levels.contains(&row) && !holding.levels.contains(&(row - levels.start));
         let finite = |row: &usize| values[*row].is_finite() && matrix.row(*row).iter().all(|value| value.is_finite());
-        if let Some(row) = (0..values.len()).find(|row| asked(*row) && !idle(*row) && !finite(row)) {
+        if let Some(row) = (0..values.len()).find(|row| requested(*row) && !idle(*row) && !finite(row)) {
             let unknown = || AnalysisFailure::NotFinite { time: point.time(), what: self.name(equations, row) };
             return Err(self.together(equations, point, 1.0).unwrap_or_else(unknown));
         }

@@ -158,7 +158,7 @@ fn driven_by(moved: &Moved, drive: &DrivenJoint, law: Formula) -> Moved {
 }
 
 /// What is asked of a driven mechanism: what is looked at, all motions and reactions, and what the drive exerts.
-fn asked(driven: &Moved, drive: &DrivenJoint) -> Vec<Output> {
+fn requested(driven: &Moved, drive: &DrivenJoint) -> Vec<Output> {
     let Moved { mechanism, watched, .. } = driven;
     let mut there: HashSet<String> = watched.iter().map(|output| output.name.clone()).collect();
     let driver = mechanism.drivers.last().map(|driver| Variable { owner: driver.owner, quantity: effort(drive) });
@@ -202,7 +202,7 @@ impl DrivenMechanism {
     /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
     fn new(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         match drive.speed != 0.0 && driven.has_efforts {
-            true => DrivenMechanism::of(driven.compiled(asked(driven, drive))?, drive),
+            true => DrivenMechanism::of(driven.compiled(requested(driven, drive))?, drive),
             false => DrivenMechanism::of_motion(driven, drive),
         }
     }
@@ -219,7 +219,8 @@ impl DrivenMechanism {
 
     /// Without efforts.
     fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
-        let motions = asked(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
+        let motions =
+            requested(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
         DrivenMechanism::of(driven.compiled(motions)?, drive)
     }
 
@@ -258,7 +259,7 @@ fn effort(drive: &DrivenJoint) -> Quantity {
 /// The driven mechanism is at fault.
 pub fn lacking(moved: &Moved, drive: &DrivenJoint) -> Result<Vec<String>, Faults> {
     let driven = driven(moved, drive, drive.start, 1.0);
-    let outputs = asked(&driven, drive);
+    let outputs = requested(&driven, drive);
     let lacking =
         formulate::lacking(&driven.mechanism, &outputs).map_err(|list| Faults::new(moved.source.clone(), list))?;
     // Of each effort one body is named; a mass that is missing is missing for some.
@@ -270,7 +271,7 @@ pub fn lacking(moved: &Moved, drive: &DrivenJoint) -> Result<Vec<String>, Faults
 /// Does the drive determine the motion?
 pub fn is_determined(moved: &Moved, drive: &DrivenJoint) -> bool {
     let driven = driven(moved, drive, drive.start, 1.0);
-    driven.compiled(asked(&driven, drive)).is_ok()
+    driven.compiled(requested(&driven, drive)).is_ok()
 }
 
 /// True for an effort of a joint, or of the driver that moves the input.
@@ -305,7 +306,7 @@ fn at_rest(moved: &Moved, drive: &DrivenJoint, table: &InputTable) -> Result<Has
     let first = |variable| Some(*table.columns.get(&mechanism.variable_name(variable))?.first()?);
     still.mechanism = still.mechanism.posed(first);
     still.mechanism.experiment = begun(still.mechanism.experiment);
-    let outputs = asked(&still, drive);
+    let outputs = requested(&still, drive);
     let is_wanted = |output: &&Output| moved.watched.contains(output) || is_effort(&still.mechanism, output);
     let wanted: HashSet<String> = outputs.iter().filter(is_wanted).map(|output| output.name.clone()).collect();
     let compiled = still.compiled(outputs)?;

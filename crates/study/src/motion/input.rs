@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use cotree::diagnostic::{FaultKind, suggest};
 use cotree::formulate::formulate;
 use cotree::model::{Class, Formula, JointId, Mechanism, Output, Owner, Part, Quantity, Unit, Variable};
-use cotree::scene::{Asked, Faults, Scene};
+use cotree::scene::{Faults, Requested, Scene};
 
 use super::drive::{self, Moved};
 use super::samples::Derivatives;
@@ -22,7 +22,7 @@ pub(super) fn driven(mechanism: &Mechanism, name: Option<&str>) -> Result<(Joint
     let found = match name {
         Some(name) => {
             let driver = mechanism.drivers.iter().find(|driver| driver.name == name);
-            asked(mechanism, name).or_else(|| driver.and_then(by_driver))
+            requested(mechanism, name).or_else(|| driver.and_then(by_driver))
         }
         None => mechanism.drivers.iter().find_map(by_driver),
     };
@@ -48,7 +48,7 @@ fn motions(mechanism: &Mechanism) -> impl Iterator<Item = (String, (JointId, Der
 }
 
 /// The motion with a name such as `pin`, `pin.angle` or `pin.s`.
-fn asked(mechanism: &Mechanism, name: &str) -> Option<(JointId, Derivatives)> {
+fn requested(mechanism: &Mechanism, name: &str) -> Option<(JointId, Derivatives)> {
     let is_it = |(called, (joint, motion)): &(String, (JointId, Derivatives))| {
         called == name || motion[0].of(&mechanism.joints[joint.0].name) == name
     };
@@ -64,7 +64,7 @@ pub(super) struct Watched {
     /// Is it a velocity or an acceleration?
     pub is_rate: bool,
     /// What is asked for.
-    pub asked: Output,
+    pub requested: Output,
     /// The joint on the ground whose motion it is.
     pub joint: Option<(JointId, Derivatives)>,
 }
@@ -77,7 +77,7 @@ impl Watched {
             variables: motion.map(|quantity| quantity.of(&joint.name)).to_vec(),
             unit: unit_of(motion),
             is_rate: false,
-            asked: mechanism.output(Variable { owner: joint.owner, quantity: motion[0] }),
+            requested: mechanism.output(Variable { owner: joint.owner, quantity: motion[0] }),
             joint: Some((id, motion)),
         }
     }
@@ -95,7 +95,7 @@ pub(super) fn output(
         let other = motions(mechanism).find(|(_, (joint, _))| *joint != input.0 && on_ground(*joint));
         return Ok(other.map(|(_, other)| Watched::of_joint(mechanism, other)));
     };
-    match asked(mechanism, name) {
+    match requested(mechanism, name) {
         Some(motion) if motion == input => Err(MotionError::Request(format!("`{name}` is the input, not an output"))),
         Some(motion) if on_ground(motion.0) => Ok(Some(Watched::of_joint(mechanism, motion))),
         _ => match mechanism.joints.iter().find(|joint| joint.name == name) {
@@ -124,7 +124,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
         let joints = mechanism.joints.iter().map(|joint| joint.name.as_str());
         return Err(unknown(suggest::known(name, joints.chain(expressions()).chain(owners))));
     }
-    let resolved = scene.resolve_asking(&Asked::these([name])).map_err(|faults| match faults.list.first() {
+    let resolved = scene.resolve_asking(&Requested::these([name])).map_err(|faults| match faults.list.first() {
         Some(fault) if fault.kind() == FaultKind::UnknownOutput => unknown(fault.help.to_string()),
         _ => MotionError::Scene(faults),
     })?;
@@ -137,7 +137,7 @@ fn variable(scene: &Scene, mechanism: &Mechanism, name: &str) -> Result<Watched,
         variables.extend(rates.take_while(|rate| reported.contains(rate)));
     }
     let unit = output.unit.clone();
-    Ok(Watched { name: name.to_owned(), variables, unit, is_rate, asked: output, joint: None })
+    Ok(Watched { name: name.to_owned(), variables, unit, is_rate, requested: output, joint: None })
 }
 
 /// The variables that are the derivatives of another by time, one after the other.
@@ -150,13 +150,13 @@ fn rates(of: Quantity) -> &'static [Quantity] {
 /// True if what is asked of a mechanism is still there when the input is driven instead of what the scene drives. `moved` is the mechanism at its start.
 pub(super) fn is_there(
     mechanism: &Mechanism,
-    asked: &[Output],
+    requested: &[Output],
     moved: &Moved,
     drive: &DrivenJoint,
 ) -> Result<(), MotionError> {
     let driven = drive::driven(moved, drive, drive.start, 1.0);
     let is_left = |name: &str| driven.watched.iter().any(|output| output.name == name);
-    let Some(output) = asked.iter().find(|output| !is_left(&output.name)) else { return Ok(()) };
+    let Some(output) = requested.iter().find(|output| !is_left(&output.name)) else { return Ok(()) };
     let mut used = Vec::new();
     output.value.visit(&mut |part| match part {
         Formula::Variable(variable) if matches!(variable.owner, Owner::Driver(_)) => {
@@ -186,7 +186,7 @@ pub(super) struct InputStart {
 pub(super) fn start(
     scene: &Scene,
     mechanism: &Mechanism,
-    asked: &[Output],
+    requested: &[Output],
     driven @ (joint, [position, rate, _]): (JointId, Derivatives),
 ) -> Result<InputStart, MotionError> {
     let input = &mechanism.joints[joint.0];
@@ -206,7 +206,7 @@ pub(super) fn start(
     let replaces = !free && !mechanism.drivers.iter().any(|driver| drive::moves(driver, driven, input));
     let (begun, watched) = match &mechanism.drivers[..] {
         [_] if replaces => {
-            let (left, watched) = mechanism.without_drivers(asked, |_| true);
+            let (left, watched) = mechanism.without_drivers(requested, |_| true);
             (left.posed(|variable| pose.get(&variable).copied()), watched)
         }
         [_, _, ..] if replaces => {
@@ -214,7 +214,7 @@ pub(super) fn start(
             let message = format!("the scene has drivers {names}: remove the one that `{}` replaces", input.name);
             return Err(MotionError::Request(message));
         }
-        _ => (mechanism.clone(), asked.to_vec()),
+        _ => (mechanism.clone(), requested.to_vec()),
     };
     let moved = Moved { mechanism: begun, watched, has_efforts: true, source: scene.source.clone() };
     Ok(InputStart { position, speed, moved })

@@ -192,11 +192,11 @@ fn worked_out(
     let mechanism = &mechanism.without_stops();
     let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
     let output = input::output(scene, mechanism, input, request.output.as_deref())?;
-    let asked: Vec<Output> = output.iter().map(|output| output.asked.clone()).collect();
-    let InputStart { position: start, speed, moved } = input::start(scene, mechanism, &asked, input)?;
+    let requested: Vec<Output> = output.iter().map(|output| output.requested.clone()).collect();
+    let InputStart { position: start, speed, moved } = input::start(scene, mechanism, &requested, input)?;
     let still = speed.abs() <= 1e-9;
     let origin = match request.speed {
-        Some(_) => Speed::Asked,
+        Some(_) => Speed::Requested,
         None if still => Speed::Assumed,
         None => Speed::OfScene,
     };
@@ -212,7 +212,7 @@ fn worked_out(
         fineness: 1,
     };
     permitted(mechanism, &drive, request, output.as_ref())?;
-    input::is_there(mechanism, &asked, &moved, &drive)?;
+    input::is_there(mechanism, &requested, &moved, &drive)?;
     let lacking = drive::lacking(&moved, &drive)?;
     let moved = &input::without_masses(moved, &drive, &lacking);
     let stops = obstacles.met(moved, &drive, &request.units)?;

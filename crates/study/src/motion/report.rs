@@ -143,7 +143,7 @@ impl Figures {
     fn stop_lines(&self, stops: &Stops) -> Vec<Cell> {
         let unit = &*self.input.unit;
         let mut lines = Vec::new();
-        if let Some([from, to]) = stops.asked.map(|range| range.map(|end| number(end, unit))) {
+        if let Some([from, to]) = stops.requested.map(|range| range.map(|end| number(end, unit))) {
             lines.push(line!["the rest of the range from ", from, " to ", to, " is not reachable and not analysed"]);
         }
         let ends = stops.ends.iter().zip(["less", "more"]);
@@ -204,8 +204,8 @@ impl Figures {
     fn pace(&self) -> Cell {
         let speed = number(self.speed, &format!("{}/s", self.input.unit));
         match self.origin {
-            Speed::Asked if self.speed == 0.0 => ", static forces in each configuration".into(),
-            Speed::Asked => line![", at ", speed],
+            Speed::Requested if self.speed == 0.0 => ", static forces in each configuration".into(),
+            Speed::Requested => line![", at ", speed],
             Speed::OfScene => line![", at ", speed, " as at the start of the scene"],
             Speed::Assumed => line![", at ", speed, " (assumed; give --speed)"],
         }

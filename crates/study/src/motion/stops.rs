@@ -30,7 +30,7 @@ pub struct Stops {
     /// The least gap of each that does not end the range, within it.
     pub clear: Vec<Clear>,
     /// The range that was asked for, if it is not reachable as a whole.
-    pub asked: Option<[f64; 2]>,
+    pub requested: Option<[f64; 2]>,
     /// Relations with play.
     pub plays: Vec<Play>,
 }
@@ -112,8 +112,8 @@ fn gap(mechanism: &Mechanism, unilateral: &Unilateral, part: &Part) -> Result<Op
     };
     let unit = if turns { Unit::angle() } else { Unit::length() };
     let bound = evaluate(&unilateral.held.bound, &mechanism.parameter_values());
-    let asked = mechanism.output(Variable { owner: part.owner, quantity: Quantity::Gap });
-    let output = Output { name: format!("cotree_gap.{name}"), unit: unit.clone(), value, ..asked };
+    let requested = mechanism.output(Variable { owner: part.owner, quantity: Quantity::Gap });
+    let output = Output { name: format!("cotree_gap.{name}"), unit: unit.clone(), value, ..requested };
     Ok(Some(StopGap { name, unit, bound, output }))
 }
 
@@ -160,7 +160,7 @@ impl Obstacles {
             stops.pass(index, gap, &courses, drive.start);
         }
         stops.within_a_turn(drive);
-        stops.asked = drive.range.filter(|range| *range != stops.within(*range));
+        stops.requested = drive.range.filter(|range| *range != stops.within(*range));
         Ok(Some(stops))
     }
 
@@ -223,9 +223,9 @@ impl Stops {
     }
 
     /// What of a range is reachable, in its order.
-    pub(super) fn within(&self, asked: [f64; 2]) -> [f64; 2] {
+    pub(super) fn within(&self, requested: [f64; 2]) -> [f64; 2] {
         let [low, high] = self.ends.each_ref().map(|end| end.as_ref().map(|end| end.input));
-        asked.map(|at| at.max(low.unwrap_or(f64::NEG_INFINITY)).min(high.unwrap_or(f64::INFINITY)))
+        requested.map(|at| at.max(low.unwrap_or(f64::NEG_INFINITY)).min(high.unwrap_or(f64::INFINITY)))
     }
 
     /// Keeps the places of one way round: a turn is looked at both ways, and each place is found twice.
@@ -242,17 +242,17 @@ impl Stops {
     /// There is none.
     pub(super) fn clipped(
         &self,
-        asked: [f64; 2],
+        requested: [f64; 2],
         mechanism: &Mechanism,
         drive: &DrivenJoint,
         units: &Units,
     ) -> Result<[f64; 2], MotionError> {
-        let range = self.within(asked);
+        let range = self.within(requested);
         if range[0] != range[1] {
             return Ok(range);
         }
         let unit = shown(units, &unit_of(drive.motion).si);
-        let [from, to] = asked.map(|at| unit.show(at));
+        let [from, to] = requested.map(|at| unit.show(at));
         let stopped = |end: &InputStop| format!("`{}` stops it at {}", end.name, unit.show(end.input));
         let ends = suggest::joined(self.ends.iter().flatten().map(stopped), suggest::MOST);
         let name = drive::called(&mechanism.joints[drive.joint.0], drive.motion);

@@ -18,7 +18,7 @@ use cotree::model::{DisplayUnit, Experiment, Units};
 use cotree::report::data::shown;
 use cotree::report::statistics::Accumulator;
 use cotree::run::{Ended, Ensemble, Measure, Run, RunError, Settings};
-use cotree::scene::{Asked, Faults, Scene};
+use cotree::scene::{Faults, Requested, Scene};
 use cotree::typeset::titled;
 use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
@@ -71,8 +71,8 @@ pub struct Inaccurate {
 /// # Errors
 /// Everything that is wrong with it; variables that it does not have.
 pub fn measured(scene: &Scene, measures: &[Measure]) -> Result<Compiled, Faults> {
-    let asked = Asked::these(measures.iter().map(|measure| measure.variable.as_str()));
-    compile_asking(scene, &asked).map(|(compiled, _)| compiled)
+    let requested = Requested::these(measures.iter().map(|measure| measure.variable.as_str()));
+    compile_asking(scene, &requested).map(|(compiled, _)| compiled)
 }
 
 impl Sweep {

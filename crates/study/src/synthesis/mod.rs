@@ -505,18 +505,18 @@ fn class(linkage: &Linkage, verdict: &Verdict) -> &'static str {
     }
 }
 
-fn limits(asked: &Demands) -> LinkageLimits {
+fn limits(requested: &Demands) -> LinkageLimits {
     let at = |[x, y]: [f64; 2]| Point::new(x, y);
     let region = |area: &Area| match area {
         Area::Box(low, high) => Region::Box(at(*low), at(*high)),
         Area::Polygon(corners) => Region::Polygon(corners.iter().map(|corner| at(*corner)).collect()),
     };
     LinkageLimits {
-        ground: asked.ground.as_ref().map(region),
-        moving: asked.moving.as_ref().map(region),
-        length: asked.length,
-        transmission: asked.transmission,
-        crank: asked.crank,
+        ground: requested.ground.as_ref().map(region),
+        moving: requested.moving.as_ref().map(region),
+        length: requested.length,
+        transmission: requested.transmission,
+        crank: requested.crank,
     }
 }
 

@@ -22,7 +22,7 @@ pub fn usual() -> Units {
 impl Answer {
     pub fn report(&self) -> Report {
         let good = self.good().count();
-        let title = format!("{}: {} for {}", self.task.name, count(good, "good linkage"), self.asked());
+        let title = format!("{}: {} for {}", self.task.name, count(good, "good linkage"), self.requested());
         let mut notes: Vec<Cell> = Vec::new();
         let others: Vec<String> = self.left_out.iter().map(|(reason, count)| format!("  {count}  {reason}")).collect();
         if !others.is_empty() {
@@ -120,7 +120,7 @@ impl Answer {
         }
     }
 
-    fn asked(&self) -> String {
+    fn requested(&self) -> String {
         match &self.task.kind {
             TaskKind::Poses { at, .. } => count(at.len(), "pose"),
             TaskKind::Function { input, .. } => format!("a function of {}", count(input.len(), "pair")),

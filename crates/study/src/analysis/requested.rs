@@ -50,7 +50,7 @@ pub enum WantedMode {
 
 /// A part that is to be something: its place among the mechanism's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AskedPart {
+pub struct RequestedMode {
     pub index: usize,
     pub wanted: WantedMode,
 }
@@ -84,11 +84,11 @@ fn words(unilateral: &Unilateral) -> &'static [(&'static str, WantedMode)] {
 ///
 /// # Errors
 /// There is no such part, or it cannot be that.
-pub(super) fn asked(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<AskedPart>, ModeError> {
+pub(super) fn requested(mechanism: &Mechanism, modes: &[(String, String)]) -> Result<Vec<RequestedMode>, ModeError> {
     modes.iter().map(|(name, word)| find(mechanism, name, word)).collect()
 }
 
-fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, ModeError> {
+fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<RequestedMode, ModeError> {
     let all = &mechanism.unilaterals;
     let is_named = |unilateral: &Unilateral| {
         unilateral.name == name || unilateral.name.rsplit_once('.').is_some_and(|(part, _)| part == name)
@@ -107,7 +107,7 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<AskedPart, Mode
         named.iter().filter_map(|index| meant(index).map(|wanted| (*index, wanted))).collect();
     let exact = fitting.iter().find(|(index, _)| all[*index].name == name);
     match (exact, &fitting[..]) {
-        (Some(&(index, wanted)), _) | (None, &[(index, wanted)]) => Ok(AskedPart { index, wanted }),
+        (Some(&(index, wanted)), _) | (None, &[(index, wanted)]) => Ok(RequestedMode { index, wanted }),
         (None, []) => {
             let words: Vec<String> = named
                 .iter()
@@ -128,22 +128,22 @@ pub(super) fn put(
     (formulated, variation): (&Formulated, &Variation),
     model: &Model,
     state: &mut State,
-    asked: &[AskedPart],
+    requested: &[RequestedMode],
 ) -> Result<OperatingPoint, AnalysisFailure> {
     let point = OperatingPoint::moving(model, state)?;
     let sticks = closures(formulated, &point).iter().any(|closure| closure.most().is_some());
-    if asked.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
+    if requested.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
         return Err(AnalysisFailure::Modes(format!(
             "at t = {} s several sticking frictions are redundant (statically indeterminate); set those that carry no load by `--mode NAME=idle`",
             point.time()
         )));
     }
-    if asked.is_empty() {
+    if requested.is_empty() {
         return Ok(point);
     }
     let here = closures(formulated, &point);
     let mechanism = &*formulated.equations.system.mechanism;
-    let target = target(mechanism, &here, asked)
+    let target = target(mechanism, &here, requested)
         .map_err(|why| AnalysisFailure::Modes(format!("at t = {} s {why}; choose another time", point.time())))?;
     for (closure, holding) in here.iter().zip(target) {
         hold(mechanism, state, closure, holding);
@@ -152,10 +152,10 @@ pub(super) fn put(
 }
 
 /// What everything is once some of it is what is asked for, or why it cannot be.
-fn target(mechanism: &Mechanism, here: &[Closure], asked: &[AskedPart]) -> Result<Vec<HeldMode>, Unfit> {
+fn target(mechanism: &Mechanism, here: &[Closure], requested: &[RequestedMode]) -> Result<Vec<HeldMode>, Unfit> {
     let fastest = here.iter().fold(0.0, |most: f64, closure| most.max(closure.rate.abs()));
     let wanted =
-        |closure: &Closure| asked.iter().rev().find(|part| part.index == closure.index).map(|part| part.wanted);
+        |closure: &Closure| requested.iter().rev().find(|part| part.index == closure.index).map(|part| part.wanted);
     let mut target: Vec<HeldMode> = here
         .iter()
         .map(|here| HeldMode { closed: here.closed, direction: here.direction().unwrap_or_default() })

@@ -2,7 +2,7 @@
 
 /// Which outputs are computed. They are a question: the mechanism is the same whatever is asked of it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub enum Asked {
+pub enum Requested {
     /// The outputs of the scene.
     #[default]
     Own,
@@ -14,14 +14,14 @@ pub enum Asked {
     Everything,
 }
 
-impl Asked {
+impl Requested {
     /// These variables, signals and outputs of the scene, and no others.
-    pub fn these<N: Into<String>>(names: impl IntoIterator<Item = N>) -> Asked {
-        Asked::These(names.into_iter().map(Into::into).collect())
+    pub fn these<N: Into<String>>(names: impl IntoIterator<Item = N>) -> Requested {
+        Requested::These(names.into_iter().map(Into::into).collect())
     }
 
     /// The outputs of the scene, and then these variables and signals.
-    pub fn also<N: Into<String>>(names: impl IntoIterator<Item = N>) -> Asked {
-        Asked::Also(names.into_iter().map(Into::into).collect())
+    pub fn also<N: Into<String>>(names: impl IntoIterator<Item = N>) -> Requested {
+        Requested::Also(names.into_iter().map(Into::into).collect())
     }
 }

@@ -2,18 +2,18 @@
 
 use cotree::compile::Compiled;
 use cotree::diagnostic::suggest;
-use cotree::scene::{Asked, Scene};
+use cotree::scene::{Requested, Scene};
 
 use super::super::failure::Failure;
 use super::SimulateCommand;
 
 /// The variables that are asked for beside the outputs of the scene.
-pub fn also(options: &SimulateCommand) -> Asked {
-    Asked::also(named(options))
+pub fn also(options: &SimulateCommand) -> Requested {
+    Requested::also(named(options))
 }
 
 /// The variables of which derivatives are asked for, and those that are to cross a value: in place of the outputs of the scene, if there are any.
-pub fn derived(options: &SimulateCommand, scene: &Scene) -> Asked {
+pub fn derived(options: &SimulateCommand, scene: &Scene) -> Requested {
     let crossed = options.crossing.iter().filter_map(|text| text.split('=').next()).map(str::trim);
     let names = named(options).chain(crossed);
     let is_set = |name: &str| {
@@ -21,9 +21,9 @@ pub fn derived(options: &SimulateCommand, scene: &Scene) -> Asked {
             || scene.inputs.iter().any(|input| input.name.text == name)
     };
     match options.variables.is_empty() {
-        true => Asked::also(names),
+        true => Requested::also(names),
         // Parameters and inputs are among the variables of every program.
-        false => Asked::these(names.filter(|name| !is_set(name))),
+        false => Requested::these(names.filter(|name| !is_set(name))),
     }
 }
 

@@ -8,24 +8,24 @@ use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::Faults;
 use crate::diagnostic::span::Text;
 use crate::model::{Dimension, Quantity, Unit};
-use crate::scene::Asked;
+use crate::scene::Requested;
 use crate::scene::model::{Scene, Signal};
 
 impl Scene {
     /// The same scene with every variable that it has among its outputs, after those that it asks for.
     pub fn with_every_output(&self) -> Scene {
         let mut scene = self.clone();
-        scene.outputs.variables = self.asked(&Asked::Everything).0;
+        scene.outputs.variables = self.requested(&Requested::Everything).0;
         scene
     }
 
     /// The names of the variables and the expressions that are asked for.
-    pub(super) fn asked(&self, asked: &Asked) -> (Vec<Text>, Vec<&Signal>) {
-        let more = match asked {
-            Asked::Own => Vec::new(),
-            Asked::Also(names) => names.iter().filter(|name| !self.names_a_value(name)).cloned().collect(),
-            Asked::Everything => self.every_variable(),
-            Asked::These(names) => return self.these(names),
+    pub(super) fn requested(&self, requested: &Requested) -> (Vec<Text>, Vec<&Signal>) {
+        let more = match requested {
+            Requested::Own => Vec::new(),
+            Requested::Also(names) => names.iter().filter(|name| !self.names_a_value(name)).cloned().collect(),
+            Requested::Everything => self.every_variable(),
+            Requested::These(names) => return self.these(names),
         };
         let mut there: HashSet<&str> = self.outputs.variables.iter().map(|variable| variable.text.as_str()).collect();
         let more = more.iter().filter(|name| there.insert(name)).map(|name| Text::from(name.as_str()));
@@ -74,7 +74,7 @@ impl Scene {
         let held = self.held_names();
         let named = laws.chain(self.states.iter().map(|state| state.name.text.as_str()));
         let named = named.chain(held.iter().map(String::as_str));
-        let outputs = self.resolve_asking(&Asked::these(named))?.outputs;
+        let outputs = self.resolve_asking(&Requested::these(named))?.outputs;
         let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
             has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))
         });
