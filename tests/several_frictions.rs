@@ -461,6 +461,12 @@ fn one_degree_of_freedom_moves_as_its_equation_says() {
     check(of_all_kinds(0..40), 20);
 }
 
+/// Where it breaks away both modes fit, for its acceleration begins at zero, and the force exceeds the limit for a part of the next step only.
+#[test]
+fn a_crank_breaks_away_although_it_would_be_held_again_soon() {
+    check(of_all_kinds([2007].into_iter()), 0);
+}
+
 #[test]
 fn ladders_at_a_floor_and_a_wall_move_as_their_equation_says() {
     check(ladders(0..5), 0);

@@ -448,6 +448,14 @@ impl Instance {
         !instants.armed[event] && excess > least
     }
 
+    /// True for what [`Self::is_contradicted`] by a force: it sticks by more than its level, or pulls.
+    pub(super) fn exceeds(&self, instants: &Instants, event: usize) -> bool {
+        let program = self.model.program();
+        let index = event - program.instants.events.len();
+        let data = program.instants.contacts.as_ref().filter(|data| index < data.all.len());
+        data.is_some_and(|data| is_closed(data, &self.now.state, index)) && self.is_contradicted(instants, event)
+    }
+
     /// The largest of all multipliers in the registers.
     fn largest_reaction(&self) -> f64 {
         let layout = self.model.layout();

@@ -112,7 +112,8 @@ impl Instance {
             first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
         if first.is_none() && !instants.indicators.is_empty() {
             self.evaluate_sides(instants, (step, step), 1.0);
-            first = self.find_contradicted(instants).map(|event| (self.turn(instants, step, event), event));
+            first =
+                self.find_contradicted(instants).map(|event| (self.turn(instants, (step, step), 1.0, event), event));
             if first.is_none() {
                 instants.overlooked = instants.overlooked.take().or_else(|| self.find_violated(instants));
             }
@@ -121,15 +122,35 @@ impl Instance {
         Searched { step, first }
     }
 
-    /// When something whose mode the motion contradicts at the end of a step begins to be against it by more than the tolerance.
-    fn turn(&mut self, instants: &mut Instants, step: [f64; 2], event: usize) -> f64 {
-        let (mut before, mut after) = (0.0, 1.0);
+    /// When something whose mode the motion contradicts at a share of a piece begins to be against it by more than the tolerance.
+    fn turn(&mut self, instants: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64, event: usize) -> f64 {
+        let (mut before, mut after) = (0.0, share);
         for _ in 0..DEEPEST {
             let middle = 0.5 * (before + after);
-            self.evaluate_sides(instants, (step, step), middle);
+            self.evaluate_sides(instants, (step, piece), middle);
             if self.is_contradicted(instants, event) { after = middle } else { before = middle }
         }
-        between(step, after)
+        between(piece, after)
+    }
+
+    /// When a force that is not armed exceeds its limit within a piece: where both modes fit at an instant, the one that was kept may cease to fit, and fit again before the step ends.
+    fn exceeded_in(
+        &mut self,
+        instants: &mut Instants,
+        (step, piece): ([f64; 2], [f64; 2]),
+        event: usize,
+    ) -> Option<f64> {
+        if instants.armed[event] || !instants.is_contact(event) {
+            return None;
+        }
+        let (place, most) = instants.excesses[event].into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let share = place as f64 / PARTS as f64;
+        // Where it begins with that, it is seen there.
+        if !(most > 0.0 && place > 0) {
+            return None;
+        }
+        self.evaluate_sides(instants, (step, piece), share);
+        self.exceeds(instants, event).then(|| self.turn(instants, (step, piece), share, event))
     }
 
     /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
@@ -203,6 +224,10 @@ impl Instance {
                     return Some((step[0], event));
                 }
                 instants.overlooked = Some(self.never_fits(event, step[0]));
+            }
+            if let Some(at) = self.exceeded_in(instants, (step, piece), event) {
+                first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
+                continue;
             }
             let whole = piece[1] - piece[0];
             let reach = Reach {
