@@ -22,7 +22,7 @@ use cotree_study::analysis::{LinearisedAt, Study, StudyError};
 use cotree_study::fit::{FitRequest, Vary, fit};
 use cotree_study::motion::{MotionRequest, study};
 use cotree_text::Prose;
-use cotree_text::source::{FixedStep, c_file};
+use cotree_text::source::{FixedStep, Method, Real, c_file};
 use cotree_text::written::{EquationFormat, equations, steps};
 
 /// On what a feature acts.
@@ -359,7 +359,7 @@ fn commands(text: &str, names: &Names) -> Vec<(&'static str, Result<Answer, Stri
         |version| compiled.pack_fmu(version, Vec::new(), &[]).map(|_| ()).map_err(|error| named(&format!("{error:?}")));
     done.push(("export 2", called(|| exported(FmiVersion::V2))));
     done.push(("export 3", called(|| exported(FmiVersion::V3))));
-    let step = FixedStep { step: 1e-4, substeps: 1 };
+    let step = FixedStep { step: 1e-4, substeps: 1, method: Method::default(), real: Real::default() };
     let sourced = || {
         let mechanism = scene.resolve().map_err(|faults| codes(&faults))?.mechanism;
         let text = c_file(&compiled.program, &mechanism, &compiled.description, &scene.source, step);

@@ -8,7 +8,7 @@ use cotree::export::description::SourceSolver;
 use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use cotree::export::{ExportError, FmiVersion};
 use cotree_page::Made;
-use cotree_text::source::{self, FixedStep};
+use cotree_text::source::{self, FixedStep, Method, Real};
 
 use super::failure::Failure;
 use super::times;
@@ -54,6 +54,12 @@ pub struct ExportCommand {
     /// Divide each step of the sources into so many steps of the solver
     #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     substeps: u32,
+    /// Order of the solver of the sources
+    #[arg(long, value_name = "ORDER", default_value = "4", value_parser = one_of(&Method::WORDS))]
+    order: Method,
+    /// Floating-point type of the sources
+    #[arg(long, value_name = "TYPE", default_value = "double", value_parser = one_of(&Real::WORDS))]
+    real: Real,
     /// Folder with the runtimes of other platforms, made by tools/build-runtimes.sh [default: `runtimes` beside the program]
     #[arg(long, value_name = "FOLDER", env = "COTREE_RUNTIMES")]
     runtimes: Option<PathBuf>,
@@ -63,8 +69,10 @@ impl ExportCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let scene = output::load(&self.scene)?;
         let has_sources = self.sources || self.c.is_some();
-        if !has_sources && (self.step.is_some() || self.substeps > 1) {
-            return Err(Failure::Usage("--step and --substeps are for --sources and --c".to_owned()));
+        let has_options =
+            self.step.is_some() || self.substeps > 1 || self.order != Method::default() || self.real != Real::default();
+        if !has_sources && has_options {
+            return Err(Failure::Usage("--step, --substeps, --order and --real are for --sources and --c".to_owned()));
         }
         // Sources need no library.
         let runtimes = match has_sources && self.platform.is_empty() {
@@ -116,7 +124,7 @@ impl ExportCommand {
         if !(step > 0.0 && step.is_finite()) {
             return Err(Failure::Usage(format!("--step: {step} s, but must be more than 0 s")));
         }
-        Ok(FixedStep { step, substeps: self.substeps })
+        Ok(FixedStep { step, substeps: self.substeps, method: self.order, real: self.real })
     }
 
     fn folder(&self) -> PathBuf {

@@ -42,7 +42,7 @@ static int @_correct_$LEVEL$(@_model *m, double *largest)
             }
             if (l < i) {
                 s[i][l] = sum / s[l][l];
-            } else if (!(sum > 1.0e-12 * size)) {
+            } else if (!(sum > $PIVOT$ * size)) {
                 return @_ASSEMBLY;
             } else {
                 s[i][i] = sqrt(sum);

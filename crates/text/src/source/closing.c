@@ -11,7 +11,7 @@ static int @_assemble(@_model *m)
     double condition[$CONDITION_RESULTS$];
     @_position_condition(m, &m->x, condition);
     for (i = 0; i < $GUESSES$; i++) {
-        if (!(fabs(condition[@_guess[i]] - @_guessed[i]) <= 1.0e-12 * (1.0 + fabs(@_guessed[i])))) {
+        if (!(fabs(condition[@_guess[i]] - @_guessed[i]) <= $SAME$ * (1.0 + fabs(@_guessed[i])))) {
             return @_ASSEMBLY;
         }
     }
@@ -23,12 +23,12 @@ static int @_assemble(@_model *m)
             return status;
         }
 //?undetermined
-        if (!(largest <= 1.0e-9)) {
+        if (!(largest <= $CLOSE$)) {
             return @_ASSEMBLY;
         }
 //.
     }
-    if (!(largest <= 1.0e-9)) {
+    if (!(largest <= $CLOSE$)) {
         return @_ASSEMBLY;
     }
 //.
@@ -45,13 +45,13 @@ static int @_assemble(@_model *m)
             return status;
         }
     }
-    if (!(largest <= 1.0e-9)) {
+    if (!(largest <= $CLOSE$)) {
         return @_ASSEMBLY;
     }
 //.
     @_constraint(m, &m->x, r);
     for (i = 0; i < @_ROWS; i++) {
-        if (!(fabs(r[i]) <= 1.0e-9 * @_gap_scale[i])) {
+        if (!(fabs(r[i]) <= $CLOSE$ * @_gap_scale[i])) {
             return @_ASSEMBLY;
         }
     }

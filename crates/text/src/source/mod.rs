@@ -1,12 +1,14 @@
 //! A mechanism as C source for real-time targets: one file with a solver of fixed step and fixed cost.
 //!
 //! The tapes of the program, which the runtime of an FMU runs, become functions in C with the same operations in the same order. Around them stands a solver that is written
-//! once (`solver.c`): the Runge-Kutta method of order 4, one projection onto the loop equations at each step, and a guard that ends the run where that projection would
-//! correct more than the method can have missed.
+//! once (`solver.c`): the Runge-Kutta method of order 4 or a Taylor series of order 8, one projection onto the loop equations at each step, and a guard that ends the run where
+//! that projection would correct more than the method can have missed.
 
 mod fmi;
 mod poles;
 mod refused;
+mod series;
+mod single;
 mod tables;
 mod tape;
 
@@ -20,6 +22,7 @@ use cotree_fmu::program::{Program, Role};
 
 pub use fmi::{fmu_sources, wrapper_name};
 pub use poles::Limit as StepLimit;
+use series::SeriesWriter;
 use tables::Tables;
 use tape::{TapeWriter, number};
 
@@ -27,19 +30,83 @@ const SOLVER: &str = include_str!("solver.c");
 const CORRECTION: &str = include_str!("assemble.c");
 const ASSEMBLY: &str = include_str!("closing.c");
 
-/// The step that a scene is stepped with.
+/// The step that a scene is stepped with, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedStep {
     /// From one communication point to the next \[s\].
     pub step: f64,
     /// Into how many steps of the solver it is divided.
     pub substeps: u32,
+    /// What the solver does in a step.
+    pub method: Method,
+    /// What its numbers are.
+    pub real: Real,
+}
+
+/// A method of fixed step and order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The classical one, of order 4.
+    #[default]
+    RungeKutta,
+    /// Taylor series in time of order 8.
+    Taylor,
+}
+
+impl Method {
+    /// Each order, and the method that has it.
+    pub const WORDS: [(&'static str, &'static str, Self); 2] = [
+        ("4", "the Runge-Kutta method", Self::RungeKutta),
+        ("8", "Taylor series in time, for longer steps", Self::Taylor),
+    ];
+
+    fn order(self) -> usize {
+        match self {
+            Self::RungeKutta => 4,
+            Self::Taylor => series::ORDER,
+        }
+    }
+}
+
+/// The floating-point type of the sources.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Real {
+    /// Double precision.
+    #[default]
+    Double,
+    /// Single precision.
+    Float,
+}
+
+impl Real {
+    /// Each type in C, its meaning, and the type.
+    pub const WORDS: [(&'static str, &'static str, Self); 2] = [
+        ("double", "double precision", Self::Double),
+        ("float", "single precision, with compensated sums", Self::Float),
+    ];
+
+    /// A start value, or zero for what is less than the smallest number: rounding leaves such values.
+    fn without_underflow(self, value: f64) -> f64 {
+        if self == Self::Float && value.abs() < f64::from(f32::MIN_POSITIVE) { 0.0 } else { value }
+    }
 }
 
 impl FixedStep {
     /// The step of the solver \[s\].
     pub fn solver_step(self) -> f64 {
         self.step / f64::from(self.substeps)
+    }
+
+    /// Time after so many steps of the solver, as C computes it.
+    fn time(self, steps: &str) -> String {
+        let step = self.solver_step();
+        // A step such as 1 ms is no binary number, but a thousand of them are a second.
+        let per_second = (1.0 / step).round();
+        if per_second >= 1.0 && 1.0 / per_second == step {
+            format!("(double){steps} / {}", number(per_second))
+        } else {
+            format!("(double){steps} * {}", number(step))
+        }
     }
 }
 
@@ -56,7 +123,11 @@ pub fn c_file(
 ) -> Result<String, Faults> {
     let start = refused::start(program, source)?;
     refused::check(program, mechanism, &start, source, step)?;
-    Ok(Writer { program, description, step, start: &start }.file())
+    let text = Writer { program, description, step, start: &start }.file();
+    match step.real {
+        Real::Double => Ok(text),
+        Real::Float => single::in_single_precision(&text).map_err(|number| refused::beyond_single(&number, source)),
+    }
 }
 
 /// Where a run begins, as the runtime finds it: the registers, with what the parameters determine.
@@ -71,17 +142,23 @@ struct Writer<'a> {
     start: &'a Start,
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
     fn file(&self) -> String {
         let program = self.program;
         let mut tapes = TapeWriter::new(program);
         let mut flags = self.flags();
         let functions = self.functions(&mut tapes, &flags);
         flags.extend(tapes.helpers.iter().copied());
+        flags.extend(series::HELPERS.iter().filter(|helper| functions.contains(&format!("@_{helper}("))));
+        // The functions of math.h have the accuracy of single precision; in double precision the bits must not depend on the library.
+        if self.step.real == Real::Float && flags.remove("sines") {
+            flags.insert("rounded_sines");
+        }
         let tables = Tables { program, step: self.step, start: self.start };
         let mut marks = self.sizes(tapes.stage());
         marks.extend(self.texts(&flags));
         marks.extend(tables.counts());
+        marks.extend(tolerances(self.step.real));
         marks.push(("FUNCTIONS", functions));
         marks.push(("TABLES", tables.text(&flags)));
         marks.push(("ASSEMBLE", self.assembly(&flags, &marks)));
@@ -101,6 +178,10 @@ impl Writer<'_> {
             ("driven", driven),
             ("free", !driven),
             ("free_loops", loops && !driven),
+            ("runge", !driven && self.step.method == Method::RungeKutta),
+            ("taylor", !driven && self.step.method == Method::Taylor),
+            ("compensated", !driven && self.step.real == Real::Float),
+            ("plain", driven || self.step.real == Real::Double),
             ("followers", !program.followers.is_empty()),
             ("held", instants.held > 0),
             ("happens", writes),
@@ -117,7 +198,7 @@ impl Writer<'_> {
         known.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
     }
 
-    fn functions(&self, tapes: &mut TapeWriter, flags: &BTreeSet<&'static str>) -> String {
+    fn functions(&self, tapes: &mut TapeWriter<'a>, flags: &BTreeSet<&'static str>) -> String {
         let (program, initial, instants) = (self.program, &self.program.initial, &self.program.instants);
         let kernels = &program.tapes;
         let all = [
@@ -140,6 +221,9 @@ impl Writer<'_> {
         let needed = all.into_iter().filter(|(.., needed)| *needed);
         let mut text = tapes.stage_function();
         needed.for_each(|(name, tape, _)| text += &tapes.function(name, tape));
+        if flags.contains("taylor") {
+            text += &SeriesWriter::new(program, tapes).function();
+        }
         text
     }
 
@@ -174,18 +258,10 @@ impl Writer<'_> {
 
     fn texts(&self, flags: &BTreeSet<&'static str>) -> Vec<(&'static str, String)> {
         let program = self.program;
-        let FixedStep { step, substeps } = self.step;
-        let solver_step = self.step.solver_step();
-        let [loops, driven] = ["loops", "driven"].map(|section| flags.contains(section));
-        // A step such as 1 ms is no binary number, but a thousand of them are a second.
-        let per_second = (1.0 / solver_step).round();
-        let whole = per_second >= 1.0 && 1.0 / per_second == solver_step;
+        let FixedStep { step, substeps, .. } = self.step;
+        let [loops, driven, taylor] = ["loops", "driven", "taylor"].map(|section| flags.contains(section));
+        let method = if taylor { "Taylor series of order 8" } else { "the Runge-Kutta method of order 4" };
         let divided = if substeps > 1 { format!(", divided into {substeps}") } else { String::new() };
-        let time = if whole {
-            format!("(double)step / {}", number(per_second))
-        } else {
-            format!("(double)step * {}", number(solver_step))
-        };
         let quoted = |names: Vec<&str>| match names.is_empty() {
             true => "\"\"".to_owned(),
             false => names
@@ -207,11 +283,16 @@ impl Writer<'_> {
             ("VERSION", env!("CARGO_PKG_VERSION").to_owned()),
             ("STEP", format!("{step}")),
             ("SUBSTEPS", divided),
+            ("METHOD", method.to_owned()),
             ("CLOSED", closed.to_owned()),
             ("METRIC", if driven { "" } else { " in the metric of the mass matrix" }.to_owned()),
             ("LEGEND", self.legend()),
-            ("TIME", time),
-            ("H", number(solver_step)),
+            ("TIME", self.step.time("step")),
+            ("H", number(self.step.solver_step())),
+            ("ORDER", self.step.method.order().to_string()),
+            ("WIDTH", (self.step.method.order() + 1).to_string()),
+            ("DIVERGED", if taylor { ", @_DIVERGED" } else { "" }.to_owned()),
+            ("DIVERGED_MESSAGE", if taylor { DIVERGED } else { "" }.to_owned()),
             ("NEWTON", if driven { "4" } else { "1" }.to_owned()),
             ("START", number(program.experiment.start)),
             ("IN_RANGE", if in_range.is_empty() { "1".to_owned() } else { in_range.join("\n        && ") }),
@@ -261,6 +342,20 @@ enum Level {
 /// True for a loop equation that the start solves.
 fn is_solved(role: Role) -> bool {
     role == Role::Imposed
+}
+
+const DIVERGED: &str =
+    ",\n        \"the Taylor series of the motion does not converge within the step: the step is too long\"";
+
+/// What rounding leaves at least, as the guards of the start and of the loops must allow it.
+fn tolerances(real: Real) -> Vec<(&'static str, String)> {
+    let [pivot, same, close, open] = match real {
+        Real::Double => ["1.0e-12", "1.0e-12", "1.0e-9", "1.0e-6"],
+        Real::Float => ["1.0e-6", "1.0e-6", "1.0e-5", "1.0e-5"],
+    };
+    [("PIVOT", pivot), ("SAME", same), ("CLOSE", close), ("GAP", open)]
+        .map(|(name, value)| (name, value.to_owned()))
+        .into()
 }
 
 /// What stands in a comment cannot end it.

@@ -1,4 +1,4 @@
-//! The poles of a mechanism at its start, and the longest step of the Runge-Kutta method that is stable with them.
+//! The poles of a mechanism at its start, and the longest step of the method that is stable with them.
 
 use cotree_fmu::program::Program;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -16,15 +16,15 @@ pub struct Limit {
 
 /// Where the amplification of the method is looked at, in units of the distance of a pole from zero; none is stable beyond.
 const SPACING: f64 = 1e-3;
-const FURTHEST: f64 = 4.0;
+const FURTHEST: f64 = 6.0;
 /// A pole is growing, not stiff, if its real part is positive by this share.
 const GROWING: f64 = 1e-6;
 
 /// The pole that allows the shortest step; none if nothing decays or oscillates. `registers` hold the start, with all that the parameters determine.
-pub fn limit(program: &Program, registers: &[f64]) -> Option<Limit> {
+pub fn limit(program: &Program, registers: &[f64], order: usize) -> Option<Limit> {
     let matrix = derivatives(program, registers)?;
     let poles = matrix.complex_eigenvalues();
-    let bounded = poles.iter().filter_map(|&pole| Some((longest(pole)?, pole)));
+    let bounded = poles.iter().filter_map(|&pole| Some((longest(pole, order)?, pole)));
     let (step, pole) = bounded.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(Limit { step, pole: [pole.re, pole.im], part: name(program, participant(&matrix, pole)) })
 }
@@ -51,8 +51,8 @@ fn derivatives(program: &Program, registers: &[f64]) -> Option<DMatrix<f64>> {
     matrix.iter().all(|value| value.is_finite()).then_some(matrix)
 }
 
-/// The longest step at which this pole does not grow.
-fn longest(pole: Complex<f64>) -> Option<f64> {
+/// The longest step at which this pole does not grow, by a method whose amplification is the series of e^z up to this order.
+fn longest(pole: Complex<f64>, order: usize) -> Option<f64> {
     let size = pole.norm();
     if size == 0.0 || pole.re > GROWING * size {
         return None;
@@ -61,9 +61,8 @@ fn longest(pole: Complex<f64>) -> Option<f64> {
     let places = (1..).map(|number| SPACING * f64::from(number)).take_while(|place| *place < FURTHEST);
     let grows = |place: &f64| {
         let z = direction * *place;
-        let amplification = Complex::new(1.0, 0.0)
-            + z * (Complex::new(1.0, 0.0)
-                + z * (Complex::new(0.5, 0.0) + z * (Complex::new(1.0, 0.0) / 6.0 + z / 24.0)));
+        let one = Complex::new(1.0, 0.0);
+        let amplification = (1..=order).rev().fold(one, |sum, power| one + z / power as f64 * sum);
         amplification.norm() > 1.0 + 1e-9
     };
     let first = places.into_iter().find(grows).unwrap_or(FURTHEST);

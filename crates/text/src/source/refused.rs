@@ -7,9 +7,10 @@ use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::{FollowerOrder, Program};
+use cotree_fmu::tape::{ORDER, Series};
 
 use super::tables::Tables;
-use super::{FixedStep, Start, poles};
+use super::{FixedStep, Method, Start, poles};
 
 const CODE: &str = "export::sources";
 
@@ -46,10 +47,65 @@ pub(super) fn check(
         let message = format!("event `{}` removes a joint or driver, which C sources do not support", event.name);
         Fault::new(CODE, message, event.span).help("export the FMU without `--sources` and without `--c`")
     }));
+    if step.method == Method::Taylor {
+        list.extend(without_series(program, start));
+    }
     if list.is_empty() {
         list.extend(unstable(program, start, step));
     }
     if list.is_empty() { Ok(()) } else { Err(Faults::new(source.clone(), list)) }
+}
+
+/// A constant that single precision does not hold.
+pub(super) fn beyond_single(number: &str, source: &Source) -> Faults {
+    let message = format!(
+        "the constant `{number}` is outside the range of `float`, whose values are from {:e} to {:e}",
+        f32::MIN_POSITIVE,
+        f32::MAX
+    );
+    let fault = Fault::new(CODE, message, Span::default()).help("export with `--real double`, or in other units");
+    Faults::new(source.clone(), vec![fault])
+}
+
+/// Why there is no Taylor series of the motion at the start.
+fn without_series(program: &Program, start: &Start) -> Option<Fault> {
+    if program.is_driven() {
+        let message = "`--order 8` integrates motions, but drivers determine that of this mechanism".to_owned();
+        return Some(Fault::new(CODE, message, Span::default()).help("leave out `--order`"));
+    }
+    let layout = program.layout();
+    let mut registers: Vec<Series> = start.registers.iter().map(|value| Series::constant(*value)).collect();
+    for (index, follower) in program.followers.iter().enumerate() {
+        let [position, rate] = [layout.followers() + index, layout.follower_rates() + index];
+        let input = start.registers[layout.inputs() + follower.input as usize];
+        registers[rate].0[1] = input;
+        registers[position].0[1] = start.registers[rate];
+        registers[position].0[2] = input / 2.0;
+    }
+    registers[layout.time()].0[1] = 1.0;
+    let tape = &program.tapes.acceleration;
+    // Each run is right to one order more.
+    for order in 0..ORDER {
+        for index in 0..program.mechanical() {
+            registers[layout.positions() + index] =
+                registers[layout.rates() + index].integral(start.registers[layout.positions() + index]);
+        }
+        tape.run_series(&mut registers);
+        for (index, result) in tape.results.iter().take(program.coordinates.len()).enumerate() {
+            let acceleration = registers[*result as usize];
+            if !acceleration.0[..=order].iter().all(|coefficient| coefficient.is_finite()) {
+                let name = &program.coordinates[index].name;
+                let message = format!(
+                    "the motion has no Taylor series of order 8 at the start, as `{name}` has none: a law has an infinite slope there"
+                );
+                return Some(
+                    Fault::new(CODE, message, Span::default()).help("leave out `--order 8`, or start elsewhere"),
+                );
+            }
+            registers[layout.rates() + index] = acceleration.integral(start.registers[layout.rates() + index]);
+        }
+    }
+    None
 }
 
 fn unilateral(mechanism: &Mechanism) -> Vec<Fault> {
@@ -132,7 +188,8 @@ fn unstable(program: &Program, start: &Start, step: FixedStep) -> Option<Fault> 
     if program.is_driven() {
         return None;
     }
-    let limit = poles::limit(program, &start.registers).filter(|limit| limit.step < step.solver_step())?;
+    let limit =
+        poles::limit(program, &start.registers, step.method.order()).filter(|limit| limit.step < step.solver_step())?;
     let [real, imaginary] = limit.pole;
     let pole = if imaginary == 0.0 { format!("{real:.4}") } else { format!("{real:.4} ± {:.4} i", imaginary.abs()) };
     let message = format!(

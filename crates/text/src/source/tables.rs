@@ -138,7 +138,9 @@ impl Tables<'_> {
         let layout = program.layout();
         let mut text = String::new();
         let mut add = |array: String| text += &array;
-        let registers = |first: usize, count: usize| self.start.registers.iter().skip(first).take(count).copied();
+        let registers = |first: usize, count: usize| {
+            self.start.registers.iter().skip(first).take(count).map(|value| self.step.real.without_underflow(*value))
+        };
         let rates = program.coordinates.len();
         add(numbers("start_p", program.parameters.iter().map(|parameter| parameter.start)));
         add(numbers("start_u", program.inputs.iter().map(|input| input.start)));
@@ -146,7 +148,7 @@ impl Tables<'_> {
         add(numbers("start_v", registers(layout.rates(), rates)));
         add(numbers("start_f", registers(layout.followers(), 2 * program.followers.len())));
         add(numbers("gap_scale", program.constraints.iter().map(|constraint| constraint.scale)));
-        if flags.contains("loops") {
+        if flags.contains("loops") || flags.contains("taylor") {
             add(numbers("scale", program.coordinates.iter().map(|coordinate| coordinate.scale)));
         }
         if flags.contains("followers") {

@@ -8,12 +8,19 @@ use cotree_fmu::tape::{Operation, Tape};
 
 /// Where the value of a register comes from.
 #[derive(Clone, Debug)]
-enum Value {
+pub(super) enum Value {
     /// An argument or a constant, as it is written.
     Known(String),
     /// The result of a line; of a sine and cosine also the second.
     Line(usize),
     Second(usize),
+}
+
+/// What the lines of a tape read, which of them are needed, and the values of its results.
+pub(super) struct Lines {
+    pub operands: Vec<Vec<Value>>,
+    pub needed: Vec<bool>,
+    pub results: Vec<Value>,
 }
 
 /// Small functions that a text needs, by the names of their sections.
@@ -61,6 +68,17 @@ impl<'a> TapeWriter<'a> {
     }
 
     fn lines(&mut self, tape: &Tape, results: Vec<(u32, String)>) -> String {
+        let registers: Vec<u32> = results.iter().map(|(register, _)| *register).collect();
+        let lines = self.needed(tape, &registers);
+        let mut text = self.constants(tape, &lines);
+        for (value, (_, place)) in lines.results.iter().zip(results) {
+            let _ = writeln!(text, "    {place} = {};", written(value)); // writing to a string cannot fail
+        }
+        text
+    }
+
+    /// What a tape computes for these registers.
+    pub fn needed(&self, tape: &Tape, results: &[u32]) -> Lines {
         let mut values: Vec<Option<Value>> = vec![None; self.program.registers as usize];
         let value = |values: &[Option<Value>], register: u32| {
             values
@@ -77,38 +95,40 @@ impl<'a> TapeWriter<'a> {
             }
             values[instruction.target as usize] = Some(Value::Line(line));
         }
-        let results: Vec<(Value, String)> =
-            results.into_iter().map(|(register, place)| (value(&values, register), place)).collect();
+        let results: Vec<Value> = results.iter().map(|register| value(&values, *register)).collect();
         let mut needed = vec![false; operands.len()];
         let mark = |needed: &mut Vec<bool>, value: &Value| match value {
             Value::Line(line) | Value::Second(line) => needed[*line] = true,
             Value::Known(_) => {}
         };
-        results.iter().for_each(|(value, _)| mark(&mut needed, value));
+        results.iter().for_each(|value| mark(&mut needed, value));
         for line in (0..operands.len()).rev() {
             if needed[line] {
                 operands[line].iter().for_each(|value| mark(&mut needed, value));
             }
         }
+        Lines { operands, needed, results }
+    }
+
+    /// A constant in C for each line that is needed.
+    pub fn constants(&mut self, tape: &Tape, lines: &Lines) -> String {
         let mut text = String::new();
-        for (line, instruction) in tape.instructions().iter().enumerate().filter(|(line, _)| needed[*line]) {
-            let given: Vec<String> = operands[line].iter().map(written).collect();
-            if instruction.operation == Operation::SinCos {
+        for (line, instruction) in tape.instructions().iter().enumerate().filter(|(line, _)| lines.needed[*line]) {
+            let given: Vec<String> = lines.operands[line].iter().map(written).collect();
+            // Writing to a string cannot fail.
+            let _ = if instruction.operation == Operation::SinCos {
                 self.helpers.insert("sines");
                 let angle = &given[0];
-                let _ = write!(text, "    double x{line}, y{line};\n    @_sine_cosine({angle}, &x{line}, &y{line});\n");
+                writeln!(text, "    double x{line}, y{line};\n    @_sine_cosine({angle}, &x{line}, &y{line});")
             } else {
                 let expression = self.expression(instruction.operation, &given);
-                let _ = writeln!(text, "    const double x{line} = {expression};"); // writing to a string cannot fail
-            }
-        }
-        for (value, place) in results {
-            let _ = writeln!(text, "    {place} = {};", written(&value));
+                writeln!(text, "    const double x{line} = {expression};")
+            };
         }
         text
     }
 
-    fn expression(&mut self, operation: Operation, given: &[String]) -> String {
+    pub fn expression(&mut self, operation: Operation, given: &[String]) -> String {
         let [a, b, c] = [0, 1, 2].map(|index| given.get(index).map_or("", String::as_str));
         let mut helped = |helper: &'static str| {
             self.helpers.insert(helper);
@@ -182,7 +202,7 @@ impl<'a> TapeWriter<'a> {
     }
 }
 
-fn written(value: &Value) -> String {
+pub(super) fn written(value: &Value) -> String {
     match value {
         Value::Known(text) => text.clone(),
         Value::Line(line) => format!("x{line}"),

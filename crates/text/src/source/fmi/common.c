@@ -74,7 +74,7 @@ static void @_explain(const @_instance *c, char *text)
 static int @_settle(@_instance *c)
 {
     if (!c->initialized && !c->fresh) {
-        (void)@_initialize(&c->model, c->start);
+        (void)@_initialize(&c->model, $NARROW$c->start);
     }
     if (!c->fresh && c->model.status == @_OK) {
         (void)@_outputs(&c->model);
@@ -93,20 +93,20 @@ static int @_get(@_instance *c, unsigned long place, double *value)
     if (of[0] != @_OF_P && of[0] != @_OF_U && !@_settle(c)) {
         return 0;
     }
-    *value = of[0] == @_OF_P ? c->model.p[of[1]]
-        : of[0] == @_OF_U ? c->model.u[of[1]]
-        : of[0] == @_OF_Y ? c->model.y[of[1]]
-        : of[0] == @_OF_Q ? c->model.x.q[of[1]]
-        : of[0] == @_OF_V ? c->model.x.v[of[1]]
-        : of[0] == @_OF_A ? c->model.x.a[of[1]]
-        : c->model.x.t;
+    *value = of[0] == @_OF_P ? $WIDE$c->model.p[of[1]]
+        : of[0] == @_OF_U ? $WIDE$c->model.u[of[1]]
+        : of[0] == @_OF_Y ? $WIDE$c->model.y[of[1]]
+        : of[0] == @_OF_Q ? $WIDE$c->model.x.q[of[1]]
+        : of[0] == @_OF_V ? $WIDE$c->model.x.v[of[1]]
+        : of[0] == @_OF_A ? $WIDE$c->model.x.a[of[1]]
+        : $TIME$;
     return 1;
 }
 
 static int @_set(@_instance *c, unsigned long place, double value)
 {
     const int *of;
-    if (place >= (unsigned long)@_VARIABLES || !@_is_finite(value)) {
+    if (place >= (unsigned long)@_VARIABLES || !@_is_finite($NARROW$value)) {
         return 0;
     }
     of = @_variables[place];
@@ -114,11 +114,11 @@ static int @_set(@_instance *c, unsigned long place, double value)
         return 0;
     }
     if (!c->initialized && of[2] >= 0) {
-        c->model.p[of[2]] = value;
+        c->model.p[of[2]] = $NARROW$value;
     } else if (of[0] == @_OF_U && of[3]) {
-        c->model.u[of[1]] = value;
+        c->model.u[of[1]] = $NARROW$value;
     } else if (of[0] == @_OF_P && of[3]) {
-        c->model.p[of[1]] = value;
+        c->model.p[of[1]] = $NARROW$value;
         if (c->initialized) {
             const int status = @_update(&c->model);
             if (status != @_OK) {
@@ -150,7 +150,7 @@ static int @_run(@_instance *c, double size)
             c->model.place = place;
             return 2;
         }
-        c->done = c->model.x.t;
+        c->done = $TIME$;
     }
     return c->model.ended ? 1 : 0;
 }

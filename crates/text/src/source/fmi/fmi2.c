@@ -79,7 +79,7 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component component)
     if (!c) {
         return fmi2Error;
     }
-    if (@_initialize(&c->model, c->start) != @_OK) {
+    if (@_initialize(&c->model, $NARROW$c->start) != @_OK) {
         return @_failed(c);
     }
     c->initialized = 1;

@@ -18,7 +18,7 @@ static fmi3Status @_failed(@_instance *c)
 static int @_get_reference(@_instance *c, fmi3ValueReference reference, double *value)
 {
     if (reference == $TIME_REFERENCE$u) {
-        *value = c->initialized ? c->model.x.t : c->start;
+        *value = c->initialized ? $TIME$ : c->start;
         return 1;
     }
     return reference > 0 && @_get(c, reference - 1, value);
@@ -80,7 +80,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
     if (!c) {
         return fmi3Error;
     }
-    if (@_initialize(&c->model, c->start) != @_OK) {
+    if (@_initialize(&c->model, $NARROW$c->start) != @_OK) {
         return @_failed(c);
     }
     c->initialized = 1;

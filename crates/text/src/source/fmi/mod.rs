@@ -8,7 +8,7 @@ use cotree_fmu::fmi3::token;
 use cotree_fmu::program::{Program, Source};
 
 use super::tape::number;
-use super::{FixedStep, filled};
+use super::{FixedStep, Real, filled};
 
 const COMMON: &str = include_str!("common.c");
 const FMI2: &str = include_str!("fmi2.c");
@@ -78,7 +78,15 @@ fn marks(
         )
     };
     let variables = description.variables.len();
-    let time = description.variables.iter().position(|variable| variable.causality == Causality::Independent);
+    // The interface has double precision.
+    let [narrow, wide, time] = match step.real {
+        Real::Double => ["", "", "c->model.x.t"].map(str::to_owned),
+        Real::Float => {
+            ["(float)".to_owned(), "(double)".to_owned(), format!("c->start + {}", step.time("c->model.step"))]
+        }
+    };
+    let reference_of_time =
+        description.variables.iter().position(|variable| variable.causality == Causality::Independent);
     let references = References::new(variables, description.followed.clone(), description.indicators);
     vec![
         ("ID", description.identifier.clone()),
@@ -91,7 +99,10 @@ fn marks(
         ("START", start),
         ("STEP", number(step.step)),
         ("TOKEN", token),
-        ("TIME_REFERENCE", time.map_or(references.time(), reference).to_string()),
+        ("NARROW", narrow),
+        ("WIDE", wide),
+        ("TIME", time),
+        ("TIME_REFERENCE", reference_of_time.map_or(references.time(), reference).to_string()),
     ]
 }
 
