@@ -7,8 +7,8 @@ use std::process::{Command, Output};
 
 use crate::ROOT;
 
-const WARNINGS: [&str; 7] =
-    ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wdouble-promotion"];
+const WARNINGS: [&str; 8] =
+    ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wdouble-promotion", "-Wvla"];
 
 fn cotree(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_cotree")).args(arguments).output().unwrap()
@@ -20,8 +20,14 @@ fn scene(model: &str) -> PathBuf {
 
 /// The sources of a scene, in a folder; or why there are none.
 fn sources(scene: &Path, folder: &Path, step: &str) -> Result<PathBuf, String> {
+    sources_with(scene, folder, step, &[])
+}
+
+/// The same with options of the solver.
+fn sources_with(scene: &Path, folder: &Path, step: &str, options: &[&str]) -> Result<PathBuf, String> {
     let file = folder.join("model.c");
-    let output = cotree(&["export", scene.to_str().unwrap(), "--c", file.to_str().unwrap(), "--step", step]);
+    let export = ["export", scene.to_str().unwrap(), "--c", file.to_str().unwrap(), "--step", step];
+    let output = cotree(&[&export, options].concat());
     if output.status.success() { Ok(file) } else { Err(String::from_utf8_lossy(&output.stderr).into_owned()) }
 }
 
@@ -50,13 +56,20 @@ fn compile(file: &Path) {
 
 /// The values at the end of so many steps, or the message of the step that failed.
 fn run(file: &Path, coordinates: usize, steps: u32) -> Result<Vec<f64>, String> {
+    run_with(file, "run.c", &[&format!("-DCOORDINATES={coordinates}")], steps)
+}
+
+/// What a program of tests/c_sources prints of a model.
+fn run_with(file: &Path, main: &str, definitions: &[&str], steps: u32) -> Result<Vec<f64>, String> {
     let program = file.with_extension("run");
-    let own = Path::new(ROOT).join("tests/c_sources/run.c");
+    let main = Path::new(ROOT).join("tests/c_sources").join(main);
     let name = format!("-DMODEL_FILE=\"{}\"", file.display());
     let output = Command::new("gcc")
-        .args(["-std=c99", "-O1", &name, &format!("-DCOORDINATES={coordinates}"), "-o"])
+        .args(["-std=c99", "-O1", &name])
+        .args(definitions)
+        .arg("-o")
         .arg(&program)
-        .arg(own)
+        .arg(main)
         .arg("-lm")
         .output()
         .unwrap();
@@ -85,18 +98,18 @@ fn largest(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn error(model: &str, variables: &str, step: &str, steps: u32) -> f64 {
+    largest(&end(&scene(model), variables, step, steps, &[]), &reference(&scene(model), variables))
+}
+
+fn end(scene: &Path, variables: &str, step: &str, steps: u32, options: &[&str]) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
-    let file = sources(&scene(model), folder.path(), step).unwrap();
-    let end = run(&file, variables.split(',').count() / 2, steps).unwrap();
-    largest(&end, &reference(&scene(model), variables))
+    let file = sources_with(scene, folder.path(), step, options).unwrap();
+    run(&file, variables.split(',').count() / 2, steps).unwrap()
 }
 
 #[test]
 fn the_error_at_a_millisecond_is_small_and_of_fourth_order() {
-    let cases = [
-        ("bench_slider_crank", "crank.angle,crank.omega,rod.angle,rod.omega", 1e-6),
-        ("cart_pole", "rail.s,rail.v,pole.angle,pole.omega", 1e-9),
-    ];
+    let cases = [("bench_slider_crank", SLIDER_CRANK, 1e-6), ("cart_pole", CART_POLE, 1e-9)];
     for (model, variables, most) in cases {
         let found = error(model, variables, "1 ms", 2000);
         assert!(found <= most, "{model}: {found:e}");
@@ -105,21 +118,224 @@ fn the_error_at_a_millisecond_is_small_and_of_fourth_order() {
     }
 }
 
+const SLIDER_CRANK: &str = "crank.angle,crank.omega,rod.angle,rod.omega";
+const FOUR_BAR: &str = "crank.angle,crank.omega,coupler.angle,coupler.omega,rocker.angle,rocker.omega";
+const CART_POLE: &str = "rail.s,rail.v,pole.angle,pole.omega";
+
 #[test]
-fn sources_keep_to_their_rules_and_compile_without_warnings() {
-    for model in ["four_bar", "motor_four_bar", "vibration", "klann", "metronome"] {
-        let folder = tempfile::tempdir().unwrap();
-        let Ok(file) = sources(&scene(model), folder.path(), "1 ms") else { panic!("{model} is refused") };
-        check_text(&fs::read_to_string(&file).unwrap());
-        compile(&file);
+fn taylor_series_of_order_8_are_right_at_five_milliseconds() {
+    let of = |variables: &str, step: &str, steps: u32, model: &str| {
+        largest(&end(&scene(model), variables, step, steps, &["--order", "8"]), &reference(&scene(model), variables))
+    };
+    let long = of(SLIDER_CRANK, "5 ms", 400, "bench_slider_crank");
+    let short = of(SLIDER_CRANK, "2.5 ms", 800, "bench_slider_crank");
+    assert!(long < 1e-7 && long / short > 100.0, "{long:e} {short:e}");
+    let four_bar = of(FOUR_BAR, "5 ms", 400, "four_bar");
+    assert!(four_bar < 2e-6, "{four_bar:e}");
+    let cart_pole = of(CART_POLE, "5 ms", 400, "cart_pole");
+    assert!(cart_pole < 1e-10, "{cart_pole:e}");
+}
+
+#[test]
+fn single_precision_is_as_near_to_double_as_compensated_sums_allow() {
+    for (model, variables) in [("bench_slider_crank", SLIDER_CRANK), ("four_bar", FOUR_BAR), ("cart_pole", CART_POLE)] {
+        for order in ["4", "8"] {
+            let of = |real| end(&scene(model), variables, "0.5 ms", 4000, &["--order", order, "--real", real]);
+            let apart = largest(&of("float"), &of("double"));
+            assert!(apart < 5e-5, "{model}, order {order}: {apart:e}");
+        }
     }
 }
 
+/// Every function of laws, of what moves.
+const LAWS: &str = r#"
+name = "laws"
+gravity = [0, 0]
+[parameters]
+square = 2
+[signals]
+x = { value = "1*wheel.angle" }
+y = { value = "wheel.omega*1[s]" }
+z = { value = "t/1[s]" }
+roots = "-3*x - 0.2*atan(2*x) - 0.1*tanh(3*y) + 0.3*exp(-x^2) + 0.1*log(2 + x/3) + 0.2*sqrt(1 + y^2)"
+angles = "0.3*asin(0.5*sin(z)) - 0.4*acos(0.2*x) + 0.2*atan2(x, 9 + y) + 0.1*tan(0.3*cos(y))"
+powers = "(1.5 + 0.1*sin(x))^1.7 - 0.3*(2 + 0.1*cos(x))^(0.5 + 0.1*sin(z)) - 0.05*y^square/(4 + cos(x))"
+sides = "0.1*min(x, 50 + z) + 0.1*max(y, -60 + x) + 0.1*if(z > -1, sin(2*z), z) + 0.1*abs(3 + sin(x)) + floor(0.1 + z/100)"
+[bodies.wheel]
+mass = 1.3
+inertia = 0.9
+points = { hub = [0, 0] }
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel.hub"]
+[loads.spring]
+type = "torque"
+between = ["ground", "wheel"]
+value = "(roots + angles + powers + sides)*1[N.m]"
+[initial]
+"wheel.angle" = 0.4
+"wheel.omega" = 0
+[experiment]
+stop = "2 s"
+step = "10 ms"
+"#;
+
+#[test]
+fn series_of_every_function_of_laws_are_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("laws.toml");
+    fs::write(&file, LAWS).unwrap();
+    let by_series = end(&file, "wheel.angle,wheel.omega", "5 ms", 400, &["--order", "8"]);
+    let apart = largest(&by_series, &reference(&file, "wheel.angle,wheel.omega"));
+    assert!(apart < 1e-9, "{apart:e}");
+}
+
+#[test]
+fn loops_are_closed_after_every_step() {
+    for (real, residual) in [("double", "1e-12"), ("float", "1e-6")] {
+        for (model, rows, order) in [
+            ("bench_slider_crank", 1, "4"),
+            ("bench_slider_crank", 1, "8"),
+            ("four_bar", 2, "4"),
+            ("four_bar", 2, "8"),
+            ("motor_four_bar", 2, "4"),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            let options = ["--real", real, "--order", order];
+            let file = sources_with(&scene(model), folder.path(), "1 ms", &options).unwrap();
+            let definitions = [
+                "-DCOORDINATES=1".to_owned(),
+                format!("-DCONSTRAINT={model}_constraint"),
+                format!("-DROWS={rows}"),
+                format!("-DREAL={real}"),
+                format!("-DRESIDUAL={residual}"),
+            ];
+            let definitions: Vec<&str> = definitions.iter().map(String::as_str).collect();
+            let end = run_with(&file, "run.c", &definitions, 2000);
+            assert!(end.is_ok(), "{model}, {real}, order {order}: {end:?}");
+        }
+    }
+}
+
+/// A cart that a force moves, and one that a driver accelerates, with a pendulum.
+const CART: &str = r#"
+name = "cart"
+gravity = [0, 0]
+[parameters]
+gain = { value = 1, tunable = true }
+[inputs]
+pull = { start = 1, unit = "N" }
+[bodies.cart]
+mass = 2
+inertia = 0.1
+points = { at = [0, 0] }
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart.at"]
+axis = [1, 0]
+[loads.push]
+type = "force"
+on = "cart.at"
+vector = ["gain*pull", 0]
+[experiment]
+stop = "1 s"
+step = "1 ms"
+"#;
+const ACCELERATED: &str = r#"
+name = "accelerated"
+gravity = [0, 0]
+[inputs]
+pull = { start = 0, unit = "m/s^2" }
+[bodies.cart]
+mass = 2
+inertia = 0.1
+points = { at = [0, 0] }
+[bodies.pendulum]
+mass = 1
+inertia = 0.1
+points = { pin = [0, 0.5] }
+[joints.rail]
+type = "prismatic"
+between = ["ground", "cart.at"]
+axis = [1, 0]
+[joints.pin]
+type = "revolute"
+between = ["cart.at", "pendulum.pin"]
+[drivers.push]
+joint = "rail"
+displacement = { input = "pull", as = "acceleration" }
+[experiment]
+stop = "1 s"
+step = "1 ms"
+"#;
+
+#[test]
+fn what_is_set_between_steps_acts_from_the_next_step_on() {
+    let rates = |text: &str, printed: &str, options: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("scene.toml");
+        fs::write(&file, text).unwrap();
+        let file = sources_with(&file, folder.path(), "1 ms", options).unwrap();
+        run_with(&file, "between_steps.c", &[printed], 0).unwrap()
+    };
+    for order in ["4", "8"] {
+        let pushed = rates(CART, "-DPRINTED=0", &["--order", order]);
+        assert!(largest(&pushed, &[0.5e-3, 2.0e-3, 5.0e-3, 8.0e-3]) < 1e-14, "{pushed:?}");
+        // m L / (I + m L^2) times the acceleration.
+        let turned = rates(ACCELERATED, "-DPRINTED=0", &["--order", order]);
+        let each = 0.5 / 0.35 * 3e-3;
+        let expected = [0.0, each, 2.0 * each, 3.0 * each];
+        let sizes: Vec<f64> = turned.iter().map(|rate| rate.abs()).collect();
+        assert!(largest(&sizes, &expected) < 1e-6, "{turned:?} {expected:?}");
+    }
+}
+
+#[test]
+fn sources_keep_to_their_rules_and_compile_without_warnings() {
+    let of = ["four_bar", "motor_four_bar", "vibration", "metronome"];
+    let all = [&[][..], &["--real", "float"], &["--order", "8"], &["--order", "8", "--real", "float"]];
+    for (model, options) in of.iter().flat_map(|model| all.map(|options| (model, options))) {
+        check_sources(&scene(model), options);
+    }
+    check_sources(&scene("klann"), &["--real", "float"]);
+}
+
+fn check_sources(scene: &Path, options: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = sources_with(scene, folder.path(), "1 ms", options).unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    check_text(&text);
+    let is_single = options.contains(&"float");
+    assert!(!(is_single && text.lines().any(|line| line.contains("double "))));
+    compile(&file);
+}
+
+/// No allocation, no recursion, no loop without a bound, no function pointers, no variables but those of the caller.
 fn check_text(text: &str) {
-    for word in ["malloc", "calloc", "goto", "setjmp", "while (", "<stdlib", "<stdio", "alloca("] {
+    for word in [
+        "malloc", "calloc", "realloc", "free(", "goto", "setjmp", "while (", "do {", "for (;;", "(*", "alloca(",
+        "<stdlib", "<stdio",
+    ] {
         assert!(!text.contains(word), "`{word}`");
     }
     assert!(text.lines().filter(|line| line.starts_with("#include")).eq(["#include <math.h>"]));
+    let variables = text.lines().map(str::trim_start).filter(|line| line.starts_with("static ") && !line.contains('('));
+    variables.for_each(|line| assert!(line.starts_with("static const "), "{line}"));
+    let defined: Vec<(&str, &str)> = text.split("\n}\n").filter_map(function).collect();
+    assert!(defined.len() > 8, "{}", defined.len());
+    // What stands behind is called by the start only: nothing calls itself, not by others either.
+    for (index, (name, body)) in defined.iter().enumerate().filter(|(_, (name, _))| !name.ends_with("_reset")) {
+        for (behind, _) in &defined[index..] {
+            assert!(!body.contains(&format!("{behind}(")), "`{name}` calls `{behind}`");
+        }
+    }
+}
+
+/// The name of the function with which a text ends, and what stands in it.
+fn function(text: &str) -> Option<(&str, &str)> {
+    let (head, body) = text.rsplit_once(")\n{\n")?;
+    let name = head.lines().last()?.split('(').next()?;
+    Some((name.rsplit([' ', '*']).next()?, body))
 }
 
 #[test]

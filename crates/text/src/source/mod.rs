@@ -84,11 +84,6 @@ impl Real {
         ("double", "double precision", Self::Double),
         ("float", "single precision, with compensated sums", Self::Float),
     ];
-
-    /// A start value, or zero for what is less than the smallest number: rounding leaves such values.
-    fn without_underflow(self, value: f64) -> f64 {
-        if self == Self::Float && value.abs() < f64::from(f32::MIN_POSITIVE) { 0.0 } else { value }
-    }
 }
 
 impl FixedStep {
@@ -150,9 +145,8 @@ impl<'a> Writer<'a> {
         let functions = self.functions(&mut tapes, &flags);
         flags.extend(tapes.helpers.iter().copied());
         flags.extend(series::HELPERS.iter().filter(|helper| functions.contains(&format!("@_{helper}("))));
-        // The functions of math.h have the accuracy of single precision; in double precision the bits must not depend on the library.
         if self.step.real == Real::Float && flags.remove("sines") {
-            flags.insert("rounded_sines");
+            flags.insert("single_sines");
         }
         let tables = Tables { program, step: self.step, start: self.start };
         let mut marks = self.sizes(tapes.stage());

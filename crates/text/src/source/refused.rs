@@ -59,7 +59,7 @@ pub(super) fn check(
 /// A constant that single precision does not hold.
 pub(super) fn beyond_single(number: &str, source: &Source) -> Faults {
     let message = format!(
-        "the constant `{number}` is outside the range of `float`, whose values are from {:e} to {:e}",
+        "the constant `{number}` is outside the range of `float`, from {:e} to {:e}",
         f32::MIN_POSITIVE,
         f32::MAX
     );

@@ -201,9 +201,25 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
         if steps.contains(&operation) || operands.iter().all(is_constant) {
             return Term::Constant(value);
         }
+        match operands {
+            [base, exponent] if operation == Operation::Power && !is_constant(exponent) => {
+                self.power(value, base, exponent)
+            }
+            _ => {
+                let own = self.push(value, None);
+                let rule = self.rule(operation, operands, &own);
+                self.set(&own, rule);
+                own
+            }
+        }
+    }
+
+    /// e^(b ln a), after its exponent: a rule reads the coefficients of an argument up to its own order.
+    fn power(&mut self, value: String, base: &Term, exponent: &Term) -> Term {
+        let logarithm = self.slope(Operation::Logarithm, std::slice::from_ref(base));
+        let product = self.slope(Operation::Multiply, &[exponent.clone(), logarithm]);
         let own = self.push(value, None);
-        let rule = self.rule(operation, operands, &own);
-        self.set(&own, rule);
+        self.set(&own, Rule::Chain(vec![('+', own.clone(), product)]));
         own
     }
 
@@ -288,12 +304,7 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
                 };
                 Rule::Chain(sides.map(slope).collect())
             }
-            Of::Power if is_constant(&b) => Rule::Power(a, second),
-            // e^(b ln a)
-            Of::Power => {
-                let logarithm = self.slope(Of::Logarithm, &[a]);
-                Rule::Chain(vec![('+', own.clone(), self.slope(Of::Multiply, &[b, logarithm]))])
-            }
+            Of::Power => Rule::Power(a, second),
             Of::Minimum => Rule::Choice(format!("{first} < {second} || {first} != {first}"), a, b),
             Of::Maximum => Rule::Choice(format!("{first} > {second} || {first} != {first}"), a, b),
             Of::Select => Rule::Choice(format!("{first} != 0.0"), b, c),

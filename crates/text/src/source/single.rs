@@ -7,7 +7,7 @@ const FUNCTIONS: [&str; 13] =
 /// A text whose numbers are `float`; comments and strings stay.
 ///
 /// # Errors
-/// A constant, as it is written, that `float` does not hold with all its digits.
+/// A constant, as it is written, that `float` does not hold: too large, or a divisor next to zero.
 pub(super) fn in_single_precision(text: &str) -> Result<String, String> {
     let mut single = String::with_capacity(text.len());
     let mut rest = text;
@@ -19,7 +19,7 @@ pub(super) fn in_single_precision(text: &str) -> Result<String, String> {
             "double" => single += "float",
             "floor" => single += "floorf",
             _ if FUNCTIONS.contains(&word) => single.extend([word, "f"]),
-            _ if first.is_ascii_digit() && word.contains(['.', 'e']) => single += &constant(word)?,
+            _ if first.is_ascii_digit() && word.contains(['.', 'e']) => single += &constant(word, divides(&single))?,
             _ => single += word,
         }
     }
@@ -47,10 +47,20 @@ fn token(text: &str, first: char) -> usize {
     }
 }
 
-fn constant(written: &str) -> Result<String, String> {
+/// True if what follows this text divides.
+fn divides(before: &str) -> bool {
+    before.trim_end_matches(['(', '-']).ends_with("/ ")
+}
+
+/// Rounding leaves factors and sums of less than the smallest number where there should be nothing: they become zero.
+fn constant(written: &str, divides: bool) -> Result<String, String> {
     let value: f64 = written.parse().map_err(|_| written.to_owned())?;
     let rounded = value as f32;
-    if value == 0.0 || rounded.is_normal() { Ok(format!("{rounded:?}f")) } else { Err(written.to_owned()) }
+    let is_tiny = value.abs() < f64::from(f32::MIN_POSITIVE);
+    match (rounded.is_finite(), is_tiny && divides) {
+        (true, false) => Ok(if is_tiny { "0.0f".to_owned() } else { format!("{rounded:?}f") }),
+        _ => Err(written.to_owned()),
+    }
 }
 
 #[cfg(test)]
@@ -67,7 +77,8 @@ mod tests {
     #[test]
     fn constants_that_single_precision_does_not_hold_are_named() {
         assert_eq!(in_single_precision("x = 1e300;"), Err("1e300".to_owned()));
-        assert_eq!(in_single_precision("x = 1e-50;"), Err("1e-50".to_owned()));
+        assert_eq!(in_single_precision("x = a / (-1e-50);"), Err("1e-50".to_owned()));
+        assert_eq!(in_single_precision("x = a * 1e-50;").unwrap(), "x = a * 0.0f;");
         assert_eq!(in_single_precision("x = 0.0 + 1e30;").unwrap(), "x = 0.0f + 1e30f;");
     }
 }

@@ -67,11 +67,24 @@ const char *@_place(const @_model *m);
 }
 #endif
 
-//?rounded_sines
+//?single_sines
+/* Sine and cosine: reduction by pi/2 in three parts (Cody and Waite), polynomials of Cephes (Moshier, 1992). */
 static void @_sine_cosine(double x, double *sine, double *cosine)
 {
-    *sine = sin(x);
-    *cosine = cos(x);
+    const double turns = x * 0.6366197723675814, nearest = turns + (turns < 0.0 ? -0.5 : 0.5);
+    const long quadrant = fabs(x) < 8192.0 ? (long)nearest : 0;
+    const double multiple = (double)quadrant;
+    const double y = ((x - multiple * 1.5703125) - multiple * 4.837512969970703125e-4) - multiple * 7.54978995489188216e-8;
+    const double z = y * y;
+    const double s = y + y * z * (-1.6666654611e-1 + z * (8.3321608736e-3 + z * -1.9515295891e-4));
+    const double c = 1.0 - 0.5 * z + z * z * (4.166664568298827e-2 + z * (-1.388731625493765e-3 + z * 2.443315711809948e-5));
+    if (!(fabs(x) < 8192.0)) {
+        *sine = sin(x);
+        *cosine = cos(x);
+        return;
+    }
+    *sine = (quadrant & 2) != 0 ? ((quadrant & 1) != 0 ? -c : -s) : ((quadrant & 1) != 0 ? c : s);
+    *cosine = ((quadrant + 1) & 2) != 0 ? ((quadrant & 1) != 0 ? -s : -c) : ((quadrant & 1) != 0 ? s : c);
 }
 
 //.
@@ -164,7 +177,7 @@ static double @_chain(const double *slope, const double *a, int k)
     double sum = 0.0;
     int j;
     for (j = 1; j <= k; j++) {
-        sum += a[j] != 0.0 ? (double)j * a[j] * slope[k - j] : 0.0;
+        sum += (double)j * a[j] * slope[k - j];
     }
     return sum / (double)k;
 }
@@ -178,7 +191,7 @@ static double @_power(const double *a, double exponent, const double *r, int k)
     int i, j, n;
     if (a[0] != 0.0 || exponent < 0.0 || exponent != floor(exponent)) {
         for (j = 1; j <= k; j++) {
-            sum += a[j] != 0.0 ? ((double)j * exponent - (double)(k - j)) * a[j] * r[k - j] : 0.0;
+            sum += ((double)j * exponent - (double)(k - j)) * a[j] * r[k - j];
         }
         return sum != 0.0 ? sum / ((double)k * a[0]) : 0.0;
     }

@@ -138,9 +138,7 @@ impl Tables<'_> {
         let layout = program.layout();
         let mut text = String::new();
         let mut add = |array: String| text += &array;
-        let registers = |first: usize, count: usize| {
-            self.start.registers.iter().skip(first).take(count).map(|value| self.step.real.without_underflow(*value))
-        };
+        let registers = |first: usize, count: usize| self.start.registers.iter().skip(first).take(count).copied();
         let rates = program.coordinates.len();
         add(numbers("start_p", program.parameters.iter().map(|parameter| parameter.start)));
         add(numbers("start_u", program.inputs.iter().map(|input| input.start)));
