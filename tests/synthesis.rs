@@ -250,6 +250,79 @@ fn a_six_bar_takes_a_body_through_more_poses_than_a_four_bar() {
     assert!(near(&at[0]) || near(&at[6]), "{first:?}");
 }
 
+/// The figures of `cotree motion` for the best six-bar of a task.
+fn moved_six_bar(answer: &Answer, arguments: &[&str]) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("six.toml"), &answer.six_bars[0].scene).unwrap();
+    let run = cotree(folder.path(), &[&["motion", "six.toml", "--input", "first_pivot", "--json"], arguments].concat());
+    assert_eq!(code(&run), 0, "{}", stderr(&run));
+    serde_json::from_str(&stdout(&run)).unwrap()
+}
+
+/// A rocker that stays within 0.5 deg for 60 deg of the crank, twenty times as near as the best four-bar: `motion` drives a full turn and finds the dwell.
+#[test]
+fn a_six_bar_dwells() {
+    let text = "name = \"dwell\"\n[function]\n\
+                input = [\"0 deg\", \"10 deg\", \"20 deg\", \"30 deg\", \"40 deg\", \"50 deg\", \"60 deg\", \"150 deg\", \"180 deg\", \"210 deg\"]\n\
+                output = [0, 0, 0, 0, 0, 0, 0, \"18 deg\", \"26 deg\", \"18 deg\"]\n\
+                [limits]\nlength = [\"0.05 m\", \"4 m\"]\ntransmission = \"20 deg\"\ncrank = true\nbars = 6\n";
+    let answer = answered(text);
+    let best = &answer.six_bars[0];
+    let four = answer.good().map(|own| own.error).fold(f64::INFINITY, f64::min);
+    assert!(best.error.to_degrees() < 0.05 && four > 20.0 * best.error, "{} {four}", best.error);
+    let figures = moved_six_bar(&answer, &["--output", "pin_6", "--dwell", "0.5 deg"]);
+    assert!(figures["full_turn"] == true && figures["dead_points"] == false);
+    let [from, to] = ["from", "to"].map(|end| figures["dwell"][end].as_f64().unwrap());
+    assert!((to - from).to_degrees() >= 60.0, "{from} {to}");
+}
+
+/// A straight line of 200 mm within 0.05 mm, by bars of at most 400 mm with transmission angles of at least 40 deg: `motion` follows the point.
+#[test]
+fn a_six_bar_draws_a_straight_line() {
+    let points: Vec<String> = (0..=10).map(|k| format!("[\"{} mm\", 0]", 20 * k)).collect();
+    let limits = "length = [\"20 mm\", \"400 mm\"]\ntransmission = \"40 deg\"\nbars = 6";
+    let text = format!("name = \"line\"\n[path]\npoints = [{}]\n[limits]\n{limits}\n", points.join(", "));
+    let answer = answered(&text);
+    let best = &answer.six_bars[0];
+    assert!(best.error < 5e-5 && best.lengths.iter().all(|length| *length < 0.4 + 1e-9), "{best:?}");
+    assert!(best.transmission.iter().all(|angle| angle.to_degrees() > 39.9), "{:?}", best.transmission);
+    let number = |key: &str| {
+        let line = best.scene.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+        line.split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    let (start, stop) = (number("angle = \""), number("stop = "));
+    let sign = if best.scene.contains("(-1.0)*t") { -1.0 } else { 1.0 };
+    let range = format!("{start:?} rad..{:?} rad", start + sign * stop);
+    let figures = moved_six_bar(&answer, &["--point", "link.tracer", "--range", &range]);
+    let part = |key: &str| -> Vec<f64> {
+        figures["path"][key].as_array().unwrap().iter().map(|own| own.as_f64().unwrap()).collect()
+    };
+    let (x, y) = (part("x"), part("y"));
+    assert!(y.iter().all(|own| own.abs() < 5e-5), "{y:?}");
+    let [least, most] = [f64::min, f64::max].map(|of| x.iter().copied().reduce(of).unwrap());
+    assert!(least < 5e-5 && most > 0.2 - 5e-5, "{least} {most}");
+}
+
+/// An output that goes there and back twice in one turn of the crank, which no four-bar does.
+#[test]
+fn a_six_bar_has_more_extremes_than_a_four_bar() {
+    let input: Vec<String> = (0..12).map(|k| format!("\"{} deg\"", 30 * k)).collect();
+    let output: Vec<String> =
+        (0..12).map(|k| format!("\"{:.4} deg\"", 10.0 * (TAU * f64::from(k) / 6.0).sin())).collect();
+    let text = format!(
+        "name = \"twice\"\n[function]\ninput = [{}]\noutput = [{}]\n[limits]\nlength = [\"0.05 m\", \"4 m\"]\ncrank = true\nbars = 6\n",
+        input.join(", "),
+        output.join(", ")
+    );
+    let answer = answered(&text);
+    let best = &answer.six_bars[0];
+    let four = answer.good().map(|own| own.error).fold(f64::INFINITY, f64::min);
+    assert!(best.error.to_degrees() < 0.1 && four.to_degrees() > 5.0, "{} {four}", best.error);
+    let figures = moved_six_bar(&answer, &["--output", "pin_6"]);
+    assert!(figures["full_turn"] == true && figures["dead_points"] == false);
+    assert_eq!(figures["limits"].as_array().unwrap().len(), 4, "{}", figures["limits"]);
+}
+
 /// Poses that no four-bar comes near: that there are more than five of them is said.
 #[test]
 fn too_many_poses_are_named() {

@@ -40,7 +40,7 @@ pub(crate) fn common(first: &Matrix3<f64>, second: &Matrix3<f64>) -> Common {
         return Common::Curve;
     }
     let mut points: Vec<Vector3<f64>> = Vec::new();
-    for x in roots(resultant) {
+    for x in roots(&resultant.map(Number::from)) {
         let Some(point) = above(x).and_then(|y| real(&p, &q, x, y)) else { continue };
         let same = |other: &Vector3<f64>| (point - other).norm().min((point + other).norm()) < APART;
         if !points.iter().any(same) {
@@ -72,8 +72,11 @@ fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-fn value(polynomial: &[f64], x: Number) -> Number {
-    polynomial.iter().rev().fold(Number::new(0.0, 0.0), |sum, own| sum * x + own)
+fn value<T: Copy>(polynomial: &[T], x: Number) -> Number
+where
+    Number: std::ops::Add<T, Output = Number>,
+{
+    polynomial.iter().rev().fold(Number::new(0.0, 0.0), |sum, own| sum * x + *own)
 }
 
 /// The resultant of both conics in x, where y is eliminated and z = 1; and the y that belongs to a root.
@@ -93,12 +96,12 @@ fn resultant(p: &Matrix3<f64>, q: &Matrix3<f64>) -> ([f64; 5], impl Fn(Number) -
     (minus(product(&t, &t), product(&u, &v)), above)
 }
 
-/// All roots of a quartic, by the method of Aberth and Ehrlich.
-fn roots(polynomial: [f64; 5]) -> Vec<Number> {
-    let size = polynomial.iter().fold(0.0, |most: f64, own| most.max(own.abs()));
-    let order = (0..5).rev().find(|&i| polynomial[i].abs() > 1e-14 * size).unwrap_or(0);
-    let slope: [f64; 4] = std::array::from_fn(|i| (i + 1) as f64 * polynomial[i + 1]);
-    let radius = (polynomial[0] / polynomial[order]).abs().powf(1.0 / order.max(1) as f64).clamp(1e-3, 1e3);
+/// All roots of a polynomial, by the method of Aberth and Ehrlich.
+pub(crate) fn roots(polynomial: &[Number]) -> Vec<Number> {
+    let size = polynomial.iter().fold(0.0, |most: f64, own| most.max(own.norm()));
+    let order = (0..polynomial.len()).rev().find(|&i| polynomial[i].norm() > 1e-14 * size).unwrap_or(0);
+    let slope: Vec<Number> = polynomial.iter().enumerate().skip(1).map(|(i, own)| own * i as f64).collect();
+    let radius = (polynomial[0] / polynomial[order]).norm().powf(1.0 / order.max(1) as f64).clamp(1e-3, 1e3);
     let mut found: Vec<Number> = (0..order).map(|i| Number::from_polar(radius, 0.4 + 1.7 * i as f64)).collect();
     for _ in 0..200 {
         let mut moved: f64 = 0.0;

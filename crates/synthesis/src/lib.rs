@@ -40,6 +40,7 @@ mod linkage;
 pub mod path;
 mod poses;
 mod random;
+mod sextic;
 pub mod six;
 pub mod stroke;
 pub mod tolerance;

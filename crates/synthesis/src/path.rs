@@ -16,7 +16,7 @@ use crate::linkage::Linkage;
 use crate::poses::{Pose, extent, way};
 use crate::random::Random;
 use crate::valley::descend;
-use crate::{Point, dot, polar};
+use crate::{Point, dot, polar, sextic};
 
 /// What a point of the coupler shall follow.
 #[derive(Clone, Debug, Default)]
@@ -63,8 +63,8 @@ pub struct Follower {
 const SHORTEST: f64 = 3e-3;
 /// A bar longer than this is none, in sizes of the path.
 const LONGEST: f64 = 1e3;
-/// A residual is zero below this, in sizes of the path: pieces of curves of four-bars that are far apart differ by 1e-11.
-const ZERO: f64 = 1e-13;
+/// A residual is zero below so many rounding errors of the points: pieces of curves of four-bars that are far apart differ by 1e-13 of their size.
+const ZERO: f64 = 64.0 * f64::EPSILON;
 
 struct Bars {
     pins: [Point; 2],
@@ -77,13 +77,20 @@ fn bars(shared: &[f64]) -> Bars {
     Bars { pins: [point(0), point(2)], pivots: [point(4), point(6)], lengths: [shared[8], shared[9]] }
 }
 
-fn is_nothing(shared: &[f64], least: f64) -> bool {
+fn all_bars(shared: &[f64]) -> [f64; 4] {
     let own = bars(shared);
     let ground = (own.pivots[1] - own.pivots[0]).norm();
     let body = (own.pins[1] - own.pins[0]).norm();
-    let all = [ground, own.lengths[0].abs(), body, own.lengths[1].abs()];
-    let longest = all.iter().copied().fold(0.0, f64::max);
-    let shortest = all.iter().copied().fold(f64::INFINITY, f64::min);
+    [ground, own.lengths[0].abs(), body, own.lengths[1].abs()]
+}
+
+fn longest(shared: &[f64]) -> f64 {
+    all_bars(shared).into_iter().fold(0.0, f64::max)
+}
+
+fn is_nothing(shared: &[f64], least: f64) -> bool {
+    let longest = longest(shared);
+    let shortest = all_bars(shared).into_iter().fold(f64::INFINITY, f64::min);
     longest.is_nan() || shortest < least * longest || longest > LONGEST
 }
 
@@ -244,7 +251,13 @@ const CANDIDATES: usize = 24;
 const ROUND: usize = 96;
 const ROUNDS: [(usize, usize); 3] = [(ROUND, 18), (12, 60), (3, 1500)];
 /// Steps along the floors of the valleys in which the last ones lie.
-const VALLEY: usize = 300;
+const VALLEY: usize = 3000;
+/// Points that a four-bar meets so well, in sizes of the path, are without noise. So many times as many starts are then tried, beside so many of the best.
+const EXACT: f64 = 1e-6;
+/// A four-bar with a longer bar is a giant, in sizes of the path.
+const GIANT: f64 = 30.0;
+const MORE: usize = 3;
+const BEST: usize = 12;
 
 /// The four-bars that follow a path best, best first, each a local minimum of the distances; cognates are not among them.
 pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
@@ -324,29 +337,90 @@ const NOISY: f64 = 0.03;
 /// Dyads that meet the path nearly. Where a path has more points than a four-bar can meet by chance, one that meets it is enough.
 fn candidates(scaled: &Scaled, path: &CouplerPath, effort: &PathEffort) -> Vec<Start> {
     let held = scaled.pivots.is_some();
-    let dyads = Dyads { points: &scaled.points, held };
     let count = scaled.points.len();
     let enough = if held { count > 5 } else { count >= DETERMINED };
+    let mut search = Search::new(scaled, enough, held);
+    if enough && !held {
+        if let Some(found) = search.round(sextic::starts(&scaled.points)) {
+            return vec![found];
+        }
+        // Noise bends the equation more than any four-bar.
+        if !search.is_exact() {
+            search = Search::new(scaled, enough, held);
+        }
+    }
     let mut starts = PathStarts::new(scaled, path, effort);
-    let most = if enough { CANDIDATES } else { 8 * CANDIDATES };
-    let (mut early, mut late) = (Pool::new(CANDIDATES, NOISY), Pool::new(most, SHORTEST));
     while let Some(round) = starts.next() {
+        if let Some(found) = search.round(round) {
+            return vec![found];
+        }
+    }
+    for number in 0..if search.is_exact() { MORE * effort.starts / ROUND } else { 0 } {
+        let best = &search.late.own[..search.late.own.len().min(BEST)];
+        let random = &mut starts.random;
+        let round = match number % 2 {
+            0 => (0..ROUND).map(|_| atlas::beside(&best[random.below(best.len())].1, random)).collect(),
+            _ => starts.further(ROUND),
+        };
+        if let Some(found) = search.round(round) {
+            return vec![found];
+        }
+    }
+    search.late.own.into_iter().chain(search.early.own).map(|(_, start)| start).collect()
+}
+
+/// The best dyads so far.
+struct Search<'p> {
+    dyads: Dyads<'p>,
+    /// Is one that meets the path enough?
+    enough: bool,
+    /// Residuals are zero below this.
+    zero: f64,
+    early: Pool,
+    late: Pool,
+}
+
+impl<'p> Search<'p> {
+    fn new(scaled: &'p Scaled, enough: bool, held: bool) -> Search<'p> {
+        Search {
+            dyads: Dyads { points: &scaled.points, held },
+            enough,
+            zero: ZERO * (1.0 + scaled.middle.norm() / scaled.size),
+            early: Pool::new(CANDIDATES, NOISY),
+            late: Pool::new(if enough { CANDIDATES } else { 8 * CANDIDATES }, SHORTEST),
+        }
+    }
+
+    /// Tries starts together; gives one that meets the path.
+    fn round(&mut self, round: Vec<Start>) -> Option<Start> {
+        let dyads = &self.dyads;
         let mut round: Vec<(f64, Start)> = round.into_iter().map(|start| (0.0, start)).collect();
         for (number, (kept, steps)) in ROUNDS.into_iter().enumerate() {
             round.truncate(kept);
-            round.iter_mut().for_each(|(sum, start)| *sum = minimise(&dyads, start, EndCriteria::after(steps)));
-            if number + 1 == ROUNDS.len() && enough {
-                round.iter_mut().for_each(|(sum, start)| *sum = descend(&dyads, start, EndCriteria::after(VALLEY)));
+            round.iter_mut().for_each(|(sum, start)| *sum = minimise(dyads, start, EndCriteria::after(steps)));
+            if number + 1 == ROUNDS.len() && self.enough {
+                round.iter_mut().for_each(|(sum, start)| *sum = descend(dyads, start, EndCriteria::after(VALLEY)));
             }
             round.retain(|(sum, start)| sum.is_finite() && !is_nothing(&start.shared, SHORTEST));
             round.sort_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((_, first)) = round.first().filter(|(sum, _)| enough && *sum < ZERO * ZERO * count as f64) {
-                return vec![first.clone()];
+            if let Some((_, first)) = round.first().filter(|(sum, _)| self.enough && *sum < self.sum(self.zero)) {
+                return Some(first.clone());
             }
-            if number + 1 < ROUNDS.len() { early.take(&round) } else { late.take(&round) }
+            if number + 1 < ROUNDS.len() { self.early.take(&round) } else { self.late.take(&round) }
         }
+        None
     }
-    late.own.into_iter().chain(early.own).map(|(_, start)| start).collect()
+
+    /// The sum of squares of residuals of this size.
+    fn sum(&self, residual: f64) -> f64 {
+        residual * residual * self.dyads.points.len() as f64
+    }
+
+    /// Is the best so near that the points are without noise? Then there is a four-bar that meets them. Giants come near everything.
+    fn is_exact(&self) -> bool {
+        let is_near = |(sum, start): &(f64, Start)| *sum < self.sum(EXACT) && longest(&start.shared) < GIANT;
+        self.enough && self.late.own.first().is_some_and(is_near)
+    }
 }
 
 /// Are pivots and lengths the same?
@@ -360,6 +434,8 @@ fn is_near(a: &Start, b: &Start) -> bool {
     same(body(p), body(q)) && (plain || exchanged.into_iter().all(|(i, j)| near(i, j)))
 }
 
+/// The atlas gives so many times as many starts as are tried at first.
+const FURTHER: usize = 3;
 /// With given pivots a start is cheap and the number of solutions finite: so many times more are tried.
 const GIVEN: usize = 12;
 
@@ -367,6 +443,8 @@ const GIVEN: usize = 12;
 struct PathStarts<'p> {
     scaled: &'p Scaled,
     atlas: Vec<Start>,
+    /// Those of the atlas that are less alike.
+    further: Vec<Start>,
     given: usize,
     left: usize,
     random: Random,
@@ -374,11 +452,12 @@ struct PathStarts<'p> {
 
 impl<'p> PathStarts<'p> {
     fn new(scaled: &'p Scaled, path: &CouplerPath, effort: &PathEffort) -> PathStarts<'p> {
-        let count = (effort.starts / 2).min(10 * ROUND);
+        let first = (effort.starts / 2).min(10 * ROUND);
         let likely = if path.closed { atlas::closed_starts } else { atlas::open_starts };
-        let atlas = likely(&scaled.points, count, None);
+        let mut atlas = likely(&scaled.points, FURTHER * first, None);
+        let further = atlas.split_off(first.min(atlas.len()));
         let left = if scaled.pivots.is_some() { GIVEN * effort.starts } else { effort.starts };
-        PathStarts { scaled, atlas, given: 0, left, random: Random::new(effort.seed) }
+        PathStarts { scaled, atlas, further, given: 0, left, random: Random::new(effort.seed) }
     }
 
     fn next(&mut self) -> Option<Vec<Start>> {
@@ -386,6 +465,13 @@ impl<'p> PathStarts<'p> {
         self.left -= count;
         let round: Vec<Start> = (0..count).filter_map(|_| self.one()).collect();
         (!round.is_empty()).then_some(round)
+    }
+
+    /// So many of those that are less alike, and then beside all.
+    fn further(&mut self, count: usize) -> Vec<Start> {
+        let mut round: Vec<Start> = self.further.drain(..count.min(self.further.len())).collect();
+        round.extend((round.len()..count).filter_map(|_| self.one()));
+        round
     }
 
     fn one(&mut self) -> Option<Start> {
@@ -439,11 +525,18 @@ fn hold(start: &mut Start, pivots: [Point; 2], points: &[Point]) {
     ]);
 }
 
+/// A path is met, in its sizes.
+const MET: f64 = 1e-12;
 /// Weights of the loops, one after the other: at the last one, loops are open by 1e-8 of the distances.
 const WEIGHTS: [f64; 2] = [30.0, 1e4];
 
 fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
-    let own = scaled.points.iter().zip(&start.own).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
+    let own: Vec<[f64; 3]> =
+        scaled.points.iter().zip(&start.own).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
+    // What meets the path is not moved: normal equations would lose it again in the valley that it lies in.
+    if let Some(exact) = built(scaled, &start.shared, &own).filter(|own| own.largest < MET * scaled.size) {
+        return Some(exact);
+    }
     let mut at = Unknowns { shared: start.shared, own };
     let held = scaled.pivots.is_some();
     for weight in WEIGHTS {

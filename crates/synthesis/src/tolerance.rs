@@ -24,8 +24,8 @@ pub enum Measured {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contribution {
     /// The dimension.
-    pub name: &'static str,
-    /// By how much it deviates at most \[m\].
+    pub name: String,
+    /// By how much it deviates at most, SI.
     pub tolerance: f64,
     /// The error that it alone makes at most at the points of the task, in first order \[m or rad\].
     pub error: f64,
@@ -154,45 +154,88 @@ pub fn tolerances(
 ) -> Option<Tolerances> {
     let own = Dimensioned::new(linkage, poses, measured)?;
     let each: [f64; NAMES.len()] = std::array::from_fn(|i| if i < PIVOTS { pivot } else { length });
-    let (mut worst, mut three_sigma, mut alone) = (0.0f64, 0.0f64, [0.0f64; NAMES.len()]);
+    let mut first = FirstOrder::new(NAMES.map(str::to_owned).to_vec(), each.to_vec());
     let mut places = Places::new();
     for input in &own.inputs {
         own.chain.place(&own.x, *input, true, &mut places);
-        let slopes = own.slopes(&places);
-        let size =
-            |of: &dyn Fn(&[f64; NAMES.len()]) -> f64| slopes.iter().map(|row| of(row).powi(2)).sum::<f64>().sqrt();
-        for (i, alone) in alone.iter_mut().enumerate() {
-            *alone = alone.max(size(&|row| row[i] * each[i]));
-        }
-        // In a plane the worst direction is tried: the sum of the deviations' shares along it.
-        worst = worst.max(match &slopes[..] {
-            [x, y] => (0..90)
-                .map(|k| crate::polar(1.0, f64::from(k) * std::f64::consts::PI / 90.0))
-                .map(|along| (0..NAMES.len()).map(|i| (along.re * x[i] + along.im * y[i]).abs() * each[i]).sum::<f64>())
-                .fold(0.0, f64::max),
-            _ => size(&|row| row.iter().zip(&each).map(|(own, each)| (own * each).abs()).sum()),
-        });
-        let square = |row: &[f64; NAMES.len()]| {
-            row.iter().zip(&each).map(|(own, each)| (own * each).powi(2)).sum::<f64>().sqrt()
-        };
-        three_sigma = three_sigma.max(size(&square));
+        let slopes: Vec<Vec<f64>> = own.slopes(&places).iter().map(|row| row.to_vec()).collect();
+        first.add(&slopes);
     }
-    let contribution = |(i, name): (usize, &&'static str)| Contribution { name, tolerance: each[i], error: alone[i] };
-    let contributions = NAMES.iter().enumerate().map(contribution).filter(|own| own.tolerance > 0.0).collect();
-    let (sampled, jammed) = samples(&own, &each);
-    Some(Tolerances { contributions, worst, three_sigma, sampled, jammed })
+    Some(first.sampled(samples(&own, &each), SAMPLES))
 }
 
-/// What most samples keep, and how many jam.
-fn samples(dimensioned: &Dimensioned, each: &[f64; NAMES.len()]) -> (f64, usize) {
+/// Errors in first order, gathered position by position.
+#[derive(Clone, Debug)]
+pub struct FirstOrder {
+    names: Vec<String>,
+    each: Vec<f64>,
+    alone: Vec<f64>,
+    worst: f64,
+    worst_position: usize,
+    three_sigma: f64,
+    positions: usize,
+}
+
+impl FirstOrder {
+    /// Of dimensions that deviate by so much at most.
+    pub fn new(names: Vec<String>, each: Vec<f64>) -> FirstOrder {
+        let alone = vec![0.0; each.len()];
+        FirstOrder { names, each, alone, worst: 0.0, worst_position: 0, three_sigma: 0.0, positions: 0 }
+    }
+
+    /// One more position: how the error, or its two parts at right angles, changes with each dimension.
+    pub fn add(&mut self, slopes: &[Vec<f64>]) {
+        let size = |of: &dyn Fn(&Vec<f64>) -> f64| slopes.iter().map(|row| of(row).powi(2)).sum::<f64>().sqrt();
+        for (i, alone) in self.alone.iter_mut().enumerate() {
+            *alone = alone.max(size(&|row| row[i] * self.each[i]));
+        }
+        let sum = |of: &dyn Fn(usize) -> f64| (0..self.each.len()).map(|i| (of(i) * self.each[i]).abs()).sum::<f64>();
+        // In a plane the worst direction is tried: the sum of the deviations' shares along it.
+        let worst = match slopes {
+            [x, y] => (0..90)
+                .map(|k| crate::polar(1.0, f64::from(k) * std::f64::consts::PI / 90.0))
+                .map(|along| sum(&|i| along.re * x[i] + along.im * y[i]))
+                .fold(0.0, f64::max),
+            _ => size(&|row| sum(&|i| row[i])),
+        };
+        if worst > self.worst {
+            (self.worst, self.worst_position) = (worst, self.positions);
+        }
+        let square = |row: &Vec<f64>| row.iter().zip(&self.each).map(|(own, each)| (own * each).powi(2)).sum::<f64>();
+        self.three_sigma = self.three_sigma.max(slopes.iter().map(square).sum::<f64>().sqrt());
+        self.positions += 1;
+    }
+
+    /// The number of the position at which the worst case is largest.
+    pub fn worst_position(&self) -> usize {
+        self.worst_position
+    }
+
+    /// With the largest errors of samples, of which there were so many, those included that could not take all positions.
+    pub fn sampled(self, mut errors: Vec<f64>, all: usize) -> Tolerances {
+        errors.sort_by(f64::total_cmp);
+        let jammed = all - errors.len();
+        let index = (WITHIN * errors.len() as f64) as usize;
+        let sampled = errors.get(index.min(errors.len().saturating_sub(1))).copied().unwrap_or(f64::INFINITY);
+        let contributions = self.names.into_iter().zip(self.each).zip(self.alone);
+        let contributions = contributions.map(|((name, tolerance), error)| Contribution { name, tolerance, error });
+        Tolerances {
+            contributions: contributions.filter(|own| own.tolerance > 0.0).collect(),
+            worst: self.worst,
+            three_sigma: self.three_sigma,
+            sampled,
+            jammed,
+        }
+    }
+}
+
+/// The largest error of each sample that takes all positions.
+fn samples(dimensioned: &Dimensioned, each: &[f64; NAMES.len()]) -> Vec<f64> {
     let (mut random, mut places) = (Random::new(1), [Places::new(), Places::new()]);
     let mut errors: Vec<f64> = Vec::with_capacity(SAMPLES);
     for _ in 0..SAMPLES {
         let x = std::array::from_fn(|i| dimensioned.x[i] + each[i] / 3.0 * random.normal().re);
         errors.extend(dimensioned.error(&x, &mut places));
     }
-    errors.sort_by(f64::total_cmp);
-    let jammed = SAMPLES - errors.len();
-    let index = (WITHIN * errors.len() as f64) as usize;
-    (errors.get(index.min(errors.len().saturating_sub(1))).copied().unwrap_or(f64::INFINITY), jammed)
+    errors
 }

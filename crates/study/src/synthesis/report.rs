@@ -82,7 +82,7 @@ impl Answer {
         tables.extend(all().take(1).map(|(index, found_tolerances)| {
             let columns = row!["dimension", named("deviates by", "m"), named("error of this deviation alone", unit)];
             let row = |contribution: &Contribution| {
-                row![contribution.name, number(contribution.tolerance, "m"), number(contribution.error, unit)]
+                row![contribution.name.clone(), number(contribution.tolerance, "m"), number(contribution.error, unit)]
             };
             let heading = Cell::from(format!("{index}.toml, deviations of each dimension"));
             Table { heading: Some(heading), ..Table::new(columns, found_tolerances.contributions.iter().map(row)) }
