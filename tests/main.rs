@@ -44,6 +44,7 @@ mod logs;
 mod measured_accuracy;
 mod motion;
 mod motion_stops;
+mod motion_tolerances;
 mod networks;
 mod open_loops;
 mod optimize;

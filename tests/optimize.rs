@@ -428,6 +428,44 @@ fn a_crank_rocker_has_the_best_transmission_angle() {
     }
 }
 
+/// Derivatives of a full turn are exact: forces, shaking and transmission angles have their optimum where differences of whole turns have theirs, in a table that is searched through.
+#[test]
+fn a_turn_has_its_optimum_where_a_scan_has_it() {
+    let names = [
+        ("frame", 1.0, 0.5, 2.0),
+        ("crank_length", 0.25, 0.05, 0.6),
+        ("rod", 0.9, 0.2, 1.5),
+        ("swing", 0.75, 0.2, 1.5),
+        ("along", 0.1, -1.0, 1.0),
+        ("across", 0.1, -1.0, 1.0),
+    ];
+    let scene = four_bar(&names, "stop = 6.3", [0.8, 1.6]);
+    let turn = cotree_study::motion::MotionRequest {
+        input: Some("A".to_owned()),
+        output: Some("D".to_owned()),
+        ..Default::default()
+    };
+    let figure = |swing: f64, name: &str| {
+        let scene = Scene::from_toml(&scene).unwrap();
+        let mut study = Study::new(&scene).unwrap();
+        study.set("swing", |_| Ok(swing)).unwrap();
+        let found = cotree_study::motion::study_of(&scene, study.mechanism(), &turn).unwrap();
+        let column = found.table.iter().find(|column| column.name == name).unwrap();
+        column.values.iter().fold(0.0, |most: f64, own| most.max(own.abs()))
+    };
+    for name in ["drive", "|C|", "|shaking force|"] {
+        let aim = Aim::Least(format!("peak({name})").parse().unwrap());
+        let found = best(
+            &scene,
+            &OptimizeRequest { turn: Some(turn.clone()), starts: 1, ..request(&["swing=0.6..0.9"], aim, &[]) },
+        );
+        let value = found.values[1].unwrap();
+        let scan = (0..=30).map(|k| figure(0.6 + 0.01 * f64::from(k), name)).fold(f64::INFINITY, f64::min);
+        // Extremes lie between the samples of the table, and the optimum between the values of the scan.
+        assert!(value <= scan * (1.0 + 1e-4) && value > 0.97 * scan, "{name}: {value} {scan}");
+    }
+}
+
 /// The command writes a scene that does what was promised, and a line for each search.
 #[test]
 fn the_command_writes_a_scene_that_keeps_its_promise() {

@@ -2,7 +2,7 @@
 
 use super::{
     BodyId, Class, Coordinates, Dimension, DriverId, Formula, Initial, Input, InputId, JointId, KeyValue, LoadId,
-    Mechanism, Output, Owner, Part, Place, Quantity, Unit, Variable,
+    Mechanism, Output, Owner, Parameter, ParameterId, Part, Place, Quantity, Unit, Variable,
 };
 use crate::diagnostic::Span;
 
@@ -50,6 +50,24 @@ impl Mechanism {
         let mut changed = self.clone();
         (changed.held, changed.samplers, changed.events) = (Vec::new(), Vec::new(), Vec::new());
         changed
+    }
+
+    /// With one more parameter, in SI, and where it is among the parameters.
+    #[must_use]
+    pub fn with_parameter(&self, name: &str, unit: Unit, value: f64) -> (Mechanism, ParameterId) {
+        let mut changed = self.clone();
+        changed.parameters.push(Parameter {
+            name: name.to_owned(),
+            description: String::new(),
+            unit,
+            value,
+            min: None,
+            max: None,
+            tunable: false,
+            held: false,
+            span: Span::default(),
+        });
+        (changed, ParameterId(self.parameters.len()))
     }
 
     /// With one more input, in SI, and where it is among the inputs.

@@ -6,7 +6,8 @@ use clap::Args;
 use cotree::compile;
 use cotree::model::{Unit, Units};
 use cotree::scene::Scene;
-use cotree_study::motion::{self, MotionError, MotionRequest};
+use cotree_study::motion::{self, Deviation, Figures, MotionError, MotionRequest};
+use serde::Serialize;
 
 use super::failure::Failure;
 use super::units::{self, InUnits};
@@ -22,7 +23,8 @@ use super::{MessageFormat, output, study};
     after_help = "Examples:\n  cotree motion crank_rocker.toml --input O2 --output O4 --speed \"20 rad/s\" --every \"60 deg\"\n  \
                   cotree motion press.toml --plot press.png -o press.csv\n  \
                   cotree motion excavator.toml --input cylinder --range \"0 mm..400 mm\" --json\n  \
-                  cotree motion four_bar.toml --point coupler.tracer --fluctuation 0.02"
+                  cotree motion four_bar.toml --point coupler.tracer --fluctuation 0.02\n  \
+                  cotree motion four_bar.toml --tolerance length=0.1mm --tolerance pivot=0.05mm"
 )]
 pub struct MotionCommand {
     /// Scene file (TOML or JSON)
@@ -51,6 +53,9 @@ pub struct MotionCommand {
     /// Permitted coefficient of fluctuation of the speed, such as 0.02: report the flywheel for it
     #[arg(long, value_name = "NUMBER")]
     fluctuation: Option<f64>,
+    /// Report the effect of deviations on the output and on --point, with the input held: `length=0.1mm` of the distances between joints of bodies, `pivot=0.1mm` of each coordinate of joints on the ground, or a parameter, such as `rod_length=0.2mm`; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", value_parser = Deviation::read)]
+    tolerance: Vec<Deviation>,
     #[command(flatten)]
     units: InUnits,
     /// Set a parameter or an input, such as rod_length="1.2 m"; may be given several times
@@ -78,6 +83,10 @@ impl MotionCommand {
         let request = MotionRequest { units: units.clone(), ..self.request(&scene)? };
         let figures = motion::study_of(&scene, set.mechanism(), &request)?;
         let report = figures.report();
+        let deviating = match &self.tolerance[..] {
+            [] => None,
+            own => Some(motion::tolerances(&scene, set.mechanism(), &request, own)?.report()),
+        };
         if let Some(path) = &self.table {
             output::write(path, report.csv(&units))?;
             output::wrote(path, &format!("{} rows", report.sheet.rows.len()), format);
@@ -91,9 +100,16 @@ impl MotionCommand {
             )?;
         }
         if self.json {
-            return output::json(&figures);
+            return match deviating {
+                None => output::json(&figures),
+                Some(own) => output::json(&WithTolerances { figures: &figures, tolerances: own.data }),
+            };
         }
-        output::print(&report.text(&units))
+        output::print(&report.text(&units))?;
+        match deviating {
+            Some(own) => output::print(&format!("\n{}", own.text(&units))),
+            None => Ok(()),
+        }
     }
 
     fn request(&self, scene: &Scene) -> Result<MotionRequest, Failure> {
@@ -136,6 +152,14 @@ impl MotionCommand {
     fn units(&self, scene: &Scene) -> Result<Units, Failure> {
         self.units.before(&units::display(scene)?.before(&motion::usual()))
     }
+}
+
+/// The figures, and what deviations do.
+#[derive(Serialize)]
+struct WithTolerances<'a> {
+    #[serde(flatten)]
+    figures: &'a Figures,
+    tolerances: serde_json::Value,
 }
 
 impl From<MotionError> for Failure {

@@ -79,7 +79,12 @@ impl Study {
     /// Everything that is wrong with it; an output that it does not have.
     pub fn asking(scene: &Scene, requested: &scene::Requested) -> Result<Self, Faults> {
         let Resolved { mechanism, outputs, warnings } = scene.resolve_asking(requested)?;
-        Ok(Study {
+        Ok(Study { warnings, ..Study::of(mechanism, outputs, scene.source.clone()) })
+    }
+
+    /// Of a mechanism that is made of a scene's, with these outputs.
+    pub(crate) fn of(mechanism: Mechanism, outputs: Vec<Output>, source: Source) -> Self {
+        Study {
             written: Some(Arc::new(mechanism.clone())),
             mechanism,
             set: Vec::new(),
@@ -88,9 +93,9 @@ impl Study {
             outputs,
             driven: DrivenInputs::default(),
             requested: Vec::new(),
-            source: scene.source.clone(),
-            warnings,
-        })
+            source,
+            warnings: Vec::new(),
+        }
     }
 
     pub fn name(&self) -> &str {

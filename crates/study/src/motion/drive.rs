@@ -54,6 +54,18 @@ impl InputTable {
         InputTable { columns: self.columns.into_iter().chain(columns).collect(), ..self }
     }
 
+    /// The same with columns that have moved by so many of these slopes.
+    pub fn moved(&self, slopes: &HashMap<String, Vec<f64>>, step: f64) -> InputTable {
+        let columns = self.columns.iter().map(|(name, values)| {
+            let moved = match slopes.get(name) {
+                Some(slopes) => values.iter().zip(slopes).map(|(value, slope)| value + step * slope).collect(),
+                None => values.clone(),
+            };
+            (name.clone(), moved)
+        });
+        InputTable { columns: columns.collect(), ..*self }
+    }
+
     /// Values that are made of others, for each sample.
     pub fn made<const N: usize>(&self, names: [String; N], of: impl Fn([f64; N]) -> f64) -> Option<Samples> {
         let columns: Vec<&Vec<f64>> = names.iter().map(|name| self.columns.get(name)).collect::<Option<_>>()?;
@@ -118,7 +130,7 @@ pub struct Moved {
 }
 
 impl Moved {
-    fn compiled(&self, outputs: Vec<Output>) -> Result<Compiled, Faults> {
+    pub(super) fn compiled(&self, outputs: Vec<Output>) -> Result<Compiled, Faults> {
         let resolved = Resolved { mechanism: self.mechanism.clone(), outputs, warnings: Vec::new() };
         compile_resolved(resolved, &self.source).map(|(compiled, _)| compiled)
     }
@@ -199,12 +211,8 @@ pub(super) struct DrivenMechanism {
 }
 
 impl DrivenMechanism {
-    /// Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
     fn new(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
-        match drive.speed != 0.0 && driven.has_efforts {
-            true => DrivenMechanism::of(driven.compiled(requested(driven, drive))?, drive),
-            false => DrivenMechanism::of_motion(driven, drive),
-        }
+        DrivenMechanism::of(driven.compiled(outputs(driven, drive))?, drive)
     }
 
     /// From where the scene starts in a direction, with these outputs only.
@@ -219,9 +227,7 @@ impl DrivenMechanism {
 
     /// Without efforts.
     fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
-        let motions =
-            requested(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect();
-        DrivenMechanism::of(driven.compiled(motions)?, drive)
+        DrivenMechanism::of(driven.compiled(motions(driven, drive))?, drive)
     }
 
     fn of(compiled: Compiled, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
@@ -246,6 +252,19 @@ impl DrivenMechanism {
         )?;
         Ok(names.into_iter().zip(columns).collect())
     }
+}
+
+/// What is sampled. Efforts are left out if the mechanism lacks masses for them, or where those at rest are asked for.
+pub(super) fn outputs(driven: &Moved, drive: &DrivenJoint) -> Vec<Output> {
+    match drive.speed != 0.0 && driven.has_efforts {
+        true => requested(driven, drive),
+        false => motions(driven, drive),
+    }
+}
+
+/// The same without efforts.
+fn motions(driven: &Moved, drive: &DrivenJoint) -> Vec<Output> {
+    requested(driven, drive).into_iter().filter(|output| !is_effort(&driven.mechanism, output)).collect()
 }
 
 /// What the drive exerts.
@@ -346,25 +365,71 @@ fn pose(instance: &mut Instance, mechanism: &Mechanism, table: &InputTable, inde
     instance.initialise()
 }
 
-/// One turn from the first round angle after the start; the table begins at angle 0 if the turn closes.
+/// What is driven, at the first of its samples, and where they are.
+pub(super) struct Way {
+    pub driven: Moved,
+    pub begin: f64,
+    pub step: f64,
+    pub count: usize,
+}
+
+/// One turn from the first round angle after the start, or the range.
+pub(super) fn way(moved: &Moved, drive: &DrivenJoint) -> Result<Way, SimulateError> {
+    match drive.range {
+        None => Ok(way_of_turn(moved, drive)),
+        Some(range) => way_of_stroke(moved, drive, range),
+    }
+}
+
+/// A step between samples that are shown, the steps of the samples, and how far these are beside round angles.
+fn steps(drive: &DrivenJoint) -> [f64; 3] {
+    let [shown, step] = [COUNT, COUNT * drive.fineness].map(|count| TAU / count as f64);
+    [shown, step, if drive.between { 0.5 * step } else { 0.0 }]
+}
+
+fn way_of_turn(moved: &Moved, drive: &DrivenJoint) -> Way {
+    let [shown, step, beside] = steps(drive);
+    let begin = ((drive.start - beside) / shown - 1e-9).ceil() * shown + beside;
+    Way { driven: lasting(driven(moved, drive, begin, 1.0), drive, TAU), begin, step, count: COUNT * drive.fineness }
+}
+
+/// The table of a turn begins at angle 0 if the turn closes.
 fn turn(moved: &Moved, drive: &DrivenJoint) -> Result<InputTable, SimulateError> {
-    let count = COUNT * drive.fineness;
-    let [shown, step] = [COUNT, count].map(|count| TAU / count as f64);
-    let beside = if drive.between { 0.5 * step } else { 0.0 };
-    let first = ((drive.start - beside) / shown - 1e-9).ceil();
-    let begin = first * shown + beside;
-    let driven = lasting(driven(moved, drive, begin, 1.0), drive, TAU);
-    let mut columns = DrivenMechanism::new(&driven, drive)?.run(step, count as f64)?;
-    let periodic = closes(&columns, &moved.mechanism, count);
-    if !periodic {
-        return Ok(InputTable { grid: [begin, step], periodic, columns });
+    let way = way_of_turn(moved, drive);
+    let columns = DrivenMechanism::new(&way.driven, drive)?.run(way.step, way.count as f64)?;
+    match closes(&columns, &moved.mechanism, way.count) {
+        true => Ok(way.closed(columns, drive)),
+        false => Ok(InputTable { grid: [way.begin, way.step], periodic: false, columns }),
     }
-    let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
-    for column in columns.values_mut() {
-        column.truncate(count);
-        column.rotate_right(shift);
+}
+
+impl Way {
+    /// The table of a turn with these columns; none if the turn does not close.
+    pub fn table_of_turn(
+        &self,
+        columns: HashMap<String, Vec<f64>>,
+        mechanism: &Mechanism,
+        drive: &DrivenJoint,
+    ) -> Option<InputTable> {
+        closes(&columns, mechanism, self.count).then(|| self.closed(columns, drive))
     }
-    Ok(InputTable { grid: [beside, step], periodic, columns })
+
+    fn closed(&self, columns: HashMap<String, Vec<f64>>, drive: &DrivenJoint) -> InputTable {
+        let [_, step, beside] = steps(drive);
+        InputTable { grid: [beside, step], periodic: true, columns: self.ordered(columns, drive) }
+    }
+
+    /// Columns of a turn from angle 0 on.
+    pub fn ordered(&self, mut columns: HashMap<String, Vec<f64>>, drive: &DrivenJoint) -> HashMap<String, Vec<f64>> {
+        let [shown, _, beside] = steps(drive);
+        let first = ((self.begin - beside) / shown).round();
+        let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
+        for column in columns.values_mut() {
+            column.truncate(self.count);
+            column.rotate_right(shift);
+        }
+        columns
+    }
 }
 
 /// So many samples for each that is shown does the shortest piece of a cam's law need; an error if these are too many.
@@ -400,7 +465,7 @@ fn closes(columns: &HashMap<String, Vec<f64>>, mechanism: &Mechanism, count: usi
 }
 
 /// A range from one end to the other. Forces may depend on the direction: to where the samples begin the input only goes.
-fn stroke(moved: &Moved, drive: &DrivenJoint, [from, to]: [f64; 2]) -> Result<InputTable, SimulateError> {
+fn way_of_stroke(moved: &Moved, drive: &DrivenJoint, [from, to]: [f64; 2]) -> Result<Way, SimulateError> {
     let mechanism = &moved.mechanism;
     let count = drive.shown * drive.fineness;
     let step = (to - from) / count as f64;
@@ -412,8 +477,13 @@ fn stroke(moved: &Moved, drive: &DrivenJoint, [from, to]: [f64; 2]) -> Result<In
         let last = |variable| columns.get(&mechanism.variable_name(variable))?.last().copied();
         there.mechanism = there.mechanism.posed(last);
     }
-    let columns = DrivenMechanism::new(&there, drive)?.run(step.abs(), count as f64)?;
-    Ok(InputTable { grid: [from, step], periodic: false, columns })
+    Ok(Way { driven: there, begin: from, step, count })
+}
+
+fn stroke(moved: &Moved, drive: &DrivenJoint, range: [f64; 2]) -> Result<InputTable, SimulateError> {
+    let Way { driven, begin, step, count } = way_of_stroke(moved, drive, range)?;
+    let columns = DrivenMechanism::new(&driven, drive)?.run(step.abs(), count as f64)?;
+    Ok(InputTable { grid: [begin, step], periodic: false, columns })
 }
 
 /// The variables that say where a body is.

@@ -212,6 +212,27 @@ impl MotionColumn {
 
 /// Works everything out.
 pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, MotionError> {
+    let Subject { moved, drive, .. } = *subject;
+    let smooth = friction::without(moved, drive)?;
+    // What a load makes joints carry besides, friction left out, is in proportion to it.
+    let moving = smooth.as_ref().map_or(moved, |(smooth, _)| smooth);
+    let loaded = load(subject).map(|load| drive::sample(moving, drive, Some(load))).transpose()?;
+    of_tables(subject, table, smooth.as_ref(), loaded.as_ref())
+}
+
+/// A unit load on the output, if that is a joint.
+pub(super) fn load(subject: &Subject) -> Option<Part> {
+    let (joint, motion) = subject.output?.joint?;
+    unit_load(&subject.mechanism.joints[joint.0], motion)
+}
+
+/// The same of the samples, those without friction that sticks, if there is any, and those with a unit load on the output.
+pub(super) fn of_tables(
+    subject: &Subject,
+    table: &InputTable,
+    smooth: Option<&(Moved, InputTable)>,
+    loaded: Option<&InputTable>,
+) -> Result<Figures, MotionError> {
     let Subject { moved, mechanism, drive, output, request, lacking, places, stops, only_table } = *subject;
     let mut figures = Figures::empty(mechanism, drive, table);
     figures.folds = if let SpecialPlaces::Folds(folds) = places { *folds } else { [None; 2] };
@@ -228,19 +249,12 @@ pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, Motio
     if let Some(output) = output {
         figures.output(output, table, drive, request.dwell)?;
     }
-    let smooth = friction::without(moved, drive)?;
-    if let Some((joint, motion)) = output.and_then(|output| output.joint) {
-        let part = &mechanism.joints[joint.0];
-        let load = unit_load(mechanism, part, motion);
-        // What a load makes joints carry besides, friction left out, is in proportion to it.
-        let (moved, table) = smooth.as_ref().map_or((moved, table), |(moved, table)| (moved, table));
-        let loaded = load.map(|load| drive::sample(moved, drive, Some(load))).transpose()?;
-        if let Some(loaded) = loaded {
-            figures.transmission(subject, part, table, &loaded);
-        }
+    if let (Some((joint, _)), Some(loaded)) = (output.and_then(|output| output.joint), loaded) {
+        let table = smooth.map_or(table, |(_, table)| table);
+        figures.transmission(subject, &mechanism.joints[joint.0], table, loaded);
     }
     figures.profiles(table);
-    if let Some(smooth) = smooth.as_ref().filter(|_| !only_table) {
+    if let Some(smooth) = smooth.filter(|_| !only_table) {
         figures.friction = DriveFriction::of(moved, drive, table, smooth)?;
     }
     figures.dynamics(subject, table);
@@ -255,7 +269,7 @@ pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Figures, Motio
     Ok(figures)
 }
 
-fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
+pub(super) fn unknown_point(mechanism: &Mechanism, point: &str) -> MotionError {
     let points: Vec<String> = mechanism.body_places().map(|place| mechanism.place_name(place)).collect();
     let known = cotree::diagnostic::suggest::known(point, points.iter().map(String::as_str).collect::<Vec<_>>());
     MotionError::Request(format!("there is no point `{point}`; {known}"))
@@ -319,14 +333,13 @@ impl Masses {
 }
 
 /// 1 N.m on the body that the output joint holds, or 1 N along it.
-fn unit_load(mechanism: &Mechanism, output: &Part, motion: Derivatives) -> Option<Part> {
+fn unit_load(output: &Part, motion: Derivatives) -> Option<Part> {
     const NAME: &str = "cotree_unit_load";
     let body = moving(output)?;
     match motion {
         ANGULAR => Some(Part::applied_torque(NAME, body, Formula::Number(1.0))),
         _ => {
-            let parameters = mechanism.parameter_values();
-            let axis = output.vector("axis").map(|component| Formula::Number(evaluate(&component, &parameters)));
+            let axis = output.vector("axis");
             // The axis is that of the ground if the ground is the first end.
             (output.bodies()[0].is_none()).then(|| Part::applied_force(NAME, body, axis))
         }

@@ -5,6 +5,7 @@
 mod cams;
 mod centres;
 mod curve;
+mod differentiated;
 mod direction;
 mod drive;
 mod dwell;
@@ -18,6 +19,7 @@ pub mod report;
 mod rows;
 mod samples;
 mod stops;
+mod tolerance;
 
 use std::f64::consts::TAU;
 
@@ -28,6 +30,7 @@ use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
 
 pub use cams::Cam;
+pub(crate) use differentiated::DifferentiatedTurn;
 use drive::{COUNT, InputTable, Moved};
 pub use figures::{Figures, MotionColumn, MovedVariable, Speed};
 use input::{InputStart, Watched};
@@ -36,6 +39,7 @@ pub use samples::ValueAt;
 use samples::{ANGULAR, Derivatives};
 use stops::Obstacles;
 pub use stops::Stops;
+pub use tolerance::{Deviation, TurnTolerances, tolerances};
 
 /// What is asked for.
 #[derive(Clone, Debug, Default)]
@@ -187,52 +191,11 @@ fn worked_out(
     request: &MotionRequest,
     only_table: bool,
 ) -> Result<Figures, MotionError> {
-    without_history(mechanism)?;
-    let obstacles = Obstacles::of(mechanism)?;
-    let mechanism = &mechanism.without_stops();
-    let input @ (joint, motion) = input::driven(mechanism, request.input.as_deref())?;
-    let output = input::output(scene, mechanism, input, request.output.as_deref())?;
-    let requested: Vec<Output> = output.iter().map(|output| output.requested.clone()).collect();
-    let InputStart { position: start, speed, moved } = input::start(scene, mechanism, &requested, input)?;
-    let still = speed.abs() <= 1e-9;
-    let origin = match request.speed {
-        Some(_) => Speed::Requested,
-        None if still => Speed::Assumed,
-        None => Speed::OfScene,
-    };
-    let rate = if still { 1.0 } else { speed.abs() };
-    let mut drive = DrivenJoint {
-        joint,
-        motion,
-        speed: request.speed.unwrap_or(rate),
-        start,
-        range: request.range,
-        between: false,
-        shown: COUNT,
-        fineness: 1,
-    };
-    permitted(mechanism, &drive, request, output.as_ref())?;
-    input::is_there(mechanism, &requested, &moved, &drive)?;
-    let lacking = drive::lacking(&moved, &drive)?;
-    let moved = &input::without_masses(moved, &drive, &lacking);
-    let stops = obstacles.met(moved, &drive, &request.units)?;
-    let (mut table, places) = match (request.range, &stops) {
-        (Some(range), stops) => {
-            drive.range = Some(
-                stops.as_ref().map_or(Ok(range), |stops| stops.clipped(range, mechanism, &drive, &request.units))?,
-            );
-            (drive::sample(moved, &drive, None)?, SpecialPlaces::Ordinary)
-        }
-        (None, Some(stops)) if stops.ends.iter().any(Option::is_some) => between_stops(moved, &mut drive, stops)?,
-        (None, _) => whole_way(moved, &mut drive)?,
-    };
-    drive.fineness = drive::fineness(mechanism, &table)?;
-    if drive.fineness > 1 {
-        table = drive::sample(moved, &drive, None)?;
-    }
+    let Course { mechanism, moved, drive, output, lacking, stops, table, places, origin, speed } =
+        Course::of(scene, mechanism, request)?;
     let subject = figures::Subject {
-        moved,
-        mechanism,
+        moved: &moved,
+        mechanism: &mechanism,
         drive: &drive,
         output: output.as_ref(),
         request,
@@ -245,6 +208,73 @@ fn worked_out(
     let rows = if only_table { Vec::new() } else { rows::rows(&subject, &figures)? };
     let reversed = origin == Speed::OfScene && speed < 0.0 && drive.direction() > 0.0;
     Ok(Figures { reversed, origin, rows, ..figures })
+}
+
+/// A turn or stroke that has been moved through.
+struct Course {
+    mechanism: Mechanism,
+    moved: Moved,
+    drive: DrivenJoint,
+    output: Option<Watched>,
+    /// Bodies without a mass that forces need.
+    lacking: Vec<String>,
+    stops: Option<Stops>,
+    table: InputTable,
+    places: SpecialPlaces,
+    /// Where the speed is from, and that of the scene's start [rad/s] or [m/s].
+    origin: Speed,
+    speed: f64,
+}
+
+impl Course {
+    fn of(scene: &Scene, mechanism: &Mechanism, request: &MotionRequest) -> Result<Course, MotionError> {
+        without_history(mechanism)?;
+        let obstacles = Obstacles::of(mechanism)?;
+        let mechanism = mechanism.without_stops();
+        let input @ (joint, motion) = input::driven(&mechanism, request.input.as_deref())?;
+        let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
+        let requested: Vec<Output> = output.iter().map(|output| output.requested.clone()).collect();
+        let InputStart { position: start, speed, moved } = input::start(scene, &mechanism, &requested, input)?;
+        let still = speed.abs() <= 1e-9;
+        let origin = match request.speed {
+            Some(_) => Speed::Requested,
+            None if still => Speed::Assumed,
+            None => Speed::OfScene,
+        };
+        let rate = if still { 1.0 } else { speed.abs() };
+        let mut drive = DrivenJoint {
+            joint,
+            motion,
+            speed: request.speed.unwrap_or(rate),
+            start,
+            range: request.range,
+            between: false,
+            shown: COUNT,
+            fineness: 1,
+        };
+        permitted(&mechanism, &drive, request, output.as_ref())?;
+        input::is_there(&mechanism, &requested, &moved, &drive)?;
+        let lacking = drive::lacking(&moved, &drive)?;
+        let moved = input::without_masses(moved, &drive, &lacking);
+        let stops = obstacles.met(&moved, &drive, &request.units)?;
+        let (mut table, places) = match (request.range, &stops) {
+            (Some(range), stops) => {
+                drive.range = Some(
+                    stops
+                        .as_ref()
+                        .map_or(Ok(range), |stops| stops.clipped(range, &mechanism, &drive, &request.units))?,
+                );
+                (drive::sample(&moved, &drive, None)?, SpecialPlaces::Ordinary)
+            }
+            (None, Some(stops)) if stops.ends.iter().any(Option::is_some) => between_stops(&moved, &mut drive, stops)?,
+            (None, _) => whole_way(&moved, &mut drive)?,
+        };
+        drive.fineness = drive::fineness(&mechanism, &table)?;
+        if drive.fineness > 1 {
+            table = drive::sample(&moved, &drive, None)?;
+        }
+        Ok(Course { mechanism, moved, drive, output, lacking, stops, table, places, origin, speed })
+    }
 }
 
 /// Whether what is asked for can be.

@@ -23,6 +23,7 @@ use cotree_fmu::model::State;
 use thiserror::Error;
 
 use crate::analysis::{AnalysisFailure, Guess, Study, StudyError, Varying};
+use crate::motion::DifferentiatedTurn;
 use crate::request::RequestFault;
 pub use crate::request::{GoalError, LimitError};
 pub use around::Around;
@@ -215,7 +216,18 @@ fn searching<T>(
             Some(turn) => {
                 let measured = checked.outputs.iter().map(|&place| known[place].0.clone()).collect();
                 let (study, names) = (&set, names.clone());
-                MeasuredMotion::Turn(Turns { scene, study, request: turn, names, bounds, ranges, measured })
+                let differentiated = DifferentiatedTurn::new(scene, study, turn, &names);
+                let request = turn;
+                MeasuredMotion::Turn(Box::new(Turns {
+                    scene,
+                    study,
+                    request,
+                    names,
+                    bounds,
+                    ranges,
+                    measured,
+                    differentiated,
+                }))
             }
             None => {
                 let table = request.table().map(|table| (table, checked.columns.clone()));
@@ -229,7 +241,7 @@ fn searching<T>(
 /// What is moved to be measured.
 enum MeasuredMotion<'a, 'f> {
     Experiment(Box<Motions<'a, 'f>>),
-    Turn(Turns<'a>),
+    Turn(Box<Turns<'a>>),
 }
 
 /// How the motion of an experiment starts; of a turn this is not kept.

@@ -1,4 +1,5 @@
-//! One turn or stroke of an input with other values: the figures of `motion` as courses. Their derivatives are differences of turns, which are computed to twelve digits.
+//! One turn or stroke of an input with other values: the figures of `motion` as courses. Derivatives of full turns are exact; of others they are differences of turns, which are computed to
+//! twelve digits.
 
 use cotree::compile;
 use cotree::model::Unit;
@@ -8,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::course::Course;
 use super::search::SeenCourses;
 use crate::analysis::{AnalysisFailure, Study};
-use crate::motion::{self, Figures};
+use crate::motion::{self, DifferentiatedTurn, Figures};
 
 /// Differences are over this share of the range of a quantity: its square and the errors of the figures over it are both far below what a search needs.
 const STEP: f64 = 1e-4;
@@ -26,6 +27,8 @@ pub struct Turns<'a> {
     pub ranges: Vec<f64>,
     /// The figures that are measured.
     pub measured: Vec<String>,
+    /// The derivatives of the turn, if it is a full one that has them.
+    pub differentiated: Option<DifferentiatedTurn<'a>>,
 }
 
 /// A figure over the input, or a single one.
@@ -81,6 +84,33 @@ impl Turns<'_> {
     /// # Errors
     /// There is no such turn, or none beside it.
     pub fn seen(&self, values: &[f64]) -> Result<SeenCourses, AnalysisFailure> {
+        match self.exactly(values) {
+            Some(seen) => Ok(seen),
+            None => self.by_differences(values),
+        }
+    }
+
+    /// None where the turn is not a full one, or a figure has no derivatives there.
+    fn exactly(&self, values: &[f64]) -> Option<SeenCourses> {
+        let steps: Vec<f64> = self.ranges.iter().map(|range| STEP * range).collect();
+        let (here, beside) = self.differentiated.as_ref()?.figures(values, &steps)?;
+        let (times, here) = self.of(&here).ok()?;
+        let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|here| DMatrix::zeros(here.len(), values.len())).collect();
+        for (quantity, [more, less]) in beside.iter().enumerate() {
+            let [more, less] = [self.of(more).ok()?.1, self.of(less).ok()?.1];
+            for (figure, own) in here.iter().enumerate() {
+                if [&more, &less].iter().any(|other| other[figure].len() != own.len()) {
+                    return None;
+                }
+                for row in 0..own.len() {
+                    slopes[figure][(row, quantity)] = (more[figure][row] - less[figure][row]) / (2.0 * steps[quantity]);
+                }
+            }
+        }
+        self.courses(&times, here, slopes).ok()
+    }
+
+    fn by_differences(&self, values: &[f64]) -> Result<SeenCourses, AnalysisFailure> {
         let (times, here) = self.measured(values)?;
         let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|here| DMatrix::zeros(here.len(), values.len())).collect();
         for quantity in 0..values.len() {
@@ -106,8 +136,17 @@ impl Turns<'_> {
                 }
             }
         }
+        self.courses(&times, here, slopes)
+    }
+
+    fn courses(
+        &self,
+        times: &[f64],
+        here: Vec<Vec<f64>>,
+        slopes: Vec<DMatrix<f64>>,
+    ) -> Result<SeenCourses, AnalysisFailure> {
         let courses = here.into_iter().zip(slopes).map(|(own, slopes)| {
-            let times = if own.len() == times.len() { times.clone() } else { vec![0.0; own.len()] };
+            let times = if own.len() == times.len() { times.to_vec() } else { vec![0.0; own.len()] };
             Course { times, values: DVector::from_vec(own), slopes }
         });
         let courses: Vec<Course> = courses.collect();
@@ -138,9 +177,12 @@ impl Turns<'_> {
         for (name, value) in self.names.iter().zip(values) {
             study.set(name, |_| Ok(*value)).map_err(|error| AnalysisFailure::Unknown(vec![error]))?;
         }
-        let figures = turned(self.scene, &study, self.request)?;
+        self.of(&turned(self.scene, &study, self.request)?)
+    }
+
+    fn of(&self, figures: &Figures) -> Result<(Vec<f64>, Vec<Vec<f64>>), AnalysisFailure> {
         let inputs = figures.table.first().map_or(Vec::new(), |own| own.values.clone());
-        let all = figures_of(&figures);
+        let all = figures_of(figures);
         let of = |name: &String| {
             let found = all.iter().find(|own| own.name == *name).map(|own| own.values.clone());
             found
