@@ -80,7 +80,7 @@ impl Best {
             Ended::Stuck(Some(cause)) => format!("the best is not an optimum: there is no motion beyond it: {cause}"),
         };
         let computed = match self.is_turn {
-            true => "turns were computed, and more for finite differences",
+            true => "turns were computed, with their derivatives",
             false => "motions were computed with their derivatives",
         };
         let mut notes = row![format!("\n{ended}; {} {computed}", self.evaluations)];
