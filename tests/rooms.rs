@@ -88,6 +88,7 @@ const CRATES: [Crate; 8] = [
             "tolerance",
             "bounded",
             "atlas",
+            "sextic",
             "path",
             "within",
             "function_within",
@@ -97,7 +98,7 @@ const CRATES: [Crate; 8] = [
     (
         "cotree_study",
         "crates/study/src",
-        &["analysis", "bench", "compare", "contact", "motion", "sweep", "request", "fit", "optimize", "synthesis"],
+        &["analysis", "bench", "compare", "contact", "sweep", "motion", "request", "fit", "optimize", "synthesis"],
     ),
     (
         "cotree_draw",
