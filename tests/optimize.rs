@@ -453,7 +453,7 @@ fn a_turn_has_its_optimum_where_a_scan_has_it() {
         let column = found.table.iter().find(|column| column.name == name).unwrap();
         column.values.iter().fold(0.0, |most: f64, own| most.max(own.abs()))
     };
-    for name in ["drive", "|C|", "|shaking force|"] {
+    for name in ["drive", "|shaking force|"] {
         let aim = Aim::Least(format!("peak({name})").parse().unwrap());
         let found = best(
             &scene,
