@@ -61,6 +61,23 @@ pub(crate) fn begins_at_once(values: &[f64; PARTS + 1]) -> bool {
     begin.abs() <= TELLING * first && first < second && second < third
 }
 
+/// Two places between which others do not tell the excess: it is nearer to zero there than those were compared with, and varies by less than a tenth of what it varies by in all. Up to the place `end`, which is none
+/// behind a place where it holds.
+pub(crate) fn doubtful(values: &[f64; PARTS + 1], end: usize) -> Option<[usize; 2]> {
+    let range = |values: &[f64]| {
+        let [least, most] = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
+            [minimum(least, value), maximum(most, value)]
+        });
+        most - least
+    };
+    let whole = range(values);
+    let is_near = |place: usize| values[place] > -TELLING / AWAY * whole;
+    let from = (0..end).find(|&place| is_near(place) && is_near(place + 1))?;
+    let to = (from + 1..=end).take_while(|&place| is_near(place)).last()?;
+    let window = [from.saturating_sub(1), (to + 1).min(end)];
+    (range(&values[window[0]..=window[1]]) < AWAY * whole).then_some(window)
+}
+
 /// What the values in the six places about a share say of it.
 fn interpolated(values: &[f64; PARTS + 1], share: f64) -> f64 {
     const NEIGHBOURS: usize = 6;
@@ -193,6 +210,18 @@ mod tests {
         // Already true: it must end first.
         assert!((onset(false, cubic).begin.unwrap() - 0.2).abs() < 1e-15);
         assert!((onset(false, |t| -cubic(t)).begin.unwrap() - 0.4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_near_zero_beside_what_is_far_is_doubtful() {
+        let values = |of: &dyn Fn(f64) -> f64| std::array::from_fn(|place| of(place as f64 / PARTS as f64));
+        // It is above zero between the first two places for a moment, and a thousand times as far from it later: above, or below.
+        let moment = |t: f64| 0.03 * (-((t - 0.03) / 0.01).powi(2)).exp() - 0.02;
+        assert_eq!(doubtful(&values(&|t| moment(t) + 100.0 * t.powi(4)), 1), Some([0, 1]));
+        assert_eq!(doubtful(&values(&|t| moment(t) - 100.0 * t.powi(4)), PARTS), Some([0, 6]));
+        for known in [|t: f64| t - 0.3, |t: f64| (7.0 * t).sin() - 0.5, |_: f64| -1.0, |t: f64| -t] {
+            assert_eq!(doubtful(&values(&known), PARTS), None);
+        }
     }
 
     /// Halving takes 49 to 54 places for what lies between two of sixteen.

@@ -404,7 +404,7 @@ impl Instance {
     }
 
     /// Forces are known to no more than this.
-    fn least_force(&self, errors: f64) -> f64 {
+    pub(super) fn least_force(&self, errors: f64) -> f64 {
         LEAST_FORCE + FOUND * maximum(CANCELLED, errors) * self.largest_reaction()
     }
 
@@ -448,12 +448,12 @@ impl Instance {
         !instants.armed[event] && excess > least
     }
 
-    /// True for what [`Self::is_contradicted`] by a force: it sticks by more than its level, or pulls.
-    pub(super) fn exceeds(&self, instants: &Instants, event: usize) -> bool {
+    /// True for a contact that presses, and for friction that sticks.
+    pub(super) fn is_closed_contact(&self, event: usize) -> bool {
         let program = self.model.program();
-        let index = event - program.instants.events.len();
-        let data = program.instants.contacts.as_ref().filter(|data| index < data.all.len());
-        data.is_some_and(|data| is_closed(data, &self.now.state, index)) && self.is_contradicted(instants, event)
+        let place = event.checked_sub(program.instants.events.len());
+        let known = place.zip(program.instants.contacts.as_ref()).filter(|(index, data)| *index < data.all.len());
+        known.is_some_and(|(index, data)| is_closed(data, &self.now.state, index))
     }
 
     /// The largest of all multipliers in the registers.

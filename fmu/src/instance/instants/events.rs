@@ -112,8 +112,7 @@ impl Instance {
             first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
         if first.is_none() && !instants.indicators.is_empty() {
             self.evaluate_sides(instants, (step, step), 1.0);
-            first =
-                self.find_contradicted(instants).map(|event| (self.turn(instants, (step, step), 1.0, event), event));
+            first = self.find_contradicted(instants).map(|event| (self.turn(instants, step, event), event));
             if first.is_none() {
                 instants.overlooked = instants.overlooked.take().or_else(|| self.find_violated(instants));
             }
@@ -122,35 +121,15 @@ impl Instance {
         Searched { step, first }
     }
 
-    /// When something whose mode the motion contradicts at a share of a piece begins to be against it by more than the tolerance.
-    fn turn(&mut self, instants: &mut Instants, (step, piece): ([f64; 2], [f64; 2]), share: f64, event: usize) -> f64 {
-        let (mut before, mut after) = (0.0, share);
+    /// When something whose mode the motion contradicts at the end of a step begins to be against it by more than the tolerance.
+    fn turn(&mut self, instants: &mut Instants, step: [f64; 2], event: usize) -> f64 {
+        let (mut before, mut after) = (0.0, 1.0);
         for _ in 0..DEEPEST {
             let middle = 0.5 * (before + after);
-            self.evaluate_sides(instants, (step, piece), middle);
+            self.evaluate_sides(instants, (step, step), middle);
             if self.is_contradicted(instants, event) { after = middle } else { before = middle }
         }
-        between(piece, after)
-    }
-
-    /// When a force that is not armed exceeds its limit within a piece: where both modes fit at an instant, the one that was kept may cease to fit, and fit again before the step ends.
-    fn exceeded_in(
-        &mut self,
-        instants: &mut Instants,
-        (step, piece): ([f64; 2], [f64; 2]),
-        event: usize,
-    ) -> Option<f64> {
-        if instants.armed[event] || !instants.is_contact(event) {
-            return None;
-        }
-        let (place, most) = instants.excesses[event].into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let share = place as f64 / PARTS as f64;
-        // Where it begins with that, it is seen there.
-        if !(most > 0.0 && place > 0) {
-            return None;
-        }
-        self.evaluate_sides(instants, (step, piece), share);
-        self.exceeds(instants, event).then(|| self.turn(instants, (step, piece), share, event))
+        between(step, after)
     }
 
     /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
@@ -225,10 +204,6 @@ impl Instance {
                 }
                 instants.overlooked = Some(self.never_fits(event, step[0]));
             }
-            if let Some(at) = self.exceeded_in(instants, (step, piece), event) {
-                first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
-                continue;
-            }
             let whole = piece[1] - piece[0];
             let reach = Reach {
                 limit: first.map_or(1.0, |(at, _)| (at - piece[0]) / whole),
@@ -239,10 +214,44 @@ impl Instance {
                 instants.excess(event)
             });
             instants.armed[event] = onset.armed;
-            if let Some(share) = onset.begin {
-                let at = between(piece, share);
+            let closer = if armed { self.looked_at_closer(instants, (step, piece), event, onset.begin) } else { None };
+            if let Some(at) = closer.or(onset.begin.map(|share| between(piece, share))) {
+                instants.armed[event] = false;
                 first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
             }
+        }
+        first
+    }
+
+    /// When a force that is armed reaches its limit where it is nearly there while it varies by far more in the rest of the piece, whose places do not tell it: they are looked at as a piece of their own.
+    fn looked_at_closer(
+        &mut self,
+        instants: &mut Instants,
+        (step, mut piece): ([f64; 2], [f64; 2]),
+        event: usize,
+        found: Option<f64>,
+    ) -> Option<f64> {
+        if !self.is_closed_contact(event) {
+            return None;
+        }
+        let last = |begin: Option<f64>| begin.map_or(PARTS, |share| (share * PARTS as f64) as usize);
+        let (mut values, mut end, mut first) = (instants.excesses[event], last(found), None);
+        while let Some(window) = onset::doubtful(&values, end) {
+            piece = window.map(|place| between(piece, place as f64 / PARTS as f64));
+            let mut excess = |instance: &mut Self, share: f64| {
+                instance.evaluate_sides(instants, (step, piece), share);
+                instants.excess(event)
+            };
+            values = std::array::from_fn(|place| excess(self, place as f64 / PARTS as f64));
+            let least = self.least_force(self.now.tolerance);
+            if values.iter().all(|value| value.abs() <= least) {
+                break;
+            }
+            let spacing = f64::EPSILON * minimum(piece[0].abs(), piece[1].abs()) / (piece[1] - piece[0]);
+            let reach = Reach { limit: 1.0, spacing };
+            let begin = onset::first(&values, true, true, reach, &mut |share| excess(self, share)).begin;
+            first = begin.map(|share| between(piece, share)).or(first);
+            end = last(begin);
         }
         first
     }
