@@ -352,6 +352,17 @@ fn what_presses_and_steps_that_are_too_long_are_refused_by_name() {
     assert!(refused.contains("too long for `motor.current`") && refused.contains("--substeps"), "{refused}");
 }
 
+#[test]
+fn the_page_of_the_refusal_shows_what_export_says() {
+    let page = fs::read_to_string(Path::new(ROOT).join("docs/faults/export_sources.md")).unwrap();
+    let block = |kind: &str| page.split(kind).nth(1).unwrap().split("```").next().unwrap().trim();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), block("```toml\n")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cotree"));
+    let output = command.current_dir(folder.path()).args(["export", "scene.toml", "--sources"]).output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stderr).trim(), block("```text\n"));
+}
+
 /// A parallelogram that turns evenly and ends a step on its dead point: there its loop does not determine the rates.
 const PARALLELOGRAM: &str = r#"
 name = "parallelogram"

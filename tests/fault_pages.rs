@@ -29,7 +29,7 @@ fn codes(folder: &Path, codes: &mut BTreeSet<String>) {
             let quoted = text.split('"').filter(|part| {
                 let (area, name) = part.split_once("::").unwrap_or_default();
                 let is_word = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c == '_');
-                ["scene", "assembly", "contact", "coordinates", "cotree"].contains(&area) && is_word(name)
+                ["scene", "assembly", "contact", "coordinates", "cotree", "export"].contains(&area) && is_word(name)
             });
             codes.extend(quoted.map(str::to_string));
         }

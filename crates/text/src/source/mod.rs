@@ -140,7 +140,7 @@ struct Writer<'a> {
 impl<'a> Writer<'a> {
     fn file(&self) -> String {
         let program = self.program;
-        let mut tapes = TapeWriter::new(program);
+        let mut tapes = TapeWriter::new(program, self.step.real == Real::Float);
         let mut flags = self.flags();
         let functions = self.functions(&mut tapes, &flags);
         flags.extend(tapes.helpers.iter().copied());
@@ -174,8 +174,8 @@ impl<'a> Writer<'a> {
             ("free_loops", loops && !driven),
             ("runge", !driven && self.step.method == Method::RungeKutta),
             ("taylor", !driven && self.step.method == Method::Taylor),
-            ("compensated", !driven && self.step.real == Real::Float),
-            ("plain", driven || self.step.real == Real::Double),
+            ("compensated", self.step.real == Real::Float),
+            ("plain", self.step.real == Real::Double),
             ("followers", !program.followers.is_empty()),
             ("held", instants.held > 0),
             ("happens", writes),

@@ -68,19 +68,20 @@ const char *@_place(const @_model *m);
 #endif
 
 //?single_sines
-/* Sine and cosine: reduction by pi/2 in three parts (Cody and Waite), polynomials of Cephes (Moshier, 1992). */
-static void @_sine_cosine(double x, double *sine, double *cosine)
+/* Sine and cosine of x + low: reduction by pi/2 in three parts (Cody and Waite), polynomials of Cephes (Moshier, 1992). */
+static void @_sine_cosine(double x, double low, double *sine, double *cosine)
 {
     const double turns = x * 0.6366197723675814, nearest = turns + (turns < 0.0 ? -0.5 : 0.5);
     const long quadrant = fabs(x) < 8192.0 ? (long)nearest : 0;
     const double multiple = (double)quadrant;
-    const double y = ((x - multiple * 1.5703125) - multiple * 4.837512969970703125e-4) - multiple * 7.54978995489188216e-8;
+    const double y = ((x - multiple * 1.5703125) - multiple * 4.837512969970703125e-4) - multiple * 7.54978995489188216e-8 + low;
     const double z = y * y;
     const double s = y + y * z * (-1.6666654611e-1 + z * (8.3321608736e-3 + z * -1.9515295891e-4));
     const double c = 1.0 - 0.5 * z + z * z * (4.166664568298827e-2 + z * (-1.388731625493765e-3 + z * 2.443315711809948e-5));
     if (!(fabs(x) < 8192.0)) {
-        *sine = sin(x);
-        *cosine = cos(x);
+        const double less = 1.0 - 0.5 * low * low;
+        *sine = less * sin(x) + low * cos(x);
+        *cosine = less * cos(x) - low * sin(x);
         return;
     }
     *sine = (quadrant & 2) != 0 ? ((quadrant & 1) != 0 ? -c : -s) : ((quadrant & 1) != 0 ? c : s);
@@ -270,6 +271,9 @@ static int @_close(const @_model *m, @_point *x, int *place)
 {
     double r[@_ROWS + @_RATES], moved[@_RATES];
     int i, k;
+//?compensated
+    double size = 0.0;
+//.
 //?free
     double change = 0.0, speed = 0.0;
 //.
@@ -319,8 +323,21 @@ static int @_close(const @_model *m, @_point *x, int *place)
     }
 //.
     @_constraint(m, x, r);
+//?compensated
+    for (i = 0; i < @_COORDINATES; i++) {
+        if (fabs(x->q[i]) > size * @_scale[i]) {
+            size = fabs(x->q[i]) / @_scale[i];
+        }
+    }
+//.
     for (i = 0; i < @_ROWS; i++) {
+//?compensated
+        /* Equations of gears and of drivers contain angles themselves, whose rounding grows with them. */
+        if (!(fabs(r[i]) <= ($GAP$ + 1.0e-6 * size) * @_gap_scale[i])) {
+//.
+//?plain
         if (!(fabs(r[i]) <= $GAP$ * @_gap_scale[i])) {
+//.
             *place = i;
             return @_OPEN;
         }
@@ -339,7 +356,12 @@ static int @_lead(const @_model *m, const @_point *from, double time, double h, 
     @_follow(m, from, h, to);
 //.
     for (i = 0; i < @_COORDINATES; i++) {
+//?compensated
+        to->q[i] = @_sum(from->q[i], &to->q_low[i], h * (from->v[i] + 0.5 * h * from->a[i]));
+//.
+//?plain
         to->q[i] = from->q[i] + h * (from->v[i] + 0.5 * h * from->a[i]);
+//.
         to->v[i] = from->v[i] + h * from->a[i];
     }
     return @_close(m, to, place);
@@ -443,7 +465,13 @@ static int @_advance(@_model *m)
             @_follow(m, &m->x, at[k], &next);
 //.
             for (i = 0; i < @_COORDINATES; i++) {
+//?compensated
+                next.q_low[i] = m->x.q_low[i];
+                next.q[i] = @_sum(m->x.q[i], &next.q_low[i], at[k] * next.v[i]);
+//.
+//?plain
                 next.q[i] = m->x.q[i] + at[k] * next.v[i];
+//.
             }
             for (i = 0; i < @_RATES; i++) {
                 next.v[i] = m->x.v[i] + at[k] * next.a[i];
@@ -452,6 +480,7 @@ static int @_advance(@_model *m)
     }
     for (i = 0; i < @_COORDINATES; i++) {
 //?compensated
+        next.q_low[i] = m->x.q_low[i];
         next.q[i] = @_sum(m->x.q[i], &next.q_low[i], h / 6.0 * travel[i]);
 //.
 //?plain

@@ -30,11 +30,13 @@ pub(super) type Helpers = BTreeSet<&'static str>;
 pub(super) struct TapeWriter<'a> {
     program: &'a Program,
     pub helpers: Helpers,
+    /// True if coordinates are sums of two numbers, of which functions of angles need both.
+    compensated: bool,
 }
 
 impl<'a> TapeWriter<'a> {
-    pub fn new(program: &'a Program) -> Self {
-        Self { program, helpers: Helpers::new() }
+    pub fn new(program: &'a Program, compensated: bool) -> Self {
+        Self { program, helpers: Helpers::new(), compensated }
     }
 
     /// The first register behind the constants.
@@ -118,7 +120,7 @@ impl<'a> TapeWriter<'a> {
             // Writing to a string cannot fail.
             let _ = if instruction.operation == Operation::SinCos {
                 self.helpers.insert("sines");
-                let angle = &given[0];
+                let angle = self.angle(&given[0]);
                 writeln!(text, "    double x{line}, y{line};\n    @_sine_cosine({angle}, &x{line}, &y{line});")
             } else {
                 let expression = self.expression(instruction.operation, &given);
@@ -126,6 +128,16 @@ impl<'a> TapeWriter<'a> {
             };
         }
         text
+    }
+
+    /// The arguments of sine and cosine: the low part of an angle that turns on and on is more than the rounding of the functions.
+    fn angle(&self, angle: &str) -> String {
+        let low = angle.strip_prefix("x->q[").map(|index| format!("x->q_low[{index}"));
+        match (self.compensated, low) {
+            (false, _) => angle.to_owned(),
+            (true, Some(low)) => format!("{angle}, {low}"),
+            (true, None) => format!("{angle}, 0.0"),
+        }
     }
 
     pub fn expression(&mut self, operation: Operation, given: &[String]) -> String {
