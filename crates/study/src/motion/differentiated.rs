@@ -74,16 +74,16 @@ impl<'a> DifferentiatedTurn<'a> {
             Some(loaded) => Some(loaded.tables(values, &self.course)?),
             None => None,
         };
-        let beside = |quantity: usize, step: f64| {
+        let changed = |quantity: usize, step: f64| {
             let mut moved = values.to_vec();
             moved[quantity] += step;
             let mechanism = self.with(&moved);
             let subject = Subject { mechanism: &mechanism, ..subject };
-            let loaded = loaded.as_ref().map(|own| own.beside(quantity, step));
-            figures::of_tables(&subject, &plain.beside(quantity, step), None, loaded.as_ref()).ok()
+            let loaded = loaded.as_ref().map(|loaded| loaded.changed(quantity, step));
+            figures::of_tables(&subject, &plain.changed(quantity, step), None, loaded.as_ref()).ok()
         };
         let here = figures::of_tables(&subject, &plain.table, None, loaded.as_ref().map(|own| &own.table)).ok()?;
-        let both = |(quantity, step): (usize, &f64)| Some([beside(quantity, *step)?, beside(quantity, -step)?]);
+        let both = |(quantity, step): (usize, &f64)| Some([changed(quantity, *step)?, changed(quantity, -step)?]);
         Some((here, steps.iter().enumerate().map(both).collect::<Option<_>>()?))
     }
 
@@ -160,7 +160,7 @@ impl DifferentiatedWay {
 
 impl DifferentiatedTable {
     /// A quantity a step further.
-    fn beside(&self, quantity: usize, step: f64) -> InputTable {
+    fn changed(&self, quantity: usize, step: f64) -> InputTable {
         self.table.moved(&self.slopes[quantity], step)
     }
 }

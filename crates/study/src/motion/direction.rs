@@ -24,8 +24,8 @@ pub fn directions(table: &InputTable, [point, body]: [&str; 2]) -> Option<[Sampl
     let at = |index: usize| {
         let next = moving.partition_point(|&moving| moving < index);
         // Of a turn the first one comes after the last one.
-        let beside = moving[next.saturating_sub(1)..].iter().take(2).chain(&ends);
-        let Some(&near) = beside.min_by_key(|&&place| apart(place, index)) else { return [f64::NAN; 2] };
+        let neighbours = moving[next.saturating_sub(1)..].iter().take(2).chain(&ends);
+        let Some(&near) = neighbours.min_by_key(|&&place| apart(place, index)) else { return [f64::NAN; 2] };
         // The body goes on about the same centre, or in the same direction.
         let [rx, ry] = [&x, &y].map(|samples| samples.values()[index] - samples.values()[near]);
         let turn = omega.values()[near];

@@ -115,8 +115,8 @@ pub fn called(joint: &Part, motion: Derivatives) -> String {
 
 /// Does a driver prescribe this motion of this joint?
 pub fn moves(driver: &Part, (id, motion): (JointId, Derivatives), joint: &Part) -> bool {
-    let beside = driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies();
-    beside && motion_by(driver.component().name) == motion
+    let is_same = driver.joint() == Some(id) || driver.is_angular() && driver.bodies() == joint.bodies();
+    is_same && motion_by(driver.component().name) == motion
 }
 
 /// What is driven: a mechanism without what the input replaces, what is looked at in it, and the text that it came from.
@@ -388,8 +388,8 @@ fn steps(drive: &DrivenJoint) -> [f64; 3] {
 }
 
 fn way_of_turn(moved: &Moved, drive: &DrivenJoint) -> Way {
-    let [shown, step, beside] = steps(drive);
-    let begin = ((drive.start - beside) / shown - 1e-9).ceil() * shown + beside;
+    let [shown, step, offset] = steps(drive);
+    let begin = ((drive.start - offset) / shown - 1e-9).ceil() * shown + offset;
     Way { driven: lasting(driven(moved, drive, begin, 1.0), drive, TAU), begin, step, count: COUNT * drive.fineness }
 }
 
@@ -415,14 +415,14 @@ impl Way {
     }
 
     fn closed(&self, columns: HashMap<String, Vec<f64>>, drive: &DrivenJoint) -> InputTable {
-        let [_, step, beside] = steps(drive);
-        InputTable { grid: [beside, step], periodic: true, columns: self.ordered(columns, drive) }
+        let [_, step, offset] = steps(drive);
+        InputTable { grid: [offset, step], periodic: true, columns: self.ordered(columns, drive) }
     }
 
     /// Columns of a turn from angle 0 on.
     pub fn ordered(&self, mut columns: HashMap<String, Vec<f64>>, drive: &DrivenJoint) -> HashMap<String, Vec<f64>> {
-        let [shown, _, beside] = steps(drive);
-        let first = ((self.begin - beside) / shown).round();
+        let [shown, _, offset] = steps(drive);
+        let first = ((self.begin - offset) / shown).round();
         let shift = (first as i64).rem_euclid(COUNT as i64) as usize * drive.fineness;
         for column in columns.values_mut() {
             column.truncate(self.count);

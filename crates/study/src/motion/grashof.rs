@@ -22,9 +22,9 @@ pub fn class(mechanism: &Mechanism, input: JointId, units: &Units) -> Option<Str
         let [a, b] = [at(mechanism, a), at(mechanism, b)];
         Some((a[0] - b[0]).hypot(a[1] - b[1]))
     };
-    let beside = |a, b| mechanism.joints.iter().any(|joint| joint.bodies() == [a, b] || joint.bodies() == [b, a]);
+    let joined = |a, b| mechanism.joints.iter().any(|joint| joint.bodies() == [a, b] || joint.bodies() == [b, a]);
     let bodies = (0..3).map(cotree::model::BodyId).filter(|body| *body != crank);
-    let (rocker, coupler): (Vec<_>, Vec<_>) = bodies.partition(|body| beside(Some(*body), None));
+    let (rocker, coupler): (Vec<_>, Vec<_>) = bodies.partition(|body| joined(Some(*body), None));
     let ([rocker], [coupler]) = (&rocker[..], &coupler[..]) else { return None };
     let lengths = [link(None)?, link(Some(crank))?, link(Some(*coupler))?, link(Some(*rocker))?];
     Some(named(lengths, units))

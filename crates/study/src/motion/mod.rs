@@ -362,7 +362,7 @@ fn whole_way(moved: &Moved, drive: &mut DrivenJoint) -> Result<(InputTable, Spec
         return Err(MotionError::Request(message));
     }
     let folds = [drive.start - back, drive.start + forth];
-    drive.range = Some(beside(folds.map(Some), folds));
+    drive.range = Some(between_folds(folds.map(Some), folds));
     Ok((drive::sample(moved, drive, None)?, SpecialPlaces::Folds(folds.map(Some))))
 }
 
@@ -389,12 +389,12 @@ fn between_stops(
             return Err(endless(&moved.mechanism, drive));
         }
     }
-    drive.range = Some(beside(folds, ends));
+    drive.range = Some(between_folds(folds, ends));
     Ok((drive::sample(moved, drive, None)?, SpecialPlaces::Folds(folds)))
 }
 
 /// A range that ends a little before where the motion folds: there are no rates.
-fn beside(folds: [Option<f64>; 2], [low, high]: [f64; 2]) -> [f64; 2] {
+fn between_folds(folds: [Option<f64>; 2], [low, high]: [f64; 2]) -> [f64; 2] {
     let margin = 1e-3 * (high - low);
     let [before, behind] = folds.map(|fold| if fold.is_some() { margin } else { 0.0 });
     [low + before, high - behind]

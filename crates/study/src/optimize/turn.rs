@@ -93,10 +93,10 @@ impl Turns<'_> {
     /// None where the turn is not a full one, or a figure has no derivatives there.
     fn exactly(&self, values: &[f64]) -> Option<SeenCourses> {
         let steps: Vec<f64> = self.ranges.iter().map(|range| STEP * range).collect();
-        let (here, beside) = self.differentiated.as_ref()?.figures(values, &steps)?;
+        let (here, differences) = self.differentiated.as_ref()?.figures(values, &steps)?;
         let (times, here) = self.of(&here).ok()?;
         let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|here| DMatrix::zeros(here.len(), values.len())).collect();
-        for (quantity, [more, less]) in beside.iter().enumerate() {
+        for (quantity, [more, less]) in differences.iter().enumerate() {
             let [more, less] = [self.of(more).ok()?.1, self.of(less).ok()?.1];
             for (figure, own) in here.iter().enumerate() {
                 if [&more, &less].iter().any(|other| other[figure].len() != own.len()) {
@@ -114,7 +114,7 @@ impl Turns<'_> {
         let (times, here) = self.measured(values)?;
         let mut slopes: Vec<DMatrix<f64>> = here.iter().map(|here| DMatrix::zeros(here.len(), values.len())).collect();
         for quantity in 0..values.len() {
-            let [p, q] = self.beside(quantity, values[quantity]);
+            let [p, q] = self.around(quantity, values[quantity]);
             let [at_p, at_q] = [p, q].map(|step| {
                 let mut moved = values.to_vec();
                 moved[quantity] += step;
@@ -161,7 +161,7 @@ impl Turns<'_> {
     }
 
     /// Two steps of a quantity within its bounds.
-    fn beside(&self, quantity: usize, value: f64) -> [f64; 2] {
+    fn around(&self, quantity: usize, value: f64) -> [f64; 2] {
         let step = STEP * self.ranges[quantity];
         let [low, high] = self.bounds[quantity];
         match (value - step < low, value + step > high) {

@@ -248,8 +248,8 @@ impl Instance {
                 break;
             }
             let spacing = f64::EPSILON * minimum(piece[0].abs(), piece[1].abs()) / (piece[1] - piece[0]);
-            let reach = Reach { limit: 1.0, spacing };
-            let begin = onset::first(&values, true, true, reach, &mut |share| excess(self, share)).begin;
+            let whole = Reach { limit: 1.0, spacing };
+            let begin = onset::first(&values, true, true, whole, &mut |share| excess(self, share)).begin;
             first = begin.map(|share| between(piece, share)).or(first);
             end = last(begin);
         }
