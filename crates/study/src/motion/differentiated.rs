@@ -7,12 +7,11 @@ use std::sync::Arc;
 
 use cotree::model::Mechanism;
 use cotree::scene::Scene;
-use nalgebra::{DMatrix, DVector};
 
 use super::drive::{self, InputTable, Moved, Way};
 use super::figures::{self, Figures, Subject};
 use super::{Course, MotionRequest, SpecialPlaces, input};
-use crate::analysis::{Differentiated, Study};
+use crate::analysis::{AlongAt, Differentiated, Study};
 
 /// Speeds that differ by this share are different ones.
 const SAME_SPEED: f64 = 1e-12;
@@ -146,7 +145,7 @@ impl DifferentiatedWay {
     fn tables(&self, values: &[f64], course: &Course) -> Option<DifferentiatedTable> {
         let varying = self.study.varying_of(&self.differentiated);
         let rows = varying.along(values, &self.times, None, u64::MAX).ok()?.rows;
-        let named = |of: &dyn Fn(&(DVector<f64>, DMatrix<f64>), usize) -> f64| -> HashMap<String, Vec<f64>> {
+        let named = |of: &dyn Fn(&AlongAt, usize) -> f64| -> HashMap<String, Vec<f64>> {
             let column = |output: usize| rows.iter().map(|row| of(row, output)).collect();
             varying.outputs().enumerate().map(|(output, (name, _))| (name.to_owned(), column(output))).collect()
         };
