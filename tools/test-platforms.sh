@@ -4,7 +4,7 @@
 #
 # usage: tools/test-platforms.sh [RUNTIMES]        default: target/runtimes, made by tools/build-runtimes.sh
 #
-# Needs gcc, Python 3 and qemu-user; for win64 mingw-w64 and wine, for aarch64-linux its cross compiler.
+# COTREE names the program that exports; without it the development build does. Needs gcc, Python 3 and qemu-user; for win64 mingw-w64 and wine, for aarch64-linux its cross compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -45,7 +45,8 @@ uri() { case $1 in win64) printf 'file:///Z:%s' "$2" ;; *) printf 'file://%s' "$
 mkdir -p "$work"
 [ ! -d "$runtimes/win64" ] ||
     x86_64-w64-mingw32-gcc -O1 -Wall -shared -o "$work/bcryptprimitives.dll" tests/platforms/prng.c -ladvapi32
-cargo build --quiet
+program=${COTREE-target/debug/cotree}
+[ -n "${COTREE-}" ] || cargo build --quiet
 platforms=(linux64)
 for folder in "$runtimes"/*/; do
     platform=$(basename "$folder")
@@ -63,7 +64,7 @@ differ=0
 for scene in models/*/scene.toml tests/scenes/stiff.toml; do
     model=$(basename "${scene%/scene.toml}" .toml)
     fmu=$work/$model.fmu
-    target/debug/cotree export "$scene" -o "$fmu" --runtimes "$runtimes" --platform "$exported" >/dev/null
+    "$program" export "$scene" -o "$fmu" --runtimes "$runtimes" --platform "$exported" >/dev/null
     rm -rf "${work:?}/$model"
     python3 -m zipfile -e "$fmu" "$work/$model"
     read -r guid step stop identifier variables < <(python3 - "$work/$model/modelDescription.xml" <<'PYTHON'
