@@ -81,8 +81,8 @@ pub const CASES: &[Case] = &[
         assert_eq!(instance.call(instance.fmi().enter_step), fmi3OK);
         let step = instance.step(0.0, 0.5);
         assert!(step.status == fmi3OK && step.event && step.early && step.time > 0.0 && step.time < 0.5, "{step:?}");
-        let indicator = instance.read(&fmu.structure("EventIndicator"))[0];
-        assert!(indicator.abs() < 1e-9, "at the corner itself: {indicator:e}");
+        let indicators = instance.read(&fmu.structure("EventIndicator"));
+        assert!(indicators.iter().any(|indicator| indicator.abs() < 1e-9), "at the corner itself: {indicators:?}");
         assert_eq!(instance.call(instance.fmi().enter_event), fmi3OK);
         assert_eq!((instance.update(), instance.call(instance.fmi().enter_step)), (Ok((false, false)), fmi3OK));
         instance.go(step.time, 0.5 - step.time);

@@ -47,6 +47,7 @@ pub(super) struct Subject<'a> {
 #[serde(rename_all = "lowercase")]
 pub enum Speed {
     /// It was asked for.
+    #[serde(rename = "asked")]
     Requested,
     /// The input has it at the start of the scene.
     OfScene,

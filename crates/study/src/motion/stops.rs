@@ -30,6 +30,7 @@ pub struct Stops {
     /// The least gap of each that does not end the range, within it.
     pub clear: Vec<Clear>,
     /// The range that was asked for, if it is not reachable as a whole.
+    #[serde(rename = "asked")]
     pub requested: Option<[f64; 2]>,
     /// Relations with play.
     pub plays: Vec<Play>,
