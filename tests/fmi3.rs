@@ -30,8 +30,8 @@ use cotree_page::export_fmu;
 use fmu::Fmu;
 pub use fresh::NOTHING;
 
-/// An open chain with an input, closed loops, a mechanism driven by time, one driven by an input, a law in pieces, and two with modes: hard stops; a motor with a controller, dry friction and a hard stop.
-const MODELS: [&str; 7] = ["cart_pole", "slider_crank", "quick_return", DRIVEN, CORNER, "end_stop", "barrier"];
+/// An open chain with an input, closed loops, a mechanism driven by time, one driven by an input, a law in pieces.
+const MODELS: [&str; 5] = ["cart_pole", "slider_crank", "quick_return", DRIVEN, CORNER];
 const DRIVEN: &str = "driven";
 const CORNER: &str = "corner";
 const CASE: &str = "COTREE_FMI3_CASE";
