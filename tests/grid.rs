@@ -608,7 +608,7 @@ const ADDITIONS: &[(&str, &str)] = &[
     ("event", "[events.crossed_event]\nwhen = \"BODY.angle > 0.4\"\nstop = true"),
 ];
 
-/// The first joint that turns in a scene whose joints have tables with headers, and its body.
+/// The first joint that turns, with neither friction nor limits, in a scene whose joints have tables with headers, and its body.
 fn turning_joint(text: &str) -> Option<(&str, &str)> {
     text.split("\n[joints.").skip(1).find_map(|table| {
         let (name, rest) = table.split_once(']')?;
@@ -616,7 +616,8 @@ fn turning_joint(text: &str) -> Option<(&str, &str)> {
         let ends = keys.lines().find(|line| line.starts_with("between"))?;
         let body = ends.split('"').skip(1).step_by(2).map(|end| end.split('.').next().unwrap_or(end));
         let body = body.into_iter().find(|body| *body != "ground")?;
-        (keys.contains("\"revolute\"") && !name.contains('.')).then_some((name, body))
+        let is_plain = !name.contains('.') && !keys.contains("friction") && !keys.contains("limits");
+        (keys.contains("\"revolute\"") && is_plain).then_some((name, body))
     })
 }
 
