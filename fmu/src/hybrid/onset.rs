@@ -30,6 +30,14 @@ pub(crate) struct Reach {
     pub spacing: f64,
 }
 
+impl Reach {
+    /// Of a piece, up to a time in it.
+    pub(crate) fn new([from, to]: [f64; 2], until: f64) -> Self {
+        let whole = to - from;
+        Self { limit: (until - from) / whole, spacing: f64::EPSILON * minimum(from.abs(), to.abs()) / whole }
+    }
+}
+
 /// What a comparison does in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Onset {

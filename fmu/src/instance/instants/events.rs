@@ -8,7 +8,6 @@ use crate::failure::Failure;
 use crate::hybrid::onset::{self, PARTS, Reach};
 use crate::hybrid::tick::is_later;
 use crate::machine::ROUNDING;
-use crate::math::minimum;
 
 /// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
 const DEEPEST: i32 = 20;
@@ -204,17 +203,14 @@ impl Instance {
                 }
                 instants.overlooked = Some(self.never_fits(event, step[0]));
             }
-            let whole = piece[1] - piece[0];
-            let reach = Reach {
-                limit: first.map_or(1.0, |(at, _)| (at - piece[0]) / whole),
-                spacing: f64::EPSILON * minimum(piece[0].abs(), piece[1].abs()) / whole,
-            };
-            let onset = onset::first(&values, armed, strict, reach, &mut |share: f64| {
+            let range = Reach::new(piece, first.map_or(piece[1], |(at, _)| at));
+            let onset = onset::first(&values, armed, strict, range, &mut |share: f64| {
                 self.evaluate_sides(instants, (step, piece), share);
                 instants.excess(event)
             });
             instants.armed[event] = onset.armed;
-            let closer = if armed { self.looked_at_closer(instants, (step, piece), event, onset.begin) } else { None };
+            let until = onset.begin.unwrap_or(range.limit);
+            let closer = if armed { self.looked_at_closer(instants, (step, piece), event, until) } else { None };
             if let Some(at) = closer.or(onset.begin.map(|share| between(piece, share))) {
                 instants.armed[event] = false;
                 first = Some(first.filter(|(time, _)| *time <= at).unwrap_or((at, event)));
@@ -223,19 +219,20 @@ impl Instance {
         first
     }
 
-    /// When a force that is armed reaches its limit where it is nearly there while it varies by far more in the rest of the piece, whose places do not tell it: they are looked at as a piece of their own.
+    /// When a force that is armed reaches its limit before a share of a piece, where it is nearly there while it varies by far more in the rest of the piece, whose places do not tell it: they are looked at as
+    /// a piece of their own.
     fn looked_at_closer(
         &mut self,
         instants: &mut Instants,
         (step, mut piece): ([f64; 2], [f64; 2]),
         event: usize,
-        found: Option<f64>,
+        until: f64,
     ) -> Option<f64> {
         if !self.is_closed_contact(event) {
             return None;
         }
-        let last = |begin: Option<f64>| begin.map_or(PARTS, |share| (share * PARTS as f64) as usize);
-        let (mut values, mut end, mut first) = (instants.excesses[event], last(found), None);
+        let before = |share: f64| (share * PARTS as f64) as usize;
+        let (mut values, mut end, mut first) = (instants.excesses[event], before(until), None);
         while let Some(window) = onset::doubtful(&values, end) {
             piece = window.map(|place| between(piece, place as f64 / PARTS as f64));
             let mut excess = |instance: &mut Self, share: f64| {
@@ -247,11 +244,10 @@ impl Instance {
             if values.iter().all(|value| value.abs() <= least) {
                 break;
             }
-            let spacing = f64::EPSILON * minimum(piece[0].abs(), piece[1].abs()) / (piece[1] - piece[0]);
-            let whole = Reach { limit: 1.0, spacing };
-            let begin = onset::first(&values, true, true, whole, &mut |share| excess(self, share)).begin;
+            let range = Reach::new(piece, piece[1]);
+            let begin = onset::first(&values, true, true, range, &mut |share| excess(self, share)).begin;
             first = begin.map(|share| between(piece, share)).or(first);
-            end = last(begin);
+            end = before(begin.unwrap_or(1.0));
         }
         first
     }
