@@ -210,10 +210,10 @@ impl Deviating {
     fn add_points(&mut self, of_ground: bool, size: f64, point: Option<&str>) -> Result<(), MotionError> {
         let before = self.dimensions.len();
         for (body, places) in used(&self.mechanism, point) {
-            match body {
-                None if of_ground => self.add_pivots(&places, size),
-                Some(_) if !of_ground => self.add_lengths(&places, size),
-                _ => {}
+            match (body, of_ground) {
+                (None, true) => self.add_pivots(&places, size),
+                (Some(_), false) => self.add_lengths(&places, size),
+                (None, false) | (Some(_), true) => {}
             }
         }
         if self.dimensions.len() > before {
@@ -294,9 +294,9 @@ fn used(mechanism: &Mechanism, point: Option<&str>) -> BTreeMap<Option<BodyId>, 
         let places = used.entry(place.body()).or_default();
         match place {
             Place::Origin => {}
-            Place::Centre(_) if places.first() != Some(&place) => places.insert(0, place),
-            _ if !places.contains(&place) => places.push(place),
-            _ => {}
+            Place::Centre(_) | Place::Ground(_) | Place::Point(..) if places.contains(&place) => {}
+            Place::Centre(_) => places.insert(0, place),
+            Place::Ground(_) | Place::Point(..) => places.push(place),
         }
     }
     used
