@@ -359,13 +359,15 @@ fn commands(text: &str, names: &Names) -> Vec<(&'static str, Result<Answer, Stri
         |version| compiled.pack_fmu(version, Vec::new(), &[]).map(|_| ()).map_err(|error| named(&format!("{error:?}")));
     done.push(("export 2", called(|| exported(FmiVersion::V2))));
     done.push(("export 3", called(|| exported(FmiVersion::V3))));
-    let step = FixedStep { step: 1e-4, substeps: 1, method: Method::default(), real: Real::default() };
-    let sourced = || {
+    let sourced = |method, real| {
         let mechanism = scene.resolve().map_err(|faults| codes(&faults))?.mechanism;
+        let step = FixedStep { step: 1e-4, substeps: 1, method, real };
         let text = c_file(&compiled.program, &mechanism, &compiled.description, &scene.source, step);
         text.map(|_| ()).map_err(|faults| codes(&faults))
     };
-    done.push(("sources", called(sourced)));
+    done.push(("sources", called(|| sourced(Method::RungeKutta, Real::Double))));
+    done.push(("sources by series", called(|| sourced(Method::Taylor, Real::Double))));
+    done.push(("sources in single precision", called(|| sourced(Method::RungeKutta, Real::Float))));
     let study_of = |run: &dyn Fn(&mut Study) -> Answer| match opened() {
         Ok(mut study) => run(&mut study),
         Err(faults) => Err(codes(&faults)),
