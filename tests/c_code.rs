@@ -34,7 +34,8 @@ fn check(model: &str, folder: &Path) {
     let mut formulated = formulated(&resolved);
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
     let loops: Vec<usize> = formulated.equations.loops().map(|(index, _)| index).collect();
-    let sizes = Sizes::new(&model, &formulated.lowered.solved, loops.len());
+    let scene_parameters = resolved.mechanism.parameters.len();
+    let sizes = Sizes::new(&model, scene_parameters, &formulated.lowered.solved, loops.len());
     let code = written::equations(&scene, EquationFormat::C).unwrap() + &sizes.driver(name);
     // The C library's power and arc cosine are others than ours: both are right to about a unit of the last place.
     let exact = !["pow(", "acos("].iter().any(|function| code.contains(function));
@@ -110,6 +111,9 @@ fn random_point(model: &Model, start: &State, random: &mut Random) -> State {
 
 struct Sizes {
     parameters: usize,
+    discrete: usize,
+    /// Initial values that can be set: parameters of the program alone.
+    starts: usize,
     inputs: usize,
     followers: usize,
     coordinates: usize,
@@ -120,10 +124,12 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn new(model: &Model, solved: &[Expr], constraints: usize) -> Self {
+    fn new(model: &Model, scene_parameters: usize, solved: &[Expr], constraints: usize) -> Self {
         let program = model.program();
         Sizes {
-            parameters: program.parameters.len(),
+            parameters: scene_parameters,
+            discrete: program.discrete.len(),
+            starts: program.parameters.len() - scene_parameters,
             inputs: program.inputs.len(),
             followers: program.followers.len(),
             coordinates: program.coordinates.len(),
@@ -137,7 +143,7 @@ impl Sizes {
     fn driver(&self, name: &str) -> String {
         let (n, m) = (self.coordinates - self.states, self.constraints);
         let all = self.coordinates;
-        let offsets = [1, self.parameters, 3 * self.inputs, 3 * self.followers, all, all];
+        let offsets = [1, self.parameters + self.discrete, 3 * self.inputs, 3 * self.followers, all, all];
         let starts: Vec<usize> =
             offsets.iter().scan(0, |sum, size| Some(std::mem::replace(sum, *sum + size))).collect();
         let mut arguments = format!(
@@ -199,13 +205,15 @@ int main(void)
     /// The arguments at a state: inputs and followers come with their value, rate and acceleration side by side.
     fn line(&self, state: &State) -> String {
         let registers = state.registers();
-        let signals = 1 + self.parameters;
+        let discrete = 1 + self.parameters + self.starts;
+        let signals = discrete + self.discrete;
         let followers = signals + 3 * self.inputs;
         let motion = followers + 3 * self.followers;
         let triples = |first: usize, count: usize| {
             (0..count).flat_map(move |i| (0..3).map(move |order| first + order * count + i))
         };
-        let places = (0..signals)
+        let places = (0..=self.parameters)
+            .chain(discrete..signals)
             .chain(triples(signals, self.inputs))
             .chain(triples(followers, self.followers))
             .chain(motion..motion + 2 * self.coordinates);

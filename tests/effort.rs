@@ -23,6 +23,7 @@ fn values(formulated: &Formulated, exprs: &[Expr], solved: &[f64]) -> Vec<f64> {
     let value = |symbol: Symbol| match symbol {
         Symbol::Time => state.time(),
         Symbol::Parameter(i) => state.parameters()[i],
+        Symbol::Discrete(i) => state.discrete()[i],
         Symbol::Coordinate(i, Order::Position) => state.positions()[i],
         Symbol::Coordinate(i, Order::Velocity) => state.rates()[i],
         Symbol::Coordinate(i, Order::Acceleration) => solved[i],

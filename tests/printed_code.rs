@@ -14,6 +14,7 @@ use std::process::Command;
 
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::Formulated;
+use cotree::model::{Discrete, Mechanism};
 use cotree::scene::Scene;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
@@ -49,6 +50,12 @@ impl Random {
     }
 }
 
+/// The argument `p`: parameters, then discrete variables.
+fn numbers(mechanism: &Mechanism) -> impl Iterator<Item = f64> {
+    let parameters = mechanism.parameters.iter().map(|parameter| parameter.value);
+    parameters.chain(mechanism.discrete.iter().map(Discrete::start))
+}
+
 fn points(formulated: &Formulated, seed: u64) -> Vec<Point> {
     let mechanism = &formulated.equations.system.mechanism;
     let mut random = Random(seed);
@@ -56,7 +63,7 @@ fn points(formulated: &Formulated, seed: u64) -> Vec<Point> {
     (0..POINTS)
         .map(|_| Point {
             t: 3.0 + random.next(),
-            p: mechanism.parameters.iter().map(|own| own.value * (1.0 + 0.2 * random.next())).collect(),
+            p: numbers(mechanism).map(|value| value * (1.0 + 0.2 * random.next())).collect(),
             u: random.list(3 * mechanism.inputs.len(), 5.0),
             f: random.list(3 * formulated.equations.system.followers.len(), 2.0),
             // Near the assembled pose: no spring has length zero there.
@@ -69,6 +76,7 @@ fn points(formulated: &Formulated, seed: u64) -> Vec<Point> {
 /// The kernels' own arithmetic: all results, in the order in which the drivers print them.
 fn expected(formulated: &mut Formulated, point: &Point) -> Vec<f64> {
     let n = formulated.equations.coordinates.len();
+    let parameters = formulated.equations.system.mechanism.parameters.len();
     let dynamic = !formulated.lowered.solved.is_empty();
     let mut roots: Vec<Expr> = Vec::new();
     let dense = |roots: &mut Vec<Expr>, row: &[(usize, Expr)]| {
@@ -90,6 +98,7 @@ fn expected(formulated: &mut Formulated, point: &Point) -> Vec<f64> {
     formulated.equations.system.arena.evaluate(&roots, &|symbol: Symbol| match symbol {
         Symbol::Time => point.t,
         Symbol::Parameter(i) => point.p[i],
+        Symbol::Discrete(i) => point.p[parameters + i],
         Symbol::Input(i, order) => point.u[3 * i + order as usize],
         Symbol::Follower(i, order) => point.f[3 * i + order as usize],
         Symbol::Coordinate(i, Order::Position) => point.q[i],
@@ -103,7 +112,9 @@ fn check_tapes(name: &str, formulated: &mut Formulated, point: &Point) {
     let model = Model::new(formulated.lowered.program.clone()).unwrap();
     let mut state = model.default_state(point.t);
     // Behind the scene's parameters come initial values that can be set; no kernel of the motion reads them.
-    state.parameters_mut()[..point.p.len()].copy_from_slice(&point.p);
+    let (parameters, discrete) = point.p.split_at(formulated.equations.system.mechanism.parameters.len());
+    state.parameters_mut()[..parameters.len()].copy_from_slice(parameters);
+    state.discrete_mut().copy_from_slice(discrete);
     let layout = *model.layout();
     for (index, signal) in point.u.chunks(3).enumerate() {
         let places = [layout.inputs(), layout.input_rates(), layout.input_accelerations()];
@@ -168,7 +179,7 @@ struct Sizes {
 impl Sizes {
     fn new(formulated: &Formulated) -> Self {
         Sizes {
-            p: formulated.equations.system.mechanism.parameters.len(),
+            p: numbers(&formulated.equations.system.mechanism).count(),
             u: 3 * formulated.equations.system.mechanism.inputs.len(),
             f: 3 * formulated.equations.system.followers.len(),
             n: formulated.equations.coordinates.len(),

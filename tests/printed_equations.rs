@@ -221,13 +221,13 @@ fn modes(equations: &mut Equations) -> Vec<(String, Expr)> {
     for (index, own) in mechanism.unilaterals.iter().enumerate() {
         let row = equations.row_of_unilateral(index).unwrap();
         let gap = equations.constraints[row].one_sided.clone().unwrap();
-        let Some(slip) = &own.slip else {
+        let Some(direction) = own.state.direction else {
             all.push((format!("{}.gap", own.name), gap.value));
             continue;
         };
         let arena = &mut equations.system.arena;
         let [direction, level] =
-            [Symbol::Parameter(slip.direction.0), Symbol::Reaction(row + 1)].map(|own| arena.symbol(own));
+            [Symbol::Discrete(direction.0), Symbol::Reaction(row + 1)].map(|own| arena.symbol(own));
         let force = arena.multiply(direction, level);
         let mut rate = gap.time_rate;
         for (column, entry) in gap.jacobian {

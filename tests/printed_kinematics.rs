@@ -94,7 +94,7 @@ impl Case {
         let driven = formulated.lowered.solved.is_empty();
         assert!(mechanism.inputs.is_empty(), "{}", mechanism.name);
         let state = &formulated.state;
-        let parameters = state.parameters()[..mechanism.parameters.len()].to_vec();
+        let parameters = [&state.parameters()[..mechanism.parameters.len()], state.discrete()].concat();
         let arguments = (state.time(), parameters, state.positions().to_vec(), state.rates().to_vec());
         let coordinates = &formulated.equations.coordinates;
         let mut names: Vec<String> = coordinates.iter().map(|own| own.name.rate.clone()).collect();

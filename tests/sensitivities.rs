@@ -225,11 +225,10 @@ fn every_model_and_everything_that_can_be_set() {
         let scene = Scene::from_toml(&model(&name)).unwrap();
         let compiled = cotree::compile(&scene).unwrap();
         let stop = 0.05 * compiled.description.experiment.stop.min(20.0);
-        let (program, mechanism) = (&compiled.program, scene.resolve().unwrap().mechanism);
-        let is_open = |index: usize| mechanism.parameters.get(index).is_none_or(|own| !own.held);
-        let parameters = program.parameters.iter().enumerate().filter(|(index, _)| is_open(*index));
-        let inputs = program.inputs[..program.open_inputs()].iter().map(|own| own.name.clone());
-        let names: Vec<String> = parameters.map(|(_, own)| own.name.clone()).chain(inputs).collect();
+        let program = &compiled.program;
+        let inputs = program.inputs.iter().map(|input| input.name.clone());
+        let names: Vec<String> =
+            program.parameters.iter().map(|parameter| parameter.name.clone()).chain(inputs).collect();
         // The valve of the arm begins closed, at the corner of its law: oil comes in on one side and goes out on the other; the train is between its flanks where its motor turns; the block and the worm begin at rest.
         let refused = [
             ("barrier", "would start to slide"),

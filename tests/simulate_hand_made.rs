@@ -37,6 +37,7 @@ fn program() -> data::Program {
             max: None,
             tunable: false,
         }],
+        discrete: Vec::new(),
         inputs: vec![data::Input { name: "push".into(), start: 0.0, min: None, max: None }],
         followers: vec![],
         coordinates: vec![data::Coordinate { name: "mass.x".into(), scale: 1.0 }],

@@ -34,18 +34,18 @@ impl Machine {
 
     /// Brings a state into the registers, and the parameter stage up to date.
     pub fn load(&mut self, model: &Model, state: &State) {
-        self.load_parameters(model, state.parameters());
+        self.load_constant(model, state);
         self.registers[..state.registers().len()].copy_from_slice(state.registers());
     }
 
-    /// Brings parameters into the registers, and the parameter stage up to date.
-    pub fn load_parameters(&mut self, model: &Model, parameters: &[f64]) {
-        let layout = model.layout();
-        let place = &mut self.registers[layout.parameters()..layout.inputs()];
-        if self.staged && place == parameters {
+    /// Brings what is constant between instants into the registers, and the parameter stage up to date.
+    pub fn load_constant(&mut self, model: &Model, state: &State) {
+        let constant = state.constant_between_instants();
+        let place = &mut self.registers[model.layout().constant_between_instants()];
+        if self.staged && place == constant {
             return;
         }
-        place.copy_from_slice(parameters);
+        place.copy_from_slice(constant);
         model.program().tapes.parameters.run(&mut self.registers);
         self.staged = true;
     }

@@ -129,12 +129,15 @@ impl Model {
         motion[self.mechanical()..self.coordinates()].fill(0.0);
     }
 
-    /// The state before anything is solved: everything zero but the defaults of parameters and inputs.
+    /// The state before anything is solved: everything zero but the defaults of parameters, discrete variables and inputs.
     pub fn default_state(&self, time: f64) -> State {
         let mut state = State { layout: self.layout, registers: vec![0.0; self.layout.accelerations()] };
         state.registers[self.layout.time()] = time;
         for (value, parameter) in state.parameters_mut().iter_mut().zip(&self.program.parameters) {
             *value = parameter.start;
+        }
+        for (value, discrete) in state.discrete_mut().iter_mut().zip(&self.program.discrete) {
+            *value = discrete.start;
         }
         for (value, input) in state.inputs_mut().iter_mut().zip(&self.program.inputs) {
             *value = input.start;
@@ -190,7 +193,7 @@ impl Model {
     }
 }
 
-/// Everything that the motion from now on depends on: time, parameters, inputs as polynomials of time about now,
+/// Everything that the motion from now on depends on: time, parameters, discrete variables, inputs as polynomials of time about now,
 /// followers, q and v. It is the first part of the register file, so saving a state is one copy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
@@ -212,12 +215,27 @@ impl State {
 
     /// Parameters.
     pub fn parameters(&self) -> &[f64] {
-        &self.registers[self.layout.parameters()..self.layout.inputs()]
+        &self.registers[self.layout.parameters()..self.layout.discrete()]
     }
 
     /// Parameters, to be changed.
     pub fn parameters_mut(&mut self) -> &mut [f64] {
-        &mut self.registers[self.layout.parameters()..self.layout.inputs()]
+        &mut self.registers[self.layout.parameters()..self.layout.discrete()]
+    }
+
+    /// Discrete variables.
+    pub fn discrete(&self) -> &[f64] {
+        &self.registers[self.layout.discrete()..self.layout.inputs()]
+    }
+
+    /// Discrete variables, to be changed.
+    pub fn discrete_mut(&mut self) -> &mut [f64] {
+        &mut self.registers[self.layout.discrete()..self.layout.inputs()]
+    }
+
+    /// Parameters and discrete variables: what is constant between instants.
+    pub fn constant_between_instants(&self) -> &[f64] {
+        &self.registers[self.layout.constant_between_instants()]
     }
 
     /// Inputs.

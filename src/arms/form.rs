@@ -148,7 +148,7 @@ fn lower(
     let Lowering { mut form, builder, coefficients, .. } = lowering;
     form.tape = builder.finish();
     let coefficients = coefficients.list().to_vec();
-    let constant = |symbol: &Symbol| symbol.is_parameter();
+    let constant = |symbol: &Symbol| symbol.is_constant_between_instants();
     match equations.system.arena.symbols(coefficients.iter().copied()).into_iter().find(|symbol| !constant(symbol)) {
         None => Ok((form, coefficients)),
         Some(Symbol::Missing(body, property)) => {

@@ -86,7 +86,7 @@ impl SeriesBuilder {
             }
             let constant = match node {
                 ExprNode::Constant(_) => true,
-                ExprNode::Symbol(symbol) => symbol.is_parameter(),
+                ExprNode::Symbol(symbol) => symbol.is_constant_between_instants(),
                 node => node.operands().all(|operand| self.constants[&operand]),
             };
             self.constants.insert(next, constant);
@@ -243,6 +243,7 @@ impl SeriesBuilder {
             Symbol::Coordinate(..)
             | Symbol::State(..)
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Missing(..)
             | Symbol::Argument => {
                 return Err(NoSeries("a law depends on a quantity that has no Taylor series".to_owned()));

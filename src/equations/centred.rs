@@ -6,7 +6,7 @@ use super::Equations;
 use super::form::{Coefficient, LinearForm};
 use super::vector::{FrameId, Vector};
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::model::{Dimension, Formula};
+use crate::model::{Dimension, Formula, Owner};
 use crate::network::{ElementId, Force, Origin};
 
 /// Directions are the same up to this angle: each component is a rotation of two products, so rounded by up to two units in the last place of the longer side.
@@ -40,7 +40,7 @@ impl Equations {
         }
         let (ends, load_id, load) = (row.ends, load, &self.system.mechanism.loads[load.0]);
         let [stiffness, damping, free] = (load.component().linear)(load).ok()??;
-        if free != Formula::Number(0.0) || self.system.mechanism.presence(load_id).is_some() {
+        if free != Formula::Number(0.0) || self.system.mechanism.there(Owner::Load(load_id)).is_some() {
             return None;
         }
         let across = self.kinematics.spanned(&mut self.system, ends).position;
@@ -70,7 +70,7 @@ fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<Slope>)> {
     let mut slopes = Vec::new();
     for symbol in arena.symbols(place) {
         match symbol {
-            Symbol::Parameter(_) => {}
+            Symbol::Parameter(_) | Symbol::Discrete(_) => {}
             Symbol::Coordinate(index, Order::Position) => {
                 let slope = place.map(|component| arena.derivative(component, symbol));
                 rest = rest.map(|component| arena.substituted(component, symbol, Expr::ZERO));
@@ -81,7 +81,8 @@ fn guide(arena: &mut Arena, across: &Vector) -> Option<(FrameId, Vec<Slope>)> {
         }
     }
     let (_, first) = *slopes.first()?;
-    let constant = |arena: &Arena, pair: [Expr; 2]| arena.symbols(pair).iter().all(|symbol| symbol.is_parameter());
+    let constant =
+        |arena: &Arena, pair: [Expr; 2]| arena.symbols(pair).iter().all(|symbol| symbol.is_constant_between_instants());
     let along = slopes.iter().map(|(_, slope)| *slope).chain([rest]);
     let is_guide = along.into_iter().all(|along| constant(arena, along) && is_parallel(arena, first, along));
     is_guide.then_some((frame, slopes))

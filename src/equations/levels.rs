@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::{Constraint, Equations};
 use crate::expr::{Arena, Binary, Expr, Symbol, Unary};
-use crate::model::{Owner, Pressed, Quantity, Slip, Unilateral, Variable};
+use crate::model::{Owner, Pressed, Quantity, Unilateral, Variable};
 
 /// What turns or moves by less than this share of its scale in a second does not slide, nor is it about to where that changes by less: rounding errors of what is zero are smaller.
 const STILL: f64 = 1e-12;
@@ -83,7 +83,7 @@ impl Equations {
         if let Some(there) = mechanism.there(unilateral.owner) {
             // What an event has removed does not rub; what pressed there is zero, too.
             let arena = &mut self.system.arena;
-            let there = arena.symbol(Symbol::Parameter(there.0));
+            let there = arena.symbol(Symbol::Discrete(there.0));
             free = arena.multiply(there, free);
         }
         let mut share = self.system.value(&slip.law.mu);
@@ -102,11 +102,11 @@ impl Equations {
                     Some(length) => self.at_both_ends(unilateral.owner, normal, length),
                     None => vec![normal],
                 };
-                self.signed(index, slip, sums)
+                self.signed(index, sums)
             }
             Pressed::Reaction(quantity) => {
                 let reaction = self.reaction(unilateral.owner, quantity);
-                self.signed(index, slip, vec![reaction])
+                self.signed(index, vec![reaction])
             }
             Pressed::Contact => {
                 let presses = self.row_of_unilateral(slip.on?)?;
@@ -119,11 +119,12 @@ impl Equations {
     }
 
     /// Sums that press by their sizes. Events keep their signs; where drivers lead the motion there are none, and no step depends on a size.
-    fn signed(&mut self, index: usize, slip: &Slip, sums: Vec<Expr>) -> Pressing {
+    fn signed(&mut self, index: usize, sums: Vec<Expr>) -> Pressing {
+        let signs = self.system.mechanism.unilaterals[index].state.signs.clone();
         if self.is_led(index) {
-            return Pressing::Sizes(sums.into_iter().take(slip.signs.len()).map(|sum| vec![sum]).collect());
+            return Pressing::Sizes(sums.into_iter().take(signs.len()).map(|sum| vec![sum]).collect());
         }
-        let signs = slip.signs.iter().map(|sign| self.system.arena.symbol(Symbol::Parameter(sign.0)));
+        let signs = signs.iter().map(|sign| self.system.arena.symbol(Symbol::Discrete(sign.0)));
         Pressing::Sum(signs.zip(sums).collect())
     }
 
@@ -132,7 +133,7 @@ impl Equations {
         let mechanism = self.system.mechanism.clone();
         let sliding = mechanism.unilaterals.iter().enumerate();
         let known = |(index, unilateral): (usize, &Unilateral)| {
-            let direction = unilateral.slip.as_ref().filter(|_| self.is_led(index))?.direction;
+            let direction = unilateral.state.direction.filter(|_| self.is_led(index))?;
             let row = &self.constraints[self.row_of_unilateral(index)?];
             let (gap, least) = (row.one_sided.as_ref()?, STILL * row.scale(length));
             let arena = &mut self.system.arena;
@@ -145,7 +146,7 @@ impl Equations {
             });
             let (moves, goes_on) = (arena.binary(Binary::Max, moves, Expr::ZERO), if_positive(arena, goes_on));
             let next = arena.add(next, goes_on);
-            Some((Symbol::Parameter(direction.0), arena.select(moves, way, next)))
+            Some((Symbol::Discrete(direction.0), arena.select(moves, way, next)))
         };
         sliding.filter_map(known).collect()
     }

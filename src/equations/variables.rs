@@ -8,7 +8,7 @@ use super::vector::Vector;
 use super::{Constraint, Equations, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
-    Aspect, Axis, BodyId, Contact, Dimension, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity, Slip,
+    Aspect, Axis, BodyId, Contact, Dimension, DiscreteId, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity,
     Variable, Whole,
 };
 use crate::network::{
@@ -288,13 +288,10 @@ impl Equations {
     fn one_sided(&mut self, owner: Owner, what: Contact) -> Expr {
         let mechanism = self.system.mechanism.clone();
         let mut total = Expr::ZERO;
-        if let (Contact::Mode, Some((.., slip))) = (what, mechanism.slip_of(owner))
-            && mechanism.unilaterals_of(owner).next().is_none()
-        {
-            return self.direction(owner, slip);
-        }
-        if let (Contact::Sliding, Some((.., slip))) = (what, mechanism.slip_of(owner)) {
-            return self.direction(owner, slip);
+        let direction = mechanism.slip_of(owner).and_then(|(_, friction, _)| friction.state.direction);
+        let rubs_only = mechanism.unilaterals_of(owner).next().is_none();
+        if let (Some(direction), true) = (direction, what == Contact::Sliding || what == Contact::Mode && rubs_only) {
+            return self.direction(owner, direction);
         }
         if what == Contact::Gap && mechanism.unilaterals_of(owner).next().is_none() {
             return self.gap_apart(owner);
@@ -320,12 +317,12 @@ impl Equations {
                     let presses = unilateral.held.word.is_empty() && !unilateral.held.of_rate;
                     let sign = if presses { 1.0 } else { sign };
                     let (factor, impulse) =
-                        (arena.constant(sign), arena.symbol(Symbol::Parameter(unilateral.impulse.0)));
+                        (arena.constant(sign), arena.symbol(Symbol::Discrete(unilateral.state.impulse.0)));
                     arena.multiply(factor, impulse)
                 }
                 Contact::Mode => {
                     let (factor, closed) =
-                        (arena.constant(-sign), arena.symbol(Symbol::Parameter(unilateral.closed.0)));
+                        (arena.constant(-sign), arena.symbol(Symbol::Discrete(unilateral.state.closed.0)));
                     if unilateral.held.word.is_empty() { closed } else { arena.multiply(factor, closed) }
                 }
             };
@@ -335,13 +332,13 @@ impl Equations {
     }
 
     /// Which way something slides; 0 once an event has removed it.
-    fn direction(&mut self, owner: Owner, slip: &Slip) -> Expr {
+    fn direction(&mut self, owner: Owner, direction: DiscreteId) -> Expr {
         let there = self.system.mechanism.there(owner);
         let arena = &mut self.system.arena;
-        let direction = arena.symbol(Symbol::Parameter(slip.direction.0));
+        let direction = arena.symbol(Symbol::Discrete(direction.0));
         match there {
             Some(there) => {
-                let there = arena.symbol(Symbol::Parameter(there.0));
+                let there = arena.symbol(Symbol::Discrete(there.0));
                 arena.multiply(there, direction)
             }
             None => direction,

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::inertias::mass;
 use super::{Equations, GraphRecord};
 use crate::expr::{Expr, Symbol};
-use crate::model::Dimension;
+use crate::model::{Dimension, Owner};
 use crate::network::{ElementId, Force, Known, Origin, Translation};
 
 /// The matrices of Eq. (24), n x n by rows, and the forces {F}.
@@ -114,7 +114,7 @@ impl Equations {
                 let net = arena.subtract(weight, acceleration);
                 column.force = arena.multiply(column.mass, net);
             }
-            Origin::Load(load) if mechanism.presence(load).is_some() => {
+            Origin::Load(load) if mechanism.there(Owner::Load(load)).is_some() => {
                 return Err(NonlinearLoad::Removable { load: mechanism.loads[load.0].name.clone() });
             }
             Origin::Load(load) => {

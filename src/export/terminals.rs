@@ -12,7 +12,7 @@ use crate::program::{Of, TableRow};
 pub(super) fn terminals(mechanism: &Mechanism, outputs: &[Output], rows: &[TableRow]) -> Vec<Terminal> {
     let known = |row: &TableRow| match row.of {
         Some(Of::Variable(variable)) => Some(variable),
-        Some(Of::State(_) | Of::Held(_)) | None => None,
+        Some(Of::State(_) | Of::Discrete(_)) | None => None,
     };
     let places: HashMap<Variable, usize> =
         rows.iter().enumerate().filter_map(|(place, row)| Some((known(row)?, place))).collect();

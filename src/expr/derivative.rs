@@ -34,7 +34,8 @@ impl Arena {
                 // The rate of a state's rate is never asked for.
                 Symbol::State(i, Order::Position) => Some(Symbol::State(i, Order::Velocity)),
                 Symbol::State(..) => None,
-                Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
+                Symbol::Parameter(_) | Symbol::Discrete(_) | Symbol::Reaction(_) => None,
+                Symbol::Missing(..) | Symbol::Argument => None,
             };
             next.map_or(Expr::ZERO, |next| arena.symbol(next))
         };
@@ -132,6 +133,7 @@ impl Symbol {
             | Symbol::State(_, Order::Position | Order::Acceleration)
             | Symbol::Time
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Missing(..)
@@ -139,10 +141,10 @@ impl Symbol {
         }
     }
 
-    /// True for a parameter, the one symbol that stays as it is along a motion.
-    pub fn is_parameter(self) -> bool {
+    /// True for a parameter or a discrete variable, which stay as they are between instants.
+    pub fn is_constant_between_instants(self) -> bool {
         match self {
-            Symbol::Parameter(_) => true,
+            Symbol::Parameter(_) | Symbol::Discrete(_) => true,
             Symbol::Time
             | Symbol::Input(..)
             | Symbol::Follower(..)

@@ -23,6 +23,7 @@ impl Values for State {
         match symbol {
             Symbol::Time => self.time(),
             Symbol::Parameter(i) => of(self.parameters(), i),
+            Symbol::Discrete(i) => of(self.discrete(), i),
             Symbol::Input(i, order) if i < self.inputs().len() => self.input_polynomial(i)[order as usize],
             Symbol::Follower(i, Order::Position) => of(self.follower_positions(), i),
             Symbol::Follower(i, Order::Velocity) => of(self.follower_rates(), i),

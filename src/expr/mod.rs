@@ -64,6 +64,8 @@ pub enum Property {
 pub enum Symbol {
     Time,
     Parameter(usize),
+    /// A discrete variable: constant between instants.
+    Discrete(usize),
     /// An input of the scene or one of its time derivatives.
     Input(usize, Order),
     /// The position, rate or acceleration of a driver that integrates an input.

@@ -120,7 +120,7 @@ pub(super) fn check_led(equations: &mut Equations) -> Vec<Fault> {
         let mut driven_contacts =
             mechanism.unilaterals.iter().enumerate().filter(|(index, _)| equations.is_led(*index));
         driven_contacts.find(|(_, unilateral)| {
-            unilateral.slip.as_ref().is_some_and(|slip| Symbol::Parameter(slip.direction.0) == *symbol)
+            unilateral.state.direction.is_some_and(|direction| Symbol::Discrete(direction.0) == *symbol)
         })
     };
     let levels = equations.levels().into_iter().filter(|(index, _)| !equations.is_led(*index));

@@ -68,7 +68,7 @@ pub(super) fn set_by(mechanism: &Mechanism, part: &Part) -> Option<&'static str>
     let mut found = None;
     for law in laws(part) {
         law.visit(&mut |formula| match formula {
-            Formula::Input(_) => found = Some(INPUT),
+            Formula::Input(_) | Formula::Discrete(_) => found = Some(INPUT),
             Formula::Parameter(id) if mechanism.parameters[id.0].tunable => found = Some("a tunable parameter"),
             _ => {}
         });

@@ -256,6 +256,7 @@ fn typical_length(equations: &mut Equations) -> f64 {
 pub fn default_value(mechanism: &Mechanism, symbol: Symbol) -> f64 {
     match symbol {
         Symbol::Parameter(i) => mechanism.parameters.get(i).map_or(0.0, |parameter| parameter.value),
+        Symbol::Discrete(i) => mechanism.discrete[i].start(),
         Symbol::Input(i, Order::Position) => mechanism.inputs[i].start,
         Symbol::Time => mechanism.experiment.start,
         Symbol::State(i, Order::Position) => {
@@ -354,6 +355,7 @@ pub fn lacking<'o>(
         Some(
             Symbol::Time
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)
@@ -378,6 +380,7 @@ fn missing_mass(equations: &Equations, symbol: Symbol, user: Option<&str>) -> Fa
         Symbol::Missing(body, Property::Mass) => (body, "mass"),
         Symbol::Time
         | Symbol::Parameter(_)
+        | Symbol::Discrete(_)
         | Symbol::Input(..)
         | Symbol::Follower(..)
         | Symbol::Coordinate(..)

@@ -26,7 +26,7 @@ pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
         Symbol::Coordinate(_, order) => order != Order::Acceleration,
         Symbol::State(_, order) => order == Order::Position,
         Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => false,
-        Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) | Symbol::Follower(..) => true,
+        Symbol::Time | Symbol::Parameter(_) | Symbol::Discrete(_) | Symbol::Input(..) | Symbol::Follower(..) => true,
     };
     // What moves, and what is known before the accelerations are.
     domains.retain(|(_, argument)| {

@@ -46,8 +46,9 @@ impl TimeLaw {
     /// The same of a law that may have variables, inputs and states: none if it has.
     pub fn of_time(mechanism: &Mechanism, formula: &Formula) -> Option<Self> {
         let mut moves = false;
-        formula
-            .visit(&mut |part| moves |= matches!(part, Formula::Variable(_) | Formula::Input(_) | Formula::State(_)));
+        formula.visit(&mut |part| {
+            moves |= matches!(part, Formula::Variable(_) | Formula::Input(_) | Formula::Discrete(_) | Formula::State(_))
+        });
         if moves { None } else { Self::of(mechanism, formula) }
     }
 
@@ -73,7 +74,7 @@ impl TimeLaw {
         let known = |symbol: Symbol| match symbol {
             Symbol::Parameter(index) => self.parameters[index],
             Symbol::Time => time,
-            Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) => time,
+            Symbol::Discrete(_) | Symbol::Input(..) | Symbol::Follower(..) | Symbol::Coordinate(..) => time,
             Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => time,
         };
         self.arena.evaluate(roots, &known)

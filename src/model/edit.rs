@@ -44,11 +44,12 @@ impl Mechanism {
         changed
     }
 
-    /// Where nothing happens: held values are inputs like all others.
+    /// Where nothing happens: discrete variables stay at the numbers that they begin with.
     #[must_use]
     pub fn without_instants(&self) -> Mechanism {
         let mut changed = self.clone();
-        (changed.held, changed.samplers, changed.events) = (Vec::new(), Vec::new(), Vec::new());
+        (changed.samplers, changed.events) = (Vec::new(), Vec::new());
+        changed.discrete.iter_mut().for_each(|discrete| discrete.begin = Formula::Number(discrete.start()));
         changed
     }
 
@@ -64,7 +65,6 @@ impl Mechanism {
             min: None,
             max: None,
             tunable: false,
-            held: false,
             span: Span::default(),
         });
         (changed, ParameterId(self.parameters.len()))

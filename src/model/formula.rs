@@ -1,6 +1,6 @@
 //! Expressions of the scene with their names resolved.
 
-use super::{Class, InputId, Owner, ParameterId, StateId, Variable};
+use super::{Class, DiscreteId, InputId, Owner, ParameterId, StateId, Variable};
 use crate::expr::Function;
 
 /// A parsed expression with its names resolved.
@@ -14,6 +14,8 @@ pub enum Formula {
     Parameter(ParameterId),
     /// An input.
     Input(InputId),
+    /// A discrete variable.
+    Discrete(DiscreteId),
     /// A state of the scene.
     State(StateId),
     /// A variable of the naming table.

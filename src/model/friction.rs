@@ -1,9 +1,9 @@
 //! Dry friction: a force or torque against sliding, of a level that may follow from what presses.
 //!
 //! With a `velocity` it is smooth through zero and creeps at rest. Without one it sticks: at rest it is what it must be, up to its level (Pfeiffer and Glocker 1996, section 5.3). Which of the two
-//! holds, and in which direction it slides, are held values: events alone change them.
+//! holds, and in which direction it slides, are discrete variables: events alone change them.
 
-use super::{Formula, ParameterId, Quantity};
+use super::{Formula, Quantity};
 
 /// Dry friction as it is written.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,10 +42,6 @@ pub enum Pressed {
 pub struct Slip {
     pub law: Friction,
     pub pressed: Pressed,
-    /// 1 or -1 while it slides that way, else 0.
-    pub direction: ParameterId,
-    /// The signs of what presses on a guide.
-    pub signs: Vec<ParameterId>,
     /// The place, among all of them, of what must be closed for it to rub.
     pub on: Option<usize>,
 }

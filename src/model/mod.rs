@@ -5,6 +5,7 @@
 
 mod body;
 mod bound;
+mod discrete;
 mod display;
 mod edit;
 mod exponents;
@@ -24,16 +25,17 @@ mod written;
 
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
+pub use discrete::{Discrete, DiscreteKind};
 pub use display::Units;
 pub use exponents::Exponents;
 pub use formula::{Comparison, Formula};
 pub use friction::{Friction, Pressed, Slip};
-pub use instants::{Event, Held, HeldWhat, Sampler};
+pub use instants::{Event, Sampler};
 pub use name::identifier;
 pub use part::{KeyValue, Motion, Part};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use state::State;
-pub use unilateral::{Limits, OneSided, Removable, Unilateral};
+pub use unilateral::{ContactState, Limits, OneSided, Unilateral};
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit, ValueError};
 pub use variable::{Aspect, Axis, Class, Contact, Effort, Owner, Quantity, Variable, Whole};
 
@@ -53,6 +55,8 @@ index! {
     ParameterId,
     /// Index of an input.
     InputId,
+    /// Index of a discrete variable.
+    DiscreteId,
     /// Index of a state.
     StateId,
     /// Index of a body.
@@ -89,18 +93,16 @@ pub struct Mechanism {
     pub calculated: Vec<Calculated>,
     /// Become FMU inputs.
     pub inputs: Vec<Input>,
-    /// The last of the inputs, that nobody outside sets: only ticks and events change them.
-    pub held: Vec<Held>,
+    /// What sample times, events and contacts change: those of the scene, then those of contacts.
+    pub discrete: Vec<Discrete>,
     /// States of its own: quantities whose rates are given.
     pub states: Vec<State>,
-    /// When held values are sampled.
+    /// When discrete variables are sampled.
     pub samplers: Vec<Sampler>,
     /// What happens when comparisons begin to hold.
     pub events: Vec<Event>,
     /// What parts hold on one side only.
     pub unilaterals: Vec<Unilateral>,
-    /// Joints and drivers that events remove.
-    pub removable: Vec<Removable>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,

@@ -11,6 +11,7 @@ pub fn translate(arena: &mut Arena, formula: &Formula, variable: &mut dyn FnMut(
         Formula::Time => arena.symbol(Symbol::Time),
         Formula::Parameter(id) => arena.symbol(Symbol::Parameter(id.0)),
         Formula::Input(id) => arena.symbol(Symbol::Input(id.0, Order::Position)),
+        Formula::Discrete(id) => arena.symbol(Symbol::Discrete(id.0)),
         Formula::State(id) => arena.symbol(Symbol::State(id.0, Order::Position)),
         Formula::Variable(named) => variable(arena, *named),
         Formula::Call(function, arguments) => {

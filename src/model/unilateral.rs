@@ -3,10 +3,9 @@
 //! Each is a relation between across variables, a chord in every tree. Closed, it is a loop equation; open, its reaction is zero. Which of the two it is, is a
 //! held value: events alone change it.
 
-use std::collections::BTreeSet;
-
 use super::{
-    BodyId, Formula, Initial, KeyValue, Mechanism, Owner, Parameter, ParameterId, Part, Pressed, Quantity, Slip, Unit,
+    BodyId, Discrete, DiscreteId, DiscreteKind, Formula, Initial, KeyValue, Mechanism, Owner, ParameterId, Part,
+    Pressed, Quantity, Slip, Unit,
 };
 use crate::diagnostic::Span;
 use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH};
@@ -41,30 +40,26 @@ pub struct Unilateral {
     /// Such as `hinge.max`, or the name of its part.
     pub name: String,
     pub held: OneSided,
-    /// 1 while it is closed, else 0.
-    pub closed: ParameterId,
-    /// The impulse of the last impact.
-    pub impulse: ParameterId,
+    pub state: ContactState,
     /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `held.bound`.
     pub slip: Option<Slip>,
     /// Where its part stands in the file.
     pub span: Span,
 }
 
-/// A joint or driver that an event removes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Removable {
-    pub owner: Owner,
-    /// 1 while it is there, then 0.
-    pub there: ParameterId,
-}
-
-impl Unilateral {
+/// The discrete variables of a contact.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ContactState {
+    /// 1 while it is closed, or sticks; else 0.
+    pub closed: DiscreteId,
+    /// The impulse of the last impact.
+    pub impulse: DiscreteId,
     /// From where its gap counts, of what is held wherever it stands: friction that sticks, and freewheels.
-    pub fn place(&self) -> Option<ParameterId> {
-        // Held values follow each other: closed, impulse, place.
-        (self.slip.is_some() || self.held.of_rate).then_some(ParameterId(self.closed.0 + 2))
-    }
+    pub place: Option<DiscreteId>,
+    /// 1 or -1 while it slides that way, else 0: of friction.
+    pub direction: Option<DiscreteId>,
+    /// The signs of what presses on a guide.
+    pub signs: Vec<DiscreteId>,
 }
 
 impl Limits {
@@ -110,12 +105,7 @@ impl Unilateral {
 }
 
 impl Mechanism {
-    /// The parameters that somebody outside may see and set.
-    pub fn open_parameters(&self) -> impl Iterator<Item = (usize, &Parameter)> {
-        self.parameters.iter().enumerate().filter(|(_, parameter)| !parameter.held)
-    }
-
-    /// Adds what components hold on one side, with the held values of each.
+    /// Adds what components hold on one side only, with the discrete variables of each.
     pub(crate) fn add_unilaterals(&mut self) {
         let mut all = Vec::new();
         for part in self.parts() {
@@ -131,12 +121,13 @@ impl Mechanism {
         for (owner, name, (mut held, begins), unit, span) in all {
             let mut hold = |word: &str, value: f64, unit: Unit| self.hold(format!("{name}.{word}"), value, unit, span);
             let (closed, impulse) = (hold("closed", begins, Unit::default()), hold("impulse", 0.0, unit));
-            if held.of_rate {
-                // Sign x the value at which it was caught.
-                let caught = hold("caught", 0.0, Unit::of(&ANGLE, None));
-                held.bound = Formula::Number(held.sign) * Formula::Parameter(caught);
+            // Sign x the value at which it was caught.
+            let place = held.of_rate.then(|| hold("caught", 0.0, Unit::of(&ANGLE, None)));
+            if let Some(caught) = place {
+                held.bound = Formula::Number(held.sign) * Formula::Discrete(caught);
             }
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip: None, span });
+            let state = ContactState { closed, impulse, place, direction: None, signs: Vec::new() };
+            self.unilaterals.push(Unilateral { owner, name, held, state, slip: None, span });
         }
         self.add_slips();
     }
@@ -168,7 +159,7 @@ impl Mechanism {
         !self.initial.iter().any(is_given)
     }
 
-    /// Adds what sticks and slips, with the held values of each: whether it sticks, the impulse of the last impact, where it sticks, in which direction it slips, and the signs of what presses.
+    /// Adds what sticks and slips, with the discrete variables of each: whether it sticks, the impulse of the last impact, where it sticks, in which direction it slips, and the signs of what presses.
     fn add_slips(&mut self) {
         let rubbing = self.parts().filter_map(|part| {
             let rubs = part.component().rubs?;
@@ -195,10 +186,12 @@ impl Mechanism {
                 ) => 0,
             };
             let signs = (0..signs).map(|side| hold(&format!("sign_{side}"), 1.0, Unit::default())).collect();
-            let (bound, restitution) = (Formula::Parameter(place), Formula::Number(0.0));
+            let (bound, restitution) = (Formula::Discrete(place), Formula::Number(0.0));
             let held = OneSided { word: "", sign: 1.0, bound, restitution, of_rate: false };
-            let slip = Some(Slip { law, pressed, direction, signs, on });
-            self.unilaterals.push(Unilateral { owner, name, held, closed, impulse, slip, span });
+            let slip = Some(Slip { law, pressed, on });
+            let (place, direction) = (Some(place), Some(direction));
+            let state = ContactState { closed, impulse, place, direction, signs };
+            self.unilaterals.push(Unilateral { owner, name, held, state, slip, span });
         }
     }
 
@@ -226,34 +219,18 @@ impl Mechanism {
         self.unilaterals = all;
     }
 
-    /// Adds the held values that say whether joints and drivers are there that events remove.
-    pub(crate) fn add_removable(&mut self) {
-        let owners: BTreeSet<Owner> = self.events.iter().flat_map(|event| event.removes.iter().copied()).collect();
-        for owner in owners {
-            let Some(part) = self.parts().find(|part| part.owner == owner) else { continue };
-            let (name, span) = (format!("{}.there", part.name), part.span);
-            let there = self.hold(name, 1.0, Unit::default(), span);
-            self.removable.push(Removable { owner, there });
-        }
-    }
-
-    /// The parameter that is 1 until an event removes this part, then 0; none if no event does.
-    pub fn there(&self, owner: Owner) -> Option<ParameterId> {
-        self.removable.iter().find(|removable| removable.owner == owner).map(|removable| removable.there)
-    }
-
     /// What is 0 once a part has been removed: whether it is there, and all that its stops and its friction held.
-    pub(crate) fn values_of_presence(&self, part: &Removable) -> Vec<ParameterId> {
-        let held = self.unilaterals.iter().filter(|unilateral| unilateral.owner == part.owner);
-        let of =
-            |unilateral: &Unilateral| [Some(unilateral.closed), unilateral.slip.as_ref().map(|slip| slip.direction)];
-        std::iter::once(part.there).chain(held.flat_map(of).flatten()).collect()
+    pub(crate) fn values_of_presence(&self, owner: Owner) -> Vec<DiscreteId> {
+        let contacts = self.unilaterals.iter().filter(|unilateral| unilateral.owner == owner);
+        let of = |unilateral: &Unilateral| [Some(unilateral.state.closed), unilateral.state.direction];
+        self.there(owner).into_iter().chain(contacts.flat_map(of).flatten()).collect()
     }
 
-    /// Adds a value that events alone change.
-    fn hold(&mut self, name: String, value: f64, unit: Unit, span: Span) -> ParameterId {
-        self.parameters.push(Parameter { name, value, unit, span, held: true, ..Parameter::default() });
-        ParameterId(self.parameters.len() - 1)
+    /// Adds a discrete variable of a contact.
+    fn hold(&mut self, name: String, value: f64, unit: Unit, span: Span) -> DiscreteId {
+        let (begin, kind) = (Formula::Number(value), DiscreteKind::Contact);
+        self.discrete.push(Discrete { name, description: String::new(), unit, kind, begin, span });
+        DiscreteId(self.discrete.len() - 1)
     }
 
     /// The first of them that is not dry friction, as a message calls it.

@@ -106,8 +106,6 @@ pub struct Parameter {
     pub max: Option<f64>,
     /// May it change after initialisation?
     pub tunable: bool,
-    /// True if events alone change it: nobody outside sees or sets it.
-    pub held: bool,
     /// Where it stands in the file.
     pub span: Span,
 }

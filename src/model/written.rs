@@ -43,6 +43,7 @@ impl Mechanism {
             Formula::Time => ("t".into(), Precedence::Whole),
             Formula::Parameter(id) => (self.parameters[id.0].name.clone(), Precedence::Whole),
             Formula::Input(id) => (self.inputs[id.0].name.clone(), Precedence::Whole),
+            Formula::Discrete(id) => (self.discrete[id.0].name.clone(), Precedence::Whole),
             Formula::State(id) => (self.states[id.0].name.clone(), Precedence::Whole),
             Formula::Variable(variable) => (self.variable_name(*variable), Precedence::Whole),
             Formula::Call(Function::One(Unary::Negate), inner) => {

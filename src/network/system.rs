@@ -265,15 +265,14 @@ impl System {
         let Some(origin) = Origin::of(part.owner) else { return };
         let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
         let (mut translation, mut rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
-        if let Owner::Load(load) = part.owner
-            && let Some(presence) = self.mechanism.presence(load)
-        {
-            let presence = Formula::Input(presence);
-            translation.iter_mut().for_each(|row| row.through.scale(&presence));
-            rotation.iter_mut().for_each(|row| row.through.scale(&presence));
-        }
         let there = self.mechanism.there(part.owner);
-        let closed = there.map(|there| self.arena.symbol(Symbol::Parameter(there.0)));
+        let is_load = matches!(part.owner, Owner::Load(_));
+        if let (Some(there), true) = (there, is_load) {
+            let there = Formula::Discrete(there);
+            translation.iter_mut().for_each(|row| row.through.scale(&there));
+            rotation.iter_mut().for_each(|row| row.through.scale(&there));
+        }
+        let closed = there.filter(|_| !is_load).map(|there| self.arena.symbol(Symbol::Discrete(there.0)));
         self.push(Element { label, name, origin, translation, rotation, coupling, closed, slip: None });
     }
 
@@ -308,11 +307,11 @@ impl System {
             let terms = terms.collect();
             let bound = self.arena.add(relation.offset, bound);
             let offset = self.arena.multiply(minus, bound);
-            let closed = Some(self.arena.symbol(Symbol::Parameter(unilateral.closed.0)));
+            let closed = Some(self.arena.symbol(Symbol::Discrete(unilateral.state.closed.0)));
             let coupling = Some(Coupling { terms, offset });
             let label = self.label("k", &unilateral.name);
             let (name, origin) = (part.name.clone(), Origin::Unilateral(index));
-            let slip = unilateral.slip.as_ref().map(|slip| self.arena.symbol(Symbol::Parameter(slip.direction.0)));
+            let slip = unilateral.state.direction.map(|direction| self.arena.symbol(Symbol::Discrete(direction.0)));
             self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip });
         }
     }

@@ -1,11 +1,11 @@
 //! What is held on one side only: the kernels by which the runtime opens and closes it.
 
-use cotree_fmu::program::{Contact, Contacts, Slip};
+use cotree_fmu::program::{self, Contact, Contacts, Slip};
 use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::model::Formula;
+use crate::model::{ContactState, DiscreteId, Formula};
 use crate::solve::{Levels, MotionSolver};
 
 /// The expressions behind [`Contacts`].
@@ -32,6 +32,18 @@ fn while_there(arena: &mut Arena, there: Expr, motion: [Expr; 3], held_anywhere:
     [gap, rate, acceleration]
 }
 
+/// The discrete variables of a contact as the program names them.
+fn state(state: &ContactState) -> program::ContactState {
+    let place = |id: DiscreteId| id.0 as u32;
+    program::ContactState {
+        closed: place(state.closed),
+        impulse: place(state.impulse),
+        place: state.place.map(place),
+        direction: state.direction.map(place),
+        signs: state.signs.iter().copied().map(place).collect(),
+    }
+}
+
 impl ContactKernels {
     /// The kernels of a mechanism that moves freely; `solver` has the factors of its equations of motion, and `locks` must be positive in its solution with these levels.
     pub fn new(equations: &mut Equations, solver: &MotionSolver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
@@ -44,8 +56,8 @@ impl ContactKernels {
             let acceleration = |arena: &mut Arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
             let mut motion = [gap.value, gap.rate(arena), gap.acceleration(arena, acceleration)];
             if let Some(there) = mechanism.there(unilateral.owner) {
-                let there = arena.symbol(Symbol::Parameter(there.0));
-                motion = while_there(arena, there, motion, unilateral.place().is_some());
+                let there = arena.symbol(Symbol::Discrete(there.0));
+                motion = while_there(arena, there, motion, unilateral.state.place.is_some());
             }
             kernels.gaps.push(motion[0]);
             kernels.rates.push(motion[1]);
@@ -53,8 +65,7 @@ impl ContactKernels {
             let share = unilateral.slip.as_ref().map_or(&unilateral.held.restitution, |slip| &slip.law.ratio);
             kernels.restitutions.push(equations.system.value(share));
         }
-        let has_signs =
-            |place: usize| mechanism.unilaterals[place].slip.as_ref().is_some_and(|slip| !slip.signs.is_empty());
+        let has_signs = |place: usize| !mechanism.unilaterals[place].state.signs.is_empty();
         let signed = levels.signed().filter(|(place, _)| has_signs(*place));
         kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
         if !kernels.gaps.is_empty() {
@@ -84,19 +95,17 @@ impl ContactKernels {
             let Some(row) = *row else { continue };
             let slip = unilateral.slip.as_ref().map(|slip| {
                 let counted = |place: usize| rows[..place].iter().flatten().count() as u32;
-                let signs = slip.signs.len() as u32;
+                let signs = unilateral.state.signs.len() as u32;
                 first += signs;
                 Slip {
                     level: row as u32 + 1,
                     on: slip.on.map(counted),
-                    signs,
                     sums: first - signs,
                     follows: slip.law.mu != Formula::Number(0.0),
                 }
             });
-            let (name, closed, of_rate) =
-                (unilateral.name.clone(), unilateral.closed.0 as u32, unilateral.held.of_rate);
-            all.push(Contact { name, constraint: row as u32, closed, of_rate, slip });
+            let (name, of_rate) = (unilateral.name.clone(), unilateral.held.of_rate);
+            all.push(Contact { name, constraint: row as u32, state: state(&unilateral.state), of_rate, slip });
         }
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
         (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)

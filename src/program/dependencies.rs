@@ -38,7 +38,7 @@ pub(crate) struct Moving<'a> {
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
     let (driven, mechanical) = (moving.solved.is_empty(), equations.coordinates.len());
-    // Held values are no knowns of the standard: they change at events only.
+    // Discrete variables are no knowns of the standard: they change at events only.
     let open = rows.iter().enumerate().filter(|(_, row)| row.variable.variability != Variability::Discrete);
     let given = open.filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
     // Time is beyond all places.
@@ -56,7 +56,8 @@ pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving
         sources.add_solved(equations, moving.solved);
     }
     let found = sources.of(&equations.system.arena, &values);
-    let computed = |row: &TableRow| !matches!(row.source, Source::Parameter(_) | Source::Input(_));
+    let computed =
+        |row: &TableRow| !matches!(row.source, Source::Parameter(_) | Source::Input(_) | Source::Discrete(_));
     let mut changing = Changing::new(rows);
     for (row, places) in rows.iter_mut().zip(found).filter(|(row, _)| computed(row)) {
         row.variable.dependencies = changing.among(&places);

@@ -129,10 +129,13 @@ fn differentiate(
             // A state is the rate of a coordinate.
             Symbol::State(index, Order::Position) if order == Order::Velocity => mechanical + index,
             Symbol::Follower(index, of) if of == order => coordinates + index,
-            Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) => {
-                continue;
-            }
-            Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => continue,
+            Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::Time | Symbol::Parameter(_) => continue,
+            Symbol::Discrete(_)
+            | Symbol::Input(..)
+            | Symbol::State(..)
+            | Symbol::Reaction(_)
+            | Symbol::Missing(..)
+            | Symbol::Argument => continue,
         };
         let entry = equations.system.arena.derivative(value, symbol);
         if entry != Expr::ZERO {

@@ -1,11 +1,11 @@
-//! What ticks and events write, and when: the kernels of held values.
+//! What ticks and events write, and when: the kernels of discrete variables.
 
 use cotree_fmu::program::{Event, Instants, Sampler, Write};
 use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::Expr;
-use crate::model::{self, Formula, InputId, Mechanism};
+use crate::model::{self, Discrete, DiscreteId, DiscreteKind, Formula, Mechanism};
 
 /// The expressions behind [`Instants`].
 #[derive(Clone, Debug, Default)]
@@ -23,7 +23,7 @@ impl InstantKernels {
             formulas.into_iter().map(|formula| equations.formula(formula)).collect()
         };
         Self {
-            begin: all(mechanism.held.iter().map(|held| &held.begin).collect()),
+            begin: all(of_scene(&mechanism).map(|discrete| &discrete.begin).collect()),
             clocks: all(mechanism.samplers.iter().flat_map(|sampler| [&sampler.period, &sampler.offset]).collect()),
             written: all(writes(&mechanism).map(|(_, formula)| formula).collect()),
             sides: all(mechanism.events.iter().flat_map(|event| event.ordered()).collect()),
@@ -37,15 +37,14 @@ impl InstantKernels {
 
     /// With the tapes of its kernels.
     pub fn lower(&self, mechanism: &Mechanism, [begin, clocks, written, sides]: [Tape; 4]) -> Instants {
-        let (first, held) = (mechanism.open_inputs().len(), mechanism.held.len() as u32);
         // A program of positions alone has no kernels of the motion, and nothing happens in it.
-        if self.begin.len() < mechanism.held.len() {
-            return Instants { held, ..Instants::default() };
+        if self.begin.len() < of_scene(mechanism).count() {
+            return Instants::default();
         }
         let mut result = 0;
-        let mut write = |(input, _): &(InputId, Formula)| {
+        let mut write = |(discrete, _): &(DiscreteId, Formula)| {
             result += 1;
-            Write { held: (input.0 - first) as u32, result: result - 1 }
+            Write { discrete: discrete.0 as u32, result: result - 1 }
         };
         let samplers = mechanism.samplers.iter().map(|sampler| Sampler {
             name: sampler.name.clone(),
@@ -60,18 +59,26 @@ impl InstantKernels {
             writes: event.writes.iter().map(&mut write).collect(),
             removes: removes(mechanism, event),
         });
-        Instants { held, samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
+        Instants { samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
     }
 }
 
 /// What becomes 0 where an event removes parts.
 fn removes(mechanism: &Mechanism, event: &model::Event) -> Vec<u32> {
-    let parts = mechanism.removable.iter().filter(|part| event.removes.contains(&part.owner));
-    parts.flat_map(|part| mechanism.values_of_presence(part)).map(|part| part.0 as u32).collect()
+    let parts = mechanism.discrete.iter().filter_map(|discrete| match discrete.kind {
+        DiscreteKind::Presence(owner) => Some(owner).filter(|owner| event.removes.contains(owner)),
+        DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
+    });
+    parts.flat_map(|owner| mechanism.values_of_presence(owner)).map(|part| part.0 as u32).collect()
+}
+
+/// The discrete variables that are not those of contacts.
+fn of_scene(mechanism: &Mechanism) -> impl Iterator<Item = &Discrete> {
+    mechanism.discrete.iter().take_while(|discrete| discrete.kind != DiscreteKind::Contact)
 }
 
 /// Everything that is written at instants, those of samplers first.
-fn writes(mechanism: &Mechanism) -> impl Iterator<Item = &(InputId, Formula)> {
+fn writes(mechanism: &Mechanism) -> impl Iterator<Item = &(DiscreteId, Formula)> {
     let ticks = mechanism.samplers.iter().flat_map(|sampler| &sampler.writes);
     ticks.chain(mechanism.events.iter().flat_map(|event| &event.writes))
 }

@@ -7,8 +7,8 @@ use cotree_fmu::program::Steep;
 use cotree_fmu::program::arm_form::ArmForm;
 use cotree_fmu::program::domain::{Domain, DomainTape};
 use cotree_fmu::program::{
-    Constraint, Coordinate, Engine, Experiment, Follower, FollowerOrder, GapMeasure, Initial, Input, Instants, LawTape,
-    Parameter, Program, Role, SparseTape, Tapes,
+    Constraint, Coordinate, Discrete, Engine, Experiment, Follower, FollowerOrder, GapMeasure, Initial, Input,
+    Instants, LawTape, Parameter, Program, Role, SparseTape, Tapes,
 };
 use cotree_fmu::tape::Tape;
 use cotree_fmu::taylor::Jet;
@@ -348,6 +348,7 @@ impl MotionKernels {
             Symbol::Coordinate(_, Order::Position | Order::Velocity)
             | Symbol::Time
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::State(..)
@@ -512,6 +513,7 @@ fn assemble(
         guid: String::from("draft"),
         experiment: experiment(equations),
         parameters: parameters(equations, &starts),
+        discrete: discrete(equations),
         inputs: inputs(equations),
         followers: followers(equations, length),
         coordinates: coordinates(equations, length),
@@ -599,6 +601,11 @@ fn parameters(equations: &Equations, starts: &[Settable]) -> Vec<Parameter> {
     mechanism.parameters.iter().map(of).chain(starts.iter().map(start)).collect()
 }
 
+fn discrete(equations: &Equations) -> Vec<Discrete> {
+    let of = |discrete: &crate::model::Discrete| Discrete { name: discrete.name.clone(), start: discrete.start() };
+    equations.system.mechanism.discrete.iter().map(of).collect()
+}
+
 fn inputs(equations: &Equations) -> Vec<Input> {
     let of = |input: &crate::model::Input| Input {
         name: input.name.clone(),
@@ -635,11 +642,11 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
     equations.coordinates.iter().map(of).chain(states).collect()
 }
 
-/// The loop equations that do not always hold, with the parameters that say whether they do.
+/// The loop equations that do not always hold, with the discrete variables that say whether they do.
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
     let masked = rows.filter(|(_, (_, role))| **role == Role::OneSided).filter_map(|(index, (row, _))| {
-        let ExprNode::Symbol(Symbol::Parameter(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
+        let ExprNode::Symbol(Symbol::Discrete(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
         else {
             return None;
         };

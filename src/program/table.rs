@@ -10,7 +10,8 @@ use super::variable::{Causality, ScalarVariable, StartValue, Variability};
 use crate::equations::Equations;
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{
-    Calculated, Class, DisplayUnit, Formula, HeldWhat, InputId, Mechanism, Output, Parameter, StateId, Unit, Variable,
+    Calculated, Class, DiscreteId, DiscreteKind, DisplayUnit, Formula, Mechanism, Output, Parameter, StateId, Unit,
+    Variable,
 };
 
 /// A variable: what an importer sees, and where its value comes from.
@@ -32,7 +33,7 @@ pub enum Of {
     /// A state that no component brings.
     State(StateId),
     /// What ticks and events write.
-    Held(InputId),
+    Discrete(DiscreteId),
 }
 
 impl Of {
@@ -43,7 +44,7 @@ impl Of {
     fn output(mechanism: &Mechanism, output: &Output) -> Option<Of> {
         match output.value {
             Formula::State(id) if output.name == mechanism.states[id.0].name => Some(Of::state(mechanism, id.0)),
-            Formula::Input(id) if output.name == mechanism.inputs[id.0].name => Some(Of::Held(id)),
+            Formula::Discrete(id) if output.name == mechanism.discrete[id.0].name => Some(Of::Discrete(id)),
             _ => mechanism.variable_of(output).map(Of::Variable),
         }
     }
@@ -89,7 +90,7 @@ impl VariableTable {
 
     fn add_parameters_and_inputs(&mut self, equations: &mut Equations) {
         let mechanism = &*equations.system.mechanism.clone();
-        for (index, parameter) in mechanism.open_parameters() {
+        for (index, parameter) in mechanism.parameters.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Parameter(index));
             let text = described("parameter", &parameter.name, &parameter.description);
             let Parameter { value: start, min, max, tunable, .. } = *parameter;
@@ -109,7 +110,7 @@ impl VariableTable {
             let variability = Variability::of_parameter(parameter.tunable);
             self.push(ScalarVariable { variability, ..variable }, None, source, value);
         }
-        for (index, input) in mechanism.open_inputs().iter().enumerate() {
+        for (index, input) in mechanism.inputs.iter().enumerate() {
             let value = equations.system.arena.symbol(Symbol::Input(index, Order::Position));
             let text = described("input", &input.name, &input.description);
             let causality = Causality::Input { start: input.start, min: input.min, max: input.max };
@@ -118,20 +119,20 @@ impl VariableTable {
         }
     }
 
-    /// What ticks and events write; whether a load is there shows in its forces.
-    fn add_held(&mut self, equations: &mut Equations) {
+    /// What ticks and events write; whether a part is there shows in its forces, and contacts have variables of their own.
+    fn add_discrete(&mut self, equations: &mut Equations) {
         let mechanism = &*equations.system.mechanism.clone();
-        for (id, input, held) in mechanism.held_inputs() {
-            let what = match held.what {
-                HeldWhat::Sampled => "sampled value",
-                HeldWhat::Time => "time of an event",
-                HeldWhat::Presence(_) => continue,
+        for (id, discrete) in mechanism.discrete_variables() {
+            let what = match discrete.kind {
+                DiscreteKind::Sampled => "sampled value",
+                DiscreteKind::Time => "time of an event",
+                DiscreteKind::Presence(_) | DiscreteKind::Contact => continue,
             };
-            let value = equations.system.arena.symbol(Symbol::Input(id.0, Order::Position));
-            let text = described(what, &input.name, &input.description);
-            let variable = ScalarVariable::new(input.name.clone(), text, input.unit.clone(), Causality::Local);
+            let value = equations.system.arena.symbol(Symbol::Discrete(id.0));
+            let text = described(what, &discrete.name, &discrete.description);
+            let variable = ScalarVariable::new(discrete.name.clone(), text, discrete.unit.clone(), Causality::Local);
             let variable = ScalarVariable { variability: Variability::Discrete, ..variable };
-            self.push(variable, Some(Of::Held(id)), Source::Input(id.0 as u32), value);
+            self.push(variable, Some(Of::Discrete(id)), Source::Discrete(id.0 as u32), value);
         }
     }
 
@@ -176,7 +177,11 @@ impl VariableTable {
                     (Source::Rate(index), 2 * index as usize + 1)
                 }
                 Source::Acceleration(index) => (Source::Rate(index), mechanical + index as usize),
-                Source::Time | Source::Parameter(_) | Source::Input(_) | Source::Output { .. } => continue,
+                Source::Time
+                | Source::Parameter(_)
+                | Source::Input(_)
+                | Source::Discrete(_)
+                | Source::Output { .. } => continue,
                 Source::Coordinate(_) => continue,
             };
             row.variable.derivative_of = places.get(&of).copied();
@@ -292,6 +297,6 @@ fn coordinate_members(equations: &mut Equations) -> Vec<TableRow> {
         let described = ScalarVariable::new(name, description, state.unit.per_second(), Causality::Local);
         table.push(described, None, Source::Acceleration(place), rate);
     }
-    table.add_held(equations);
+    table.add_discrete(equations);
     table.rows
 }

@@ -12,7 +12,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::{Class, Exponents, Formula, InputId, JointId, LoadId, Owner, Quantity, Variable};
+use crate::model::{Class, DiscreteId, Exponents, Formula, JointId, LoadId, Owner, Quantity, Variable};
 use crate::scene::constant;
 use crate::scene::dimension::{self, KnownUnit};
 use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
@@ -224,16 +224,16 @@ impl Resolver<'_> {
                 let (exponents, hertz) = unit.unzip();
                 Some((Formula::State(id), KnownUnit::moving(exponents).in_hertz(hertz.unwrap_or(0))))
             }
-            Some(Named::Held(_)) if site.context.is_constant() => {
+            Some(Named::Sampled(_)) if site.context.is_constant() => {
                 self.not_constant(&format!("the sampled value `{name}`"), tree, site)
             }
-            Some(Named::Held(_)) if site.context == Context::Driver => {
+            Some(Named::Sampled(_)) if site.context == Context::Driver => {
                 self.refuse_in_driver("sampled value", &format!("the sampled value `{name}`"), tree, site)
             }
-            Some(Named::Held(_)) if site.context == Context::Start => {
-                self.refuse_held(&format!("`{name}`"), tree, site)
+            Some(Named::Sampled(_)) if site.context == Context::Start => {
+                self.refuse_discrete(&format!("`{name}`"), tree, site)
             }
-            Some(Named::Held(id)) => Some(self.held_value(id)),
+            Some(Named::Sampled(id)) => Some(self.discrete_value(id)),
             Some(Named::Signal(index)) => self.lower_signal(index, name, tree, site),
             _ => match (name, variable) {
                 ("pi", _) => Some((Formula::Number(PI), KnownUnit::Number)),
@@ -249,10 +249,10 @@ impl Resolver<'_> {
         }
     }
 
-    fn held_value(&mut self, id: InputId) -> (Formula, KnownUnit) {
-        self.used_inputs.insert(id);
-        let (exponents, hertz) = self.input_units.get(id.0).copied().flatten().unzip();
-        (Formula::Input(id), KnownUnit::moving(exponents).in_hertz(hertz.unwrap_or(0)))
+    fn discrete_value(&mut self, id: DiscreteId) -> (Formula, KnownUnit) {
+        self.used_discrete.insert(id);
+        let (exponents, hertz) = self.discrete_units.get(id.0).copied().flatten().unzip();
+        (Formula::Discrete(id), KnownUnit::moving(exponents).in_hertz(hertz.unwrap_or(0)))
     }
 
     /// When an event happened last.
@@ -261,25 +261,25 @@ impl Resolver<'_> {
         match site.context {
             _ if site.context.is_constant() => self.not_constant(&format!("`{name}`"), tree, site),
             Context::Driver => self.refuse_in_driver("sampled value", &format!("`{name}`"), tree, site),
-            Context::Start => self.refuse_held(&format!("`{name}`"), tree, site),
-            _ => Some(self.held_value(id)),
+            Context::Start => self.refuse_discrete(&format!("`{name}`"), tree, site),
+            _ => Some(self.discrete_value(id)),
         }
     }
 
-    /// The names of a state and of a held value that occur in a formula.
+    /// The names of a state and of a discrete variable that occur in a formula.
     fn changing_in(&self, formula: &Formula) -> (Option<String>, Option<String>) {
-        let (mut state, mut held) = (None, None);
+        let (mut state, mut discrete) = (None, None);
         formula.visit(&mut |part| {
             if let Formula::State(id) = part {
                 state = Some(self.state_name(*id));
-            } else if let Formula::Input(id) = part {
-                held = held.take().or_else(|| self.name_of_held(*id));
+            } else if let Formula::Discrete(id) = part {
+                discrete = discrete.take().or_else(|| self.name_of_discrete(*id));
             }
         });
-        (state, held)
+        (state, discrete)
     }
 
-    fn refuse_held(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
+    fn refuse_discrete(&mut self, used: &str, tree: &SyntaxTree, site: Site<'_>) -> Option<(Formula, KnownUnit)> {
         let message = format!("{} depends on {used}, whose start value is found at the same time", site.what);
         let help = "use parameters, inputs, and positions, velocities and states at the start";
         self.refuse("scene::begin_depends", message, help, (tree, site))
@@ -355,17 +355,17 @@ impl Resolver<'_> {
             return self.not_constant(&format!("the signal `{name}`"), tree, site);
         }
         let ResolvedSignal { formula, known, .. } = self.signals[index].clone()?;
-        let (state, held) = self.changing_in(&formula);
+        let (state, discrete) = self.changing_in(&formula);
         let used = |kind: &str, user: String| format!("the {kind} `{user}` (in signal `{name}`)");
-        match (site.context, state, held) {
+        match (site.context, state, discrete) {
             (Context::Driver, Some(state), _) => {
                 return self.refuse_in_driver("state", &used("state", state), tree, site);
             }
-            (Context::Driver, None, Some(held)) => {
-                return self.refuse_in_driver("sampled value", &used("sampled value", held), tree, site);
+            (Context::Driver, None, Some(sampled)) => {
+                return self.refuse_in_driver("sampled value", &used("sampled value", sampled), tree, site);
             }
-            (Context::Start, _, Some(held)) => {
-                return self.refuse_held(&used("sampled value", held), tree, site);
+            (Context::Start, _, Some(sampled)) => {
+                return self.refuse_discrete(&used("sampled value", sampled), tree, site);
             }
             _ => {}
         }
@@ -395,7 +395,7 @@ impl Resolver<'_> {
         self.refuse("scene::not_constant", message, help, (tree, site))
     }
 
-    /// A prescribed motion is differentiated twice: the rate of a state may depend on the motion, and held values jump.
+    /// A prescribed motion is differentiated twice: the rate of a state may depend on the motion, and discrete variables jump.
     fn refuse_in_driver(
         &mut self,
         kind: &str,

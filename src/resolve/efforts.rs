@@ -25,7 +25,7 @@ impl Resolver<'_> {
         for index in order.into_iter().filter(|index| !uses[index].is_empty()) {
             let mut load = loads[index].clone();
             let scene = self.scene;
-            let presence = |load| scene.presence(load).map(Formula::Input);
+            let presence = |load| scene.presence(Owner::Load(load)).map(Formula::Discrete);
             laws_mut(&mut load).for_each(|law| write_out(law, &loads, (scene.dimension, &presence)));
             if laws(&load).into_iter().any(is_too_long) {
                 self.faults.push(too_long(&format!("load `{}`", load.name), "loads", load.span));

@@ -1,6 +1,6 @@
 //! What changes at instants: sampled values and events.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
 use super::context::Context;
@@ -10,7 +10,9 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, TIME};
-use crate::model::{Event, Formula, Held, HeldWhat, Input, InputId, LoadId, Owner, Range, Sampler, Unit};
+use crate::model::{
+    Discrete, DiscreteId, DiscreteKind, DriverId, Event, Formula, JointId, LoadId, Owner, Range, Sampler, Unit,
+};
 use crate::scene::constant;
 use crate::scene::dimension::KnownUnit;
 use crate::scene::expression::comparison;
@@ -23,26 +25,25 @@ pub(super) type Next = Option<(Formula, KnownUnit)>;
 /// Next values of sampled values, as far as they are known.
 #[derive(Default)]
 pub(super) struct Nexts {
-    known: HashMap<InputId, Next>,
+    known: HashMap<DiscreteId, Next>,
     /// Those that are being looked for, each for the one before it.
-    pending: Vec<InputId>,
+    pending: Vec<DiscreteId>,
 }
 
 impl model::Scene {
-    /// All sampled values, as the inputs that they are.
-    pub(super) fn sampled_values(&self) -> impl Iterator<Item = (InputId, &model::SampledValue)> {
-        let first = self.inputs.len();
+    /// All sampled values, as the discrete variables that they are.
+    pub(super) fn sampled_values(&self) -> impl Iterator<Item = (DiscreteId, &model::SampledValue)> {
         let values = self.sampled.iter().flat_map(|sampler| &sampler.values);
-        values.enumerate().map(move |(index, value)| (InputId(first + index), value))
+        values.enumerate().map(|(index, value)| (DiscreteId(index), value))
     }
 
-    /// When an event happened last, as an input.
-    fn time_of(&self, event: usize) -> InputId {
-        InputId(self.inputs.len() + self.sampled_values().count() + event)
+    /// When an event happened last.
+    fn time_of(&self, event: usize) -> DiscreteId {
+        DiscreteId(self.sampled_values().count() + event)
     }
 
     /// The name of a sampled value, or of an event's time.
-    pub(super) fn held_name(&self, id: InputId) -> Option<String> {
+    pub(super) fn name_of_discrete(&self, id: DiscreteId) -> Option<String> {
         let event = id.0.checked_sub(self.time_of(0).0).and_then(|event| self.events.get(event));
         let sampled =
             self.sampled_values().find(|(candidate, _)| *candidate == id).map(|(_, value)| value.name.text.clone());
@@ -50,57 +51,68 @@ impl model::Scene {
     }
 
     /// The event whose time is called so.
-    pub(super) fn event_of_time(&self, name: &str) -> Option<(usize, InputId)> {
+    pub(super) fn event_of_time(&self, name: &str) -> Option<(usize, DiscreteId)> {
         let event = name.strip_prefix("events.")?.strip_suffix(".time")?;
         let place = self.events.iter().position(|candidate| candidate.name.text == event)?;
         Some((place, self.time_of(place)))
     }
 
-    /// The input that says whether a load is there, if an event removes it.
-    pub(super) fn presence(&self, load: LoadId) -> Option<InputId> {
-        let place = self.removed().iter().position(|removed| *removed == load)?;
-        Some(InputId(self.time_of(self.events.len()).0 + place))
+    /// The variable that says whether a part is there, if an event removes it.
+    pub(super) fn presence(&self, owner: Owner) -> Option<DiscreteId> {
+        let place = self.removed().iter().position(|(removed, _)| *removed == owner)?;
+        Some(DiscreteId(self.time_of(self.events.len()).0 + place))
     }
 
-    /// The loads that events remove, each once.
-    fn removed(&self) -> Vec<LoadId> {
-        let names = self.events.iter().flat_map(|event| &event.remove);
-        let place = |name: &Text| self.loads.iter().position(|load| load.name.text == name.text);
-        let mut removed: Vec<LoadId> = names.filter_map(place).map(LoadId).collect();
-        removed.sort_unstable();
-        removed.dedup();
-        removed
+    /// The parts that events remove, each once, with their names.
+    fn removed(&self) -> Vec<(Owner, &Text)> {
+        let names: HashSet<&str> =
+            self.events.iter().flat_map(|event| &event.remove).map(|name| name.text.as_str()).collect();
+        let all = (self.joints.iter().enumerate().map(|(index, part)| (Owner::Joint(JointId(index)), &part.name)))
+            .chain(self.drivers.iter().enumerate().map(|(index, part)| (Owner::Driver(DriverId(index)), &part.name)))
+            .chain(self.loads.iter().enumerate().map(|(index, part)| (Owner::Load(LoadId(index)), &part.name)));
+        all.filter(|(_, name)| names.contains(name.text.as_str())).collect()
     }
 }
 
 impl Resolver<'_> {
-    /// Adds the held values to the inputs, still without what they begin with; their units are known from here on.
-    pub(super) fn declare_held(&mut self, inputs: &mut Vec<Input>) {
+    /// The discrete variables of the scene, still without what sampled ones begin with; their units are known from here on.
+    pub(super) fn declare_discrete(&mut self) -> Vec<Discrete> {
         let scene = self.scene;
+        let mut all = Vec::new();
         for sampler in &scene.sampled {
             for value in &sampler.values {
-                let id = InputId(inputs.len());
-                inputs.push(self.within(sampler.within, |resolver| resolver.declare_sampled(id, value)));
+                let id = DiscreteId(all.len());
+                all.push(self.within(sampler.within, |resolver| resolver.declare_sampled(id, value)));
             }
         }
+        let before = crate::expr::Function::Two(crate::expr::Binary::Min);
+        let never = Formula::Call(before, vec![Formula::Number(-1.0), Formula::Time + Formula::Number(-1.0)]);
         for event in &scene.events {
-            self.input_units.push(Some((crate::model::Exponents::SECOND, 0)));
-            inputs.push(Input {
+            self.discrete_units.push(Some((crate::model::Exponents::SECOND, 0)));
+            all.push(Discrete {
                 name: format!("events.{}.time", event.name.text),
                 description: format!("time of the last event `{}`; negative before the first", event.name.text),
                 unit: Unit::time(),
-                ..held_input(&event.name)
+                kind: DiscreteKind::Time,
+                begin: never.clone(),
+                span: event.name.span,
             });
         }
-        for load in scene.removed() {
-            let name = &scene.loads[load.0].name;
-            self.input_units.push(None);
-            let (description, start) = (format!("1 until load `{}` is removed", name.text), 1.0);
-            inputs.push(Input { name: format!("{}.presence", name.text), description, start, ..held_input(name) });
+        for (owner, name) in scene.removed() {
+            self.discrete_units.push(None);
+            all.push(Discrete {
+                name: format!("{}.there", name.text),
+                description: format!("1 until `{}` is removed", name.text),
+                unit: Unit::default(),
+                kind: DiscreteKind::Presence(owner),
+                begin: Formula::Number(1.0),
+                span: name.span,
+            });
         }
+        all
     }
 
-    fn declare_sampled(&mut self, id: InputId, value: &model::SampledValue) -> Input {
+    fn declare_sampled(&mut self, id: DiscreteId, value: &model::SampledValue) -> Discrete {
         let declared = self.unit(value.unit.as_ref());
         // What moves is not known yet, and has no unit of its own.
         let measure = value.start.as_ref().filter(|start| match &start.value {
@@ -112,20 +124,27 @@ impl Resolver<'_> {
             self.formula_and_unit(start, &what, &ANYTHING, Context::Constant).1
         });
         let unit = declared.or(measured);
-        self.held_units.extend(unit.clone().map(|unit| (id, unit)));
+        self.declared_units.extend(unit.clone().map(|unit| (id, unit)));
         let hertz = hertz(unit.as_ref(), value.start.as_ref(), value.unit.as_ref());
-        self.input_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
+        self.discrete_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
         let description = value.description.as_ref().map(|text| text.text.clone()).unwrap_or_default();
-        Input { description, unit: unit.unwrap_or_default(), ..held_input(&value.name) }
+        Discrete {
+            name: value.name.text.clone(),
+            description,
+            unit: unit.unwrap_or_default(),
+            kind: DiscreteKind::Sampled,
+            begin: Formula::Number(0.0),
+            span: value.name.span,
+        }
     }
 
-    /// What held values begin with, and the samplers.
-    pub(super) fn held(&mut self, inputs: &mut [Input]) -> (Vec<Held>, Vec<Sampler>) {
+    /// The samplers; sampled values get what they begin with.
+    pub(super) fn samplers(&mut self, discrete: &mut [Discrete]) -> Vec<Sampler> {
         let scene = self.scene;
-        let (mut held, mut samplers) = (Vec::new(), Vec::new());
+        let mut samplers = Vec::new();
         let mut ids = scene.sampled_values();
         for (place, sampler) in scene.sampled.iter().enumerate() {
-            let input_ids: Vec<_> = ids.by_ref().take(sampler.values.len()).collect();
+            let sampled: Vec<_> = ids.by_ref().take(sampler.values.len()).collect();
             let what = format!("`period` of sampler `{}`", sampler.name.text);
             let (period, offset) = self.within(sampler.within, |resolver| {
                 let period = resolver.constant_in(Range::Positive, &sampler.period, &what, &TIME);
@@ -134,12 +153,8 @@ impl Resolver<'_> {
                 (period, offset.unwrap_or(Formula::Number(0.0)))
             });
             let mut writes = Vec::new();
-            for (id, value) in input_ids {
-                let begin = self.within(sampler.within, |resolver| resolver.begin(id, value));
-                if let Formula::Number(start) = begin {
-                    inputs[id.0].start = start;
-                }
-                held.push(Held { what: HeldWhat::Sampled, begin });
+            for (id, value) in sampled {
+                discrete[id.0].begin = self.within(sampler.within, |resolver| resolver.begin(id, value));
                 if let Some((next, _)) = value.next.as_ref().and_then(|_| self.next(id, place)) {
                     writes.push((id, next));
                 }
@@ -147,32 +162,26 @@ impl Resolver<'_> {
             let name = sampler.name.text.clone();
             samplers.push(Sampler { name, period, offset, writes, span: sampler.name.span });
         }
-        let before = crate::expr::Function::Two(crate::expr::Binary::Min);
-        let never = Formula::Call(before, vec![Formula::Number(-1.0), Formula::Time + Formula::Number(-1.0)]);
-        held.extend(scene.events.iter().map(|_| Held { what: HeldWhat::Time, begin: never.clone() }));
-        let there = |load| Held { what: HeldWhat::Presence(load), begin: Formula::Number(1.0) };
-        held.extend(scene.removed().into_iter().map(there));
-        held.append(&mut self.transfers.held);
         samplers.append(&mut self.transfers.samplers);
-        (held, samplers)
+        samplers
     }
 
-    fn begin(&mut self, id: InputId, value: &model::SampledValue) -> Formula {
+    fn begin(&mut self, id: DiscreteId, value: &model::SampledValue) -> Formula {
         let Some(start) = &value.start else { return Formula::Number(0.0) };
         let what = format!("`start` of sampled value `{}`", value.name.text);
-        self.held_formula(start, id, &what, Context::Start).0
+        self.discrete_formula(start, id, &what, Context::Start).0
     }
 
     /// What a sampled value gets at a tick of its sampler.
-    pub(super) fn next(&mut self, id: InputId, sampler: usize) -> Next {
+    pub(super) fn next(&mut self, id: DiscreteId, sampler: usize) -> Next {
         if let Some(known) = self.nexts.known.get(&id) {
             return known.clone();
         }
         let scene = self.scene;
         let (_, value) = scene.sampled_values().find(|(candidate, _)| *candidate == id)?;
         let Some(next) = &value.next else {
-            let unit = self.input_units[id.0].map(|(exponents, _)| exponents);
-            return Some((Formula::Input(id), KnownUnit::moving(unit)));
+            let unit = self.discrete_units[id.0].map(|(exponents, _)| exponents);
+            return Some((Formula::Discrete(id), KnownUnit::moving(unit)));
         };
         if let Some(first) = self.nexts.pending.iter().position(|candidate| *candidate == id) {
             self.refuse_circle_of_news(first);
@@ -181,7 +190,7 @@ impl Resolver<'_> {
         self.nexts.pending.push(id);
         let found = self.within(scene.sampled[sampler].within, |resolver| {
             let what = format!("`next` of sampled value `{}`", value.name.text);
-            resolver.held_formula(next, id, &what, Context::Instant(Some(sampler)))
+            resolver.discrete_formula(next, id, &what, Context::Instant(Some(sampler)))
         });
         self.nexts.pending.pop();
         // What it cannot be found from has its fault already.
@@ -194,7 +203,7 @@ impl Resolver<'_> {
     fn refuse_circle_of_news(&mut self, first: usize) {
         let scene = self.scene;
         let value =
-            |id: &InputId| scene.sampled_values().find(|(candidate, _)| candidate == id).map(|(_, value)| value);
+            |id: &DiscreteId| scene.sampled_values().find(|(candidate, _)| candidate == id).map(|(_, value)| value);
         let place = |sampled: &model::SampledValue| sampled.next.as_ref().map_or(sampled.name.span, |next| next.span);
         let pending = self.nexts.pending[first..].iter().chain([&self.nexts.pending[first]]);
         let circle: Vec<_> =
@@ -203,16 +212,16 @@ impl Resolver<'_> {
         self.refuse_circle(&circle, "new values of sampled values", help);
     }
 
-    /// What a held value becomes: a bare number is in its unit, an expression must have it.
-    fn held_formula(
+    /// What a sampled value becomes: a bare number is in its unit, an expression must have it.
+    fn discrete_formula(
         &mut self,
         quantity: &crate::scene::quantity::Quantity,
-        id: InputId,
+        id: DiscreteId,
         what: &str,
         context: Context,
     ) -> (Formula, KnownUnit) {
         let (formula, unit, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
-        let declared = self.held_units.get(&id).cloned();
+        let declared = self.declared_units.get(&id).cloned();
         self.must_agree(what, declared.as_ref(), unit.as_ref().filter(|_| known != KnownUnit::Number), quantity.span);
         let factor = bare_factor(declared.as_ref(), quantity);
         let known = declared.map_or(known, |unit| KnownUnit::moving(Some(unit.exponents)));
@@ -222,14 +231,14 @@ impl Resolver<'_> {
     /// What `new(x)` stands for.
     pub(super) fn new_value(&mut self, name: &Text, sampler: Option<usize>, what: &str) -> Next {
         let variable = match self.names.get(&name.text) {
-            Some(Named::Held(id)) => Some(id),
+            Some(Named::Sampled(id)) => Some(id),
             _ => None,
         };
         let scene = self.scene;
         let values = sampler.map(|sampler| &scene.sampled[sampler].values[..]).unwrap_or_default();
         let is_here = values.iter().any(|value| value.name.text == name.text);
         if let (Some(id), Some(sampler), true) = (variable, sampler, is_here) {
-            self.used_inputs.insert(id);
+            self.used_discrete.insert(id);
             return self.next(id, sampler);
         }
         if !self.is_reported(name, &name.text) {
@@ -264,16 +273,7 @@ impl Resolver<'_> {
         for (name, value) in &event.set {
             writes.extend(self.set(name, value, &what));
         }
-        let mut removes = Vec::new();
-        for name in &event.remove {
-            match self.removed(name, &what) {
-                Some(Owner::Load(load)) => {
-                    writes.extend(scene.presence(load).map(|presence| (presence, Formula::Number(0.0))));
-                }
-                Some(owner) => removes.push(owner),
-                None => {}
-            }
-        }
+        let removes = event.remove.iter().filter_map(|name| self.removed(name, &what)).collect();
         let (comparison, sides) = self.sides(&event.when, &format!("`when` of {what}"))?;
         Some(Event {
             name: event.name.text.clone(),
@@ -308,9 +308,14 @@ impl Resolver<'_> {
         self.faults.push(fault.label("has neither `remove` nor `set` nor `stop`").help(help));
     }
 
-    fn set(&mut self, name: &Text, value: &crate::scene::quantity::Quantity, what: &str) -> Option<(InputId, Formula)> {
+    fn set(
+        &mut self,
+        name: &Text,
+        value: &crate::scene::quantity::Quantity,
+        what: &str,
+    ) -> Option<(DiscreteId, Formula)> {
         let scene = self.scene;
-        let Some(Named::Held(id)) = self.names.get(&name.text) else {
+        let Some(Named::Sampled(id)) = self.names.get(&name.text) else {
             if !self.is_reported(name, &name.text) {
                 let names = scene.sampled_values().map(|(_, value)| value.name.text.as_str());
                 let known: Vec<&str> = names.collect();
@@ -325,7 +330,7 @@ impl Resolver<'_> {
             return None;
         };
         let what = format!("`set.{}` of {what}", name.text);
-        Some((id, self.held_formula(value, id, &what, Context::Instant(None)).0))
+        Some((id, self.discrete_formula(value, id, &what, Context::Instant(None)).0))
     }
 
     /// The joint, driver or load with that name, if it can be removed.
@@ -340,7 +345,7 @@ impl Resolver<'_> {
                 | Named::Parameter(_)
                 | Named::Input(_)
                 | Named::State(_)
-                | Named::Held(_)
+                | Named::Sampled(_)
                 | Named::Signal(_),
             )
             | None => {}
@@ -366,17 +371,5 @@ impl Resolver<'_> {
             self.faults.push(fault.help(suggest::hint(&name.text, names, otherwise)));
         }
         None
-    }
-}
-
-fn held_input(name: &Text) -> Input {
-    Input {
-        name: name.text.clone(),
-        description: String::new(),
-        unit: Unit::default(),
-        start: 0.0,
-        min: None,
-        max: None,
-        span: name.span,
     }
 }

@@ -41,7 +41,8 @@ use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
 use crate::model::{
-    Bound, Dimension, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Unit, Units, Variable,
+    Bound, Dimension, DiscreteId, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Unit, Units,
+    Variable,
 };
 use crate::scene::Requested;
 use crate::scene::model::Within;
@@ -105,12 +106,12 @@ impl Scene {
         resolver.name();
         let display = resolver.display();
         let (parameters, calculated) = resolver.parameters();
-        let mut inputs = resolver.inputs();
-        resolver.declare_held(&mut inputs);
+        let inputs = resolver.inputs();
+        let mut discrete = resolver.declare_discrete();
         let states = resolver.declare_states();
         resolver.place_parts();
-        resolver.signals(&mut inputs);
-        let (held, samplers) = resolver.held(&mut inputs);
+        resolver.signals(&mut discrete);
+        let samplers = resolver.samplers(&mut discrete);
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
             description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
@@ -125,12 +126,11 @@ impl Scene {
             joints: resolver.parts(Section::Joints),
             drivers: resolver.parts(Section::Drivers),
             loads: resolver.loads(),
-            held,
+            discrete,
             states: resolver.states(states),
             samplers,
             events: resolver.events(),
             unilaterals: Vec::new(),
-            removable: Vec::new(),
             initial: resolver.initial(),
             begins: resolver.begins(),
             experiment: resolver.experiment(),
@@ -144,7 +144,6 @@ impl Scene {
         let outputs = resolver.outputs(requested);
         mechanism.add_own_states();
         mechanism.add_unilaterals();
-        mechanism.add_removable();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {
@@ -174,8 +173,10 @@ struct Resolver<'s> {
     input_units: Vec<Option<(Exponents, i8)>>,
     /// The units of the states, in the same way.
     state_units: Vec<Option<(Exponents, i8)>>,
-    /// The units of sampled values that have one.
-    held_units: HashMap<InputId, Unit>,
+    /// The units of the discrete variables, in the same way.
+    discrete_units: Vec<Option<(Exponents, i8)>>,
+    /// The units that sampled values are given.
+    declared_units: HashMap<DiscreteId, Unit>,
     /// Next values of sampled values.
     nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.
@@ -184,6 +185,8 @@ struct Resolver<'s> {
     transfers: transfers::Transfers<'s>,
     /// The inputs that something follows or depends on.
     used_inputs: HashSet<InputId>,
+    /// The discrete variables that something depends on.
+    used_discrete: HashSet<DiscreteId>,
     /// The states that something uses.
     used_states: HashSet<StateId>,
     /// The signals that something uses.
@@ -218,11 +221,13 @@ impl<'s> Resolver<'s> {
             parameters: Vec::new(),
             input_units: Vec::new(),
             state_units: Vec::new(),
-            held_units: HashMap::new(),
+            discrete_units: Vec::new(),
+            declared_units: HashMap::new(),
             nexts: instants::Nexts::default(),
             signals: Vec::new(),
             transfers: transfers::Transfers::default(),
             used_inputs: HashSet::new(),
+            used_discrete: HashSet::new(),
             used_states: HashSet::new(),
             used_signals: HashSet::new(),
             used_parameters: HashSet::new(),
@@ -257,7 +262,7 @@ impl Resolver<'_> {
         let scene = self.scene;
         let inputs = scene.inputs.iter().enumerate().filter(|(index, _)| !self.used_inputs.contains(&InputId(*index)));
         let states = scene.states.iter().enumerate().filter(|(index, _)| !self.used_states.contains(&StateId(*index)));
-        let sampled = scene.sampled_values().filter(|(id, _)| !self.used_inputs.contains(id));
+        let sampled = scene.sampled_values().filter(|(id, _)| !self.used_discrete.contains(id));
         let signals = scene.signals.iter().enumerate().filter(|(index, _)| !self.used_signals.contains(index));
         // What a part does not use here may be for its own outputs and its own experiment.
         let is_own = |name: &Text| name.span.end <= scene.source.own_text().len();

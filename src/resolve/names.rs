@@ -6,7 +6,7 @@ use crate::component::Section;
 use crate::diagnostic::fault::{Fault, Sink};
 use crate::diagnostic::span::Text;
 use crate::expr::Function;
-use crate::model::{BodyId, DriverId, InputId, JointId, LoadId, StateId};
+use crate::model::{BodyId, DiscreteId, DriverId, InputId, JointId, LoadId, StateId};
 use crate::scene::lookalike::names_of;
 use crate::scene::model::Scene;
 
@@ -17,7 +17,7 @@ pub(super) enum Named {
     Input(InputId),
     State(StateId),
     /// A sampled value.
-    Held(InputId),
+    Sampled(DiscreteId),
     /// Its place in the scene.
     Signal(usize),
     Body(BodyId),
@@ -32,7 +32,7 @@ impl Named {
             Named::Parameter(_) => "parameter",
             Named::Input(_) => "input",
             Named::State(_) => "state",
-            Named::Held(_) => "sampled value",
+            Named::Sampled(_) => "sampled value",
             Named::Signal(_) => "signal",
             Named::Body(_) => "body",
             Named::Joint(_) => "joint",
@@ -43,7 +43,7 @@ impl Named {
 
     /// Does the name alone stand for a number?
     pub fn is_number(self) -> bool {
-        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Held(_) | Named::Signal(_))
+        matches!(self, Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Sampled(_) | Named::Signal(_))
     }
 }
 
@@ -77,7 +77,7 @@ impl<'s> SceneNames<'s> {
         let all = (scene.parameters.iter().enumerate().map(|(i, item)| (&item.name, Named::Parameter(i))))
             .chain(scene.inputs.iter().enumerate().map(|(i, item)| (&item.name, Named::Input(InputId(i)))))
             .chain(scene.states.iter().enumerate().map(|(i, item)| (&item.name, Named::State(StateId(i)))))
-            .chain(scene.sampled_values().map(|(id, value)| (&value.name, Named::Held(id))))
+            .chain(scene.sampled_values().map(|(id, value)| (&value.name, Named::Sampled(id))))
             .chain(scene.signals.iter().enumerate().map(|(i, item)| (&item.name, Named::Signal(i))))
             .chain(scene.bodies.iter().enumerate().map(|(i, item)| (&item.name, Named::Body(BodyId(i)))))
             .chain(scene.joints.iter().enumerate().map(|(i, item)| (&item.name, Named::Joint(JointId(i)))))

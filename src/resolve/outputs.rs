@@ -9,7 +9,7 @@ use super::signals::ResolvedSignal;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::model::measure::ANYTHING;
-use crate::model::{Formula, InputId, Output, StateId, Unit};
+use crate::model::{DiscreteId, Formula, Output, StateId, Unit};
 use crate::scene::dimension::KnownUnit;
 use crate::scene::quantity::Quantity;
 use crate::scene::{Requested, model};
@@ -49,11 +49,11 @@ impl Resolver<'_> {
         if let Some(Named::State(id)) = self.named(&name.text) {
             return Some(self.state_output(id, name.span));
         }
-        if let Some(Named::Held(id)) = self.named(&name.text) {
-            return Some(self.held_output(id, name));
+        if let Some(Named::Sampled(id)) = self.named(&name.text) {
+            return Some(self.discrete_output(id, name));
         }
         if let Some((_, id)) = self.scene.event_of_time(&name.text) {
-            return Some(self.held_output(id, name));
+            return Some(self.discrete_output(id, name));
         }
         let variable = self.variable(name, user, "scene::unknown_output")?;
         Some(Output {
@@ -84,15 +84,15 @@ impl Resolver<'_> {
         }
     }
 
-    fn held_output(&mut self, id: InputId, name: &Text) -> Output {
-        self.used_inputs.insert(id);
-        let unit = self.input_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
+    fn discrete_output(&mut self, id: DiscreteId, name: &Text) -> Output {
+        self.used_discrete.insert(id);
+        let unit = self.discrete_units[id.0].map(|(exponents, _)| crate::scene::unit::from_exponents(exponents));
         Output {
             name: name.text.clone(),
             description: String::new(),
             is_open: unit.is_none(),
             unit: unit.unwrap_or_default(),
-            value: Formula::Input(id),
+            value: Formula::Discrete(id),
             span: name.span,
         }
     }

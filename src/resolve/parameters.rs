@@ -59,7 +59,6 @@ impl Resolver<'_> {
             min,
             max,
             tunable: scene.tunable,
-            held: false,
             span: scene.name.span,
         }
     }

@@ -61,7 +61,7 @@ impl Scene {
             known.map(|quantity| quantity.of(&owner)).collect::<Vec<_>>()
         };
         let states = self.states.iter().map(|state| state.name.text.clone());
-        let states = states.chain(self.held_names());
+        let states = states.chain(self.discrete_names());
         states.chain(self.owners().into_iter().flat_map(of)).collect()
     }
 
@@ -71,9 +71,9 @@ impl Scene {
     /// Everything that is wrong with the scene.
     pub fn variables(&self) -> Result<HashMap<String, Unit>, Faults> {
         let laws = self.outputs.expressions.iter().chain(&self.signals).map(|expression| expression.name.text.as_str());
-        let held = self.held_names();
+        let discrete = self.discrete_names();
         let named = laws.chain(self.states.iter().map(|state| state.name.text.as_str()));
-        let named = named.chain(held.iter().map(String::as_str));
+        let named = named.chain(discrete.iter().map(String::as_str));
         let outputs = self.resolve_asking(&Requested::these(named))?.outputs;
         let of_parts = self.owners().into_iter().flat_map(|(owner, has)| {
             has.into_iter().map(move |quantity| (quantity.of(&owner), Unit::of(&quantity.measure(), None)))
@@ -82,7 +82,7 @@ impl Scene {
     }
 
     /// Sampled values, and when events happened.
-    fn held_names(&self) -> Vec<String> {
+    fn discrete_names(&self) -> Vec<String> {
         let sampled = self.sampled_values().map(|(_, value)| value.name.text.clone());
         sampled.chain(self.events.iter().map(|event| format!("events.{}.time", event.name.text))).collect()
     }

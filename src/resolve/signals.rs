@@ -8,7 +8,7 @@ use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::ANYTHING;
-use crate::model::{Formula, Input, Unit, Variable};
+use crate::model::{Discrete, Formula, Unit, Variable};
 use crate::scene::dimension::KnownUnit;
 use crate::scene::unit::from_exponents;
 use crate::scene::{constant, model};
@@ -28,7 +28,7 @@ const DEEPEST: usize = 1000;
 
 impl<'s> Resolver<'s> {
     /// Gives the names of the signals their meanings.
-    pub(super) fn signals(&mut self, inputs: &mut Vec<Input>) {
+    pub(super) fn signals(&mut self, discrete: &mut Vec<Discrete>) {
         let scene = self.scene;
         let place = |named| if let Named::Signal(index) = named { Some(index) } else { None };
         let (pending, mut uses) = self.expressions(scene.signals.iter().map(|signal| &signal.value), place);
@@ -42,7 +42,7 @@ impl<'s> Resolver<'s> {
             self.signals[index] = {
                 let signal = &scene.signals[index];
                 self.within(signal.within, |resolver| match signal.part {
-                    Some(_) => resolver.transfer(signal, inputs),
+                    Some(_) => resolver.transfer(signal, discrete),
                     None => resolver.signal(signal, pending.get(&index)),
                 })
             };

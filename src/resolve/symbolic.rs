@@ -300,7 +300,8 @@ impl Namer<'_> {
 
 /// Does it depend on time, an input or a variable?
 fn moves(formula: &Formula) -> bool {
-    matches!(formula, Formula::Time | Formula::Input(_) | Formula::Variable(_)) || formula.parts().iter().any(moves)
+    matches!(formula, Formula::Time | Formula::Input(_) | Formula::Discrete(_) | Formula::Variable(_))
+        || formula.parts().iter().any(moves)
 }
 
 /// How many numbers a formula has.

@@ -13,7 +13,7 @@ use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::Binary;
 use crate::model::measure::{ANYTHING, TIME};
-use crate::model::{Exponents, Formula, Held, HeldWhat, Input, InputId, Range, Sampler, State, StateId, Unit};
+use crate::model::{Discrete, DiscreteId, DiscreteKind, Exponents, Formula, Range, Sampler, State, StateId, Unit};
 use crate::scene::decode::Fields;
 use crate::scene::dimension::{self, KnownUnit};
 use crate::scene::key::{Form, Key, Need};
@@ -25,8 +25,6 @@ use crate::scene::{constant, model, part};
 pub(super) struct Transfers<'s> {
     /// Behind those of the scene.
     pub states: Vec<State>,
-    /// Behind the events of the scene and the loads that they remove.
-    pub held: Vec<Held>,
     pub samplers: Vec<Sampler>,
     /// What its states and sampled values are called.
     pub inner: HashMap<String, Named>,
@@ -87,8 +85,12 @@ impl<'s> Resolver<'s> {
     }
 
     /// What a signal with a type gives.
-    pub(super) fn transfer(&mut self, signal: &'s model::Signal, inputs: &mut Vec<Input>) -> Option<ResolvedSignal> {
-        let reading = self.constant_keys(signal, inputs)?;
+    pub(super) fn transfer(
+        &mut self,
+        signal: &'s model::Signal,
+        discrete: &mut Vec<Discrete>,
+    ) -> Option<ResolvedSignal> {
+        let reading = self.constant_keys(signal, discrete)?;
         let waits = reading.declared.is_some() && !reading.is_at_once();
         let (heard, known) = if waits { (UNKNOWN, KnownUnit::Nothing) } else { self.hear(&reading)? };
         let unit = self.unit_given(&reading, known, waits)?;
@@ -100,7 +102,7 @@ impl<'s> Resolver<'s> {
             }
         };
         self.keep_positive(&reading, &made);
-        self.declare(&reading, &made, (unit, known), inputs);
+        self.declare(&reading, &made, (unit, known), discrete);
         if waits {
             self.transfers.waiting.push(reading);
         }
@@ -129,7 +131,7 @@ impl<'s> Resolver<'s> {
         Some(())
     }
 
-    fn constant_keys(&mut self, signal: &'s model::Signal, inputs: &[Input]) -> Option<TransferReading<'s>> {
+    fn constant_keys(&mut self, signal: &'s model::Signal, discrete: &[Discrete]) -> Option<TransferReading<'s>> {
         let part = signal.part.as_ref()?;
         let Some(transfer) = part.transfer() else {
             self.unknown_transfer(signal, part);
@@ -140,7 +142,7 @@ impl<'s> Resolver<'s> {
         let names: Vec<&str> = std::iter::once("type").chain(keys.iter().map(|key| key.name)).collect();
         let fields = Fields::open(&part.node, &what, signal.name.span, &names, self.faults)?;
         let declared = self.unit(signal.unit.as_ref());
-        let first = (self.scene.states.len() + self.transfers.states.len(), inputs.len());
+        let first = (self.scene.states.len() + self.transfers.states.len(), discrete.len());
         let (values, units) = (Vec::new(), Vec::new());
         let mut reading = TransferReading { signal, transfer, fields, what, values, units, declared, first };
         self.one_of_these(&reading)?;
@@ -288,7 +290,7 @@ impl<'s> Resolver<'s> {
         reading: &TransferReading<'_>,
         made: &TransferParts,
         (given, heard): (Option<Exponents>, KnownUnit),
-        inputs: &mut Vec<Input>,
+        discrete: &mut Vec<Discrete>,
     ) {
         let unit = |inner: &Inner| match inner.unit {
             Like::Given | Like::Gain(_) => given,
@@ -301,7 +303,7 @@ impl<'s> Resolver<'s> {
             self.add_state(reading, inner, unit(inner), size);
         }
         for inner in &made.sampled {
-            self.add_sampled(reading, inner, unit(inner), inputs);
+            self.add_sampled(reading, inner, unit(inner), discrete);
         }
         if let Some([period, offset]) = made.ticks.clone() {
             let name = &reading.signal.name;
@@ -333,20 +335,18 @@ impl<'s> Resolver<'s> {
         reading: &TransferReading<'_>,
         inner: &Inner,
         unit: Option<Exponents>,
-        inputs: &mut Vec<Input>,
+        discrete: &mut Vec<Discrete>,
     ) {
         let signal = &reading.signal.name;
         let name = inner.name(&signal.text);
-        self.transfers.inner.insert(name.clone(), Named::Held(InputId(inputs.len())));
-        self.input_units.push(unit.map(|unit| (unit, 0)));
-        self.transfers.held.push(Held { what: HeldWhat::Sampled, begin: inner.start.clone() });
-        inputs.push(Input {
+        self.transfers.inner.insert(name.clone(), Named::Sampled(DiscreteId(discrete.len())));
+        self.discrete_units.push(unit.map(|unit| (unit, 0)));
+        discrete.push(Discrete {
             name,
             description: inner.description(&signal.text),
             unit: unit.map(from_exponents).unwrap_or_default(),
-            start: constant::number(&inner.start).unwrap_or(0.0),
-            min: None,
-            max: None,
+            kind: DiscreteKind::Sampled,
+            begin: inner.start.clone(),
             span: signal.span,
         });
     }
@@ -368,10 +368,10 @@ impl<'s> Resolver<'s> {
         }
     }
 
-    /// The name of a held value.
-    pub(super) fn name_of_held(&self, id: InputId) -> Option<String> {
-        let inner = || self.transfers.inner.iter().find(|(_, named)| **named == Named::Held(id));
-        self.scene.held_name(id).or_else(|| inner().map(|(name, _)| name.clone()))
+    /// The name of a discrete variable of the scene or of a signal.
+    pub(super) fn name_of_discrete(&self, id: DiscreteId) -> Option<String> {
+        let inner = || self.transfers.inner.iter().find(|(_, named)| **named == Named::Sampled(id));
+        self.scene.name_of_discrete(id).or_else(|| inner().map(|(name, _)| name.clone()))
     }
 
     /// What a name stands for, be it a state of a signal.
@@ -389,8 +389,8 @@ impl<'s> Resolver<'s> {
     }
 }
 
-fn writes(reading: &TransferReading<'_>, made: &TransferParts) -> Vec<(InputId, Formula)> {
-    let place = |(index, inner): (usize, &Inner)| (InputId(reading.first.1 + index), inner.next.clone());
+fn writes(reading: &TransferReading<'_>, made: &TransferParts) -> Vec<(DiscreteId, Formula)> {
+    let place = |(index, inner): (usize, &Inner)| (DiscreteId(reading.first.1 + index), inner.next.clone());
     made.sampled.iter().enumerate().map(place).collect()
 }
 

@@ -136,7 +136,7 @@ impl Resolver<'_> {
             Named::Joint(id) => part(Owner::Joint(id), &self.scene.joints[id.0], Section::Joints),
             Named::Driver(id) => part(Owner::Driver(id), &self.scene.drivers[id.0], Section::Drivers),
             Named::Load(id) => part(Owner::Load(id), &self.scene.loads[id.0], Section::Loads),
-            Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Held(_) | Named::Signal(_) => None,
+            Named::Parameter(_) | Named::Input(_) | Named::State(_) | Named::Sampled(_) | Named::Signal(_) => None,
         }
     }
 

@@ -63,7 +63,7 @@ impl Logged {
         let ([before, after], [came, goes]) = (happening.closed(model), happening.directions(model));
         for (index, contact) in program.instants.contacts().iter().enumerate() {
             if happening.hit.contains(&index) {
-                let impulse = happening.after.parameters()[contact.closed as usize + 1];
+                let impulse = happening.after.discrete()[contact.state.impulse as usize];
                 let angular = program.constraints[contact.constraint as usize].is_angle();
                 all.push(entry(&contact.name, What::Impact { impulse, angular }));
             }

@@ -9,7 +9,7 @@ pub fn evaluate(formula: &Formula, parameters: &[f64]) -> f64 {
     match formula {
         Formula::Number(number) => *number,
         Formula::Parameter(id) => parameters.get(id.0).copied().unwrap_or(f64::NAN),
-        Formula::Time | Formula::Input(_) | Formula::State(_) | Formula::Variable(_) => f64::NAN,
+        Formula::Time | Formula::Input(_) | Formula::Discrete(_) | Formula::State(_) | Formula::Variable(_) => f64::NAN,
         // The same on every platform; that of the runtime may differ in the last digit.
         Formula::Call(Function::Two(Binary::Power), sides) => libm::pow(value(&sides[0]), value(&sides[1])),
         Formula::Call(function, arguments) => function.value(&arguments.iter().map(value).collect::<Vec<f64>>()),

@@ -97,6 +97,7 @@ pub(crate) fn typical(pose: &State) -> impl Fn(Symbol) -> f64 + '_ {
         Symbol::Input(_, Order::Velocity | Order::Acceleration) => 0.0,
         Symbol::Time
         | Symbol::Parameter(_)
+        | Symbol::Discrete(_)
         | Symbol::Input(..)
         | Symbol::Coordinate(..)
         | Symbol::Follower(..)

@@ -37,7 +37,7 @@ impl<'a> Assembler<'a> {
         for &expr in &used {
             fixed[expr.index()] = match arena.node(expr) {
                 ExprNode::Constant(_) => true,
-                ExprNode::Symbol(symbol) => symbol.is_parameter(),
+                ExprNode::Symbol(symbol) => symbol.is_constant_between_instants(),
                 node => node.operands().all(|operand| fixed[operand.index()]),
             };
         }
@@ -117,6 +117,7 @@ pub fn symbol_register(layout: &Layout, symbol: Symbol) -> usize {
     match symbol {
         Symbol::Time => layout.time(),
         Symbol::Parameter(i) => layout.parameters() + i,
+        Symbol::Discrete(i) => layout.discrete() + i,
         Symbol::Input(i, Order::Position) => layout.inputs() + i,
         Symbol::Input(i, Order::Velocity) => layout.input_rates() + i,
         Symbol::Input(i, Order::Acceleration) => layout.input_accelerations() + i,
@@ -384,7 +385,7 @@ mod tests {
         match symbol {
             Symbol::Coordinate(i, _) => COORDINATES[i],
             Symbol::Parameter(i) => PARAMETERS[i],
-            Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) => f64::NAN,
+            Symbol::Time | Symbol::Discrete(_) | Symbol::Input(..) | Symbol::Follower(..) => f64::NAN,
             Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => f64::NAN,
         }
     }
@@ -420,7 +421,7 @@ mod tests {
             let mut arena = Arena::default();
             let pool = pool(&mut arena, &mut pick);
             let kernels = [(); 2].map(|()| (0..1 + pick(6)).map(|_| pool[pick(pool.len())]).collect::<Vec<Expr>>());
-            let layout = Layout::new([PARAMETERS.len(), 0, 0], [COORDINATES.len(), 0], 0);
+            let layout = Layout::new([PARAMETERS.len(), 0, 0, 0], [COORDINATES.len(), 0], 0);
             let mut assembler = Assembler::new(&arena, layout, &kernels.each_ref().map(Vec::as_slice));
             let tapes = kernels.each_ref().map(|kernel| assembler.tape(kernel));
             let mut registers = vec![0.0; assembler.registers as usize];

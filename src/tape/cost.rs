@@ -82,7 +82,12 @@ pub fn kernel_cost(equations: &Equations, results: &[Expr]) -> Cost {
 pub(crate) fn layout(equations: &Equations, starts: usize) -> Layout {
     let mechanism = &equations.system.mechanism;
     Layout::new(
-        [mechanism.parameters.len() + starts, mechanism.inputs.len(), equations.system.followers.len()],
+        [
+            mechanism.parameters.len() + starts,
+            mechanism.discrete.len(),
+            mechanism.inputs.len(),
+            equations.system.followers.len(),
+        ],
         [equations.coordinates.len(), equations.states.len()],
         equations.constraints.len(),
     )

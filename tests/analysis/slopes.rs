@@ -103,6 +103,7 @@ impl Nearby<'_> {
                 Source::Rate(index) => state.rates()[index as usize],
                 Source::Acceleration(index) => registers[layout.accelerations() + index as usize],
                 Source::Input(index) => state.inputs()[index as usize],
+                Source::Discrete(index) => state.discrete()[index as usize],
                 Source::Parameter(_) | Source::Time => panic!("{name} is no output"),
             }
         };

@@ -8,6 +8,7 @@ pub fn value(layout: &Layout, registers: &[f64], symbol: Symbol) -> f64 {
     let register = match symbol {
         Symbol::Time => layout.time(),
         Symbol::Parameter(i) => layout.parameters() + i,
+        Symbol::Discrete(i) => layout.discrete() + i,
         Symbol::Input(i, Order::Position) => layout.inputs() + i,
         Symbol::Input(i, Order::Velocity) => layout.input_rates() + i,
         Symbol::Input(i, Order::Acceleration) => layout.input_accelerations() + i,

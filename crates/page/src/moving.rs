@@ -140,7 +140,7 @@ fn touch(scene: &Scene, known: &[PageVariable]) -> Option<Touch> {
     }
     let Loosened { scene: loose, numbers, laws, formulas } = scene.loosened();
     let (everything, formulated) = compile_asking(&loose, &with_places(&loose).ok()?).ok()?;
-    if everything.program.states > 0 || everything.program.instants.held > 0 {
+    if everything.program.states > 0 || formulated.equations.system.mechanism.has_instants() {
         return None;
     }
     let units = &formulated.equations.system.mechanism.display;

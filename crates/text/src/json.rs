@@ -2,7 +2,7 @@
 
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
-use cotree::model::{DriverId, InputId};
+use cotree::model::{Discrete, DiscreteKind, DriverId, InputId, Owner};
 use cotree::network::Held;
 use serde_json::{Map, Value, json};
 
@@ -102,15 +102,38 @@ pub fn tree(tree_of: &FormulaTree) -> Value {
 }
 
 fn parameters(equations: &Equations) -> Vec<Value> {
-    let parameters = equations.system.mechanism.parameters.iter();
-    parameters
-        .map(|parameter| json!({ "name": parameter.name, "value": parameter.value, "unit": parameter.unit.si }))
-        .collect()
+    let mechanism = &equations.system.mechanism;
+    let parameters = mechanism
+        .parameters
+        .iter()
+        .map(|parameter| json!({ "name": parameter.name, "value": parameter.value, "unit": parameter.unit.si }));
+    // Those of modes stand behind the parameters, sampled values and times of events behind the inputs.
+    let of_modes = mechanism
+        .discrete
+        .iter()
+        .filter(|discrete| is_of_mode(discrete))
+        .map(|discrete| json!({ "name": discrete.name, "value": discrete.start(), "unit": discrete.unit.si }));
+    parameters.chain(of_modes).collect()
 }
 
 fn inputs(equations: &Equations) -> Vec<Value> {
-    let inputs = equations.system.mechanism.inputs.iter();
-    inputs.map(|input| json!({ "name": input.name, "start": input.start, "unit": input.unit.si })).collect()
+    let mechanism = &equations.system.mechanism;
+    let inputs =
+        mechanism.inputs.iter().map(|input| json!({ "name": input.name, "start": input.start, "unit": input.unit.si }));
+    let discrete = mechanism
+        .discrete
+        .iter()
+        .filter(|discrete| !is_of_mode(discrete))
+        .map(|discrete| json!({ "name": discrete.name, "start": discrete.start(), "unit": discrete.unit.si }));
+    inputs.chain(discrete).collect()
+}
+
+/// True for the state of a contact, and for what says whether a joint or driver is there.
+fn is_of_mode(discrete: &Discrete) -> bool {
+    match discrete.kind {
+        DiscreteKind::Contact | DiscreteKind::Presence(Owner::Joint(_) | Owner::Driver(_)) => true,
+        DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Presence(_) => false,
+    }
 }
 
 fn followers(equations: &Equations) -> Vec<Value> {

@@ -41,7 +41,7 @@ impl Matrices {
                 ("K", "N/m", rows(&vibration.stiffness)),
             ],
             force: (!follows).then(|| numbers(&vibration.force)),
-            has_parameters: symbols.iter().any(|symbol| symbol.is_parameter()),
+            has_parameters: symbols.iter().any(|symbol| symbol.is_constant_between_instants()),
         })
     }
 

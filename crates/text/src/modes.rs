@@ -4,7 +4,7 @@
 
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Binary, Expr, Symbol};
-use cotree::model::{Formula, Pressed, Quantity, Slip, Unilateral, Variable};
+use cotree::model::{DiscreteId, DiscreteKind, Formula, Owner, Pressed, Quantity, Slip, Unilateral, Variable};
 use serde_json::{Value, json};
 
 use super::document::{DocumentBlock, Piece};
@@ -170,7 +170,7 @@ impl UnilateralRow<'_> {
     /// Open, closed; of a freewheel: free, caught.
     fn of_one_side(&self, equations: &mut Equations) -> Vec<HoldingMode> {
         let (own, name) = (self.own, &self.own.name);
-        let closed = parameter(equations, own.closed.0);
+        let closed = discrete(equations, own.state.closed);
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
         let presses = Lasts::While(relation("<=", lambda.clone(), FormulaTree::zero()));
         let share = equations.system.value(&own.held.restitution);
@@ -207,8 +207,8 @@ impl UnilateralRow<'_> {
 
     /// It sticks, slides, slides back; and does none of these where nothing touches.
     fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<HoldingMode> {
-        let sticks = parameter(equations, self.own.closed.0);
-        let direction = parameter(equations, slip.direction.0);
+        let sticks = discrete(equations, self.own.state.closed);
+        let direction = self.own.state.direction.map_or_else(FormulaTree::zero, |way| discrete(equations, way));
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
         let rate = FormulaTree::Name(rate_name(&self.own.name));
         let level = FormulaTree::Name(level_name(&self.own.name));
@@ -334,28 +334,30 @@ fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Opt
     })
 }
 
-/// What a value is that events alone change and that equations read; none if no equation does.
-pub fn held_words(equations: &Equations, parameter: usize) -> Option<&'static str> {
+/// What a discrete variable of a mode is that equations read; none if no equation does, and of sampled values and events.
+pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static str> {
     let mechanism = &equations.system.mechanism;
     for unilateral in &mechanism.unilaterals {
-        if unilateral.closed.0 == parameter {
+        if unilateral.state.closed == id {
             return Some(match (&unilateral.slip, unilateral.held.of_rate) {
                 (Some(_), _) => "1 while it sticks, else 0",
                 (None, true) => "1 while it is engaged, else 0",
                 (None, false) => "1 while it is closed, else 0",
             });
         }
-        if unilateral.slip.as_ref().is_some_and(|slip| slip.direction.0 == parameter) {
+        if unilateral.state.direction == Some(id) {
             return Some("1 while it slides, -1 while it slides back, else 0");
         }
-        let mut is_place = false;
-        unilateral.held.bound.visit_parameters(&mut |id| is_place |= id.0 == parameter);
-        if is_place && mechanism.parameters[parameter].held {
+        if unilateral.state.place == Some(id) {
             return Some(if unilateral.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
         }
     }
-    let is_there = mechanism.removable.iter().any(|removable| removable.there.0 == parameter);
-    is_there.then_some("1 until it is removed, then 0")
+    match mechanism.discrete[id.0].kind {
+        // That of a load is among the signals.
+        DiscreteKind::Presence(Owner::Load(_)) | DiscreteKind::Sampled | DiscreteKind::Time => None,
+        DiscreteKind::Presence(_) => Some("1 until it is removed, then 0"),
+        DiscreteKind::Contact => None,
+    }
 }
 
 /// `guide.max.gap`
@@ -378,8 +380,8 @@ fn instant(of: &str, when: &str) -> Name {
     Name { plain: format!("{of}.rate_{when}"), ..Name::letter("u", &format!("{of}, {when}")) }
 }
 
-fn parameter(equations: &Equations, index: usize) -> FormulaTree {
-    FormulaTree::Name(symbol_name(equations, Symbol::Parameter(index)))
+fn discrete(equations: &Equations, id: DiscreteId) -> FormulaTree {
+    FormulaTree::Name(symbol_name(equations, Symbol::Discrete(id.0)))
 }
 
 fn relation(sign: &'static str, left: FormulaTree, right: FormulaTree) -> FormulaTree {

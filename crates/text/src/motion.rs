@@ -107,7 +107,7 @@ impl MotionEquations {
         let signals = signals(equations, &self.expressions());
         if !signals.is_empty() {
             let held =
-                if equations.system.mechanism.held.is_empty() { "" } else { ", discrete variables (zero-order hold)" };
+                if equations.system.mechanism.has_instants() { ", discrete variables (zero-order hold)" } else { "" };
             let heading = if equations.states.is_empty() { "Inputs" } else { "Inputs and states" };
             let heading = format!("{heading}{held}");
             blocks.push(DocumentBlock::Heading(heading));
@@ -399,7 +399,7 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
             parameters.get(*index).is_some_and(|parameter| parameter.unit.exponents.kilogram != 0)
         }
         Symbol::Missing(..) => true,
-        Symbol::Time | Symbol::Input(..) | Symbol::Follower(..) | Symbol::State(..) => false,
+        Symbol::Time | Symbol::Discrete(_) | Symbol::Input(..) | Symbol::Follower(..) | Symbol::State(..) => false,
         Symbol::Coordinate(..) | Symbol::Reaction(_) | Symbol::Argument => false,
     };
     let all = equations.system.arena.all().filter_map(|expr| match equations.system.arena.node(expr) {
@@ -413,7 +413,7 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
 fn deserves_name(arena: &Arena, expr: Expr) -> bool {
     let unsigned = if let ExprNode::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
     !matches!(arena.node(unsigned), ExprNode::Constant(_) | ExprNode::Symbol(_))
-        && arena.symbols([expr]).iter().any(|symbol| !symbol.is_parameter())
+        && arena.symbols([expr]).iter().any(|symbol| !symbol.is_constant_between_instants())
 }
 
 fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {

@@ -158,9 +158,8 @@ impl<'a> Names<'a> {
                 let own = self.equations.coordinates[index].name.position.strip_prefix("theta_");
                 own.map_or(Some(index + 1), |number| number.parse().ok())
             }
-            Symbol::Coordinate(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Input(..) | Symbol::Follower(..) => {
-                None
-            }
+            Symbol::Coordinate(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Discrete(_) => None,
+            Symbol::Input(..) | Symbol::Follower(..) => None,
             Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
         }
     }
@@ -207,6 +206,7 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
                 Name::word(&own.name)
             }
         }
+        Symbol::Discrete(i) => Name::word(&mechanism.discrete[i].name),
         Symbol::Input(i, order) => derivative(Name::word(&mechanism.inputs[i].name), order),
         Symbol::State(i, order) => derivative(Name::word(&mechanism.states[i].name), order),
         Symbol::Follower(i, order) => {

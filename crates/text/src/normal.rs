@@ -81,7 +81,9 @@ impl Ord for Factor {
 impl Factor {
     pub fn is_constant(&self) -> bool {
         match self {
-            Factor::Symbol(symbol, _) => matches!(symbol, Symbol::Parameter(_) | Symbol::Missing(..)),
+            Factor::Symbol(symbol, _) => {
+                matches!(symbol, Symbol::Parameter(_) | Symbol::Discrete(_) | Symbol::Missing(..))
+            }
             Factor::Named(_, constant) => *constant,
             Factor::Trigonometric(argument, _) => argument.is_constant(),
             Factor::Call(_, arguments) => arguments.iter().all(Sum::is_constant),
@@ -94,7 +96,7 @@ impl Factor {
         match self {
             Factor::Symbol(symbol, _) => match symbol {
                 Symbol::Missing(..) => 0,
-                Symbol::Parameter(_) => 1,
+                Symbol::Parameter(_) | Symbol::Discrete(_) => 1,
                 Symbol::Input(..) => 4,
                 Symbol::Time => 5,
                 Symbol::Follower(..) | Symbol::State(..) => 6,

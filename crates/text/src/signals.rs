@@ -2,7 +2,7 @@
 
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::model::HeldWhat;
+use cotree::model::{DiscreteKind, Owner};
 
 use super::document::Piece;
 use super::name::symbol_name;
@@ -15,6 +15,7 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
     let row = |symbol| {
         let words = match symbol {
             Symbol::Input(input, order) => input_words(equations, input, order),
+            Symbol::Discrete(index) => discrete_words(equations, index)?,
             Symbol::Follower(follower, order) => follower_words(equations, follower, order),
             Symbol::State(state, order) => state_words(equations, state, order),
             Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) => return None,
@@ -29,17 +30,21 @@ fn input_words(equations: &Equations, input: usize, order: Order) -> Vec<Piece> 
     let mechanism = &equations.system.mechanism;
     let own = &mechanism.inputs[input];
     let unit = unit(&own.unit.si, order);
-    let held = mechanism.held_inputs().find(|(id, ..)| id.0 == input).map(|(.., held)| held.what);
-    let what = match held {
-        None => derived(order as i32),
-        Some(HeldWhat::Sampled) => "sampled value",
-        Some(HeldWhat::Time) => "when the event happened last:",
-        Some(HeldWhat::Presence(load)) => {
-            let load = Piece::Code(mechanism.loads[load.0].name.clone());
-            return vec![Piece::words(unit), Piece::words("1 while the load is there:"), load];
-        }
+    vec![Piece::words(unit), Piece::words(derived(order as i32)), Piece::Code(own.name.clone())]
+}
+
+/// None of the state of a contact and of joints and drivers that events remove: these belong to modes.
+fn discrete_words(equations: &Equations, index: usize) -> Option<Vec<Piece>> {
+    let mechanism = &equations.system.mechanism;
+    let discrete = &mechanism.discrete[index];
+    let unit = unit(&discrete.unit.si, Order::Position);
+    let (what, name) = match discrete.kind {
+        DiscreteKind::Sampled => ("sampled value", &discrete.name),
+        DiscreteKind::Time => ("when the event happened last:", &discrete.name),
+        DiscreteKind::Presence(Owner::Load(load)) => ("1 while the load is there:", &mechanism.loads[load.0].name),
+        DiscreteKind::Presence(_) | DiscreteKind::Contact => return None,
     };
-    vec![Piece::words(unit), Piece::words(what), Piece::Code(own.name.clone())]
+    Some(vec![Piece::words(unit), Piece::words(what), Piece::Code(name.clone())])
 }
 
 fn state_words(equations: &Equations, state: usize, order: Order) -> Vec<Piece> {

@@ -7,7 +7,7 @@ use cotree::network::System;
 use cotree::resolve::symbolic::{NamedNumber, Style, Symbolic};
 
 use super::document::{DocumentBlock, Piece};
-use super::modes::held_words;
+use super::modes::words_of_mode;
 use super::name::symbol_name;
 use super::tree::{FormulaTree, plain};
 use super::{Prose, json, titled};
@@ -52,13 +52,6 @@ pub fn values(equations: &mut Equations, named: &[NamedNumber]) -> Vec<DocumentB
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {
         let name = Piece::Math(FormulaTree::Name(symbol_name(equations, Symbol::Parameter(index))));
-        if parameter.held {
-            // Its value is that of a mode. What no equation reads is left out.
-            let words = held_words(equations, index);
-            let cells = |words| [Piece::words(""), Piece::words("mode"), Piece::words(words)];
-            rows.extend(words.map(|words| std::iter::once(name).chain(cells(words)).collect()));
-            continue;
-        }
         let mut row = vec![name, number(parameter.value, &parameter.unit)];
         match index.checked_sub(own).and_then(|index| named.get(index)) {
             None => row.extend([Piece::words("parameter"), Piece::words(&parameter.description)]),
@@ -71,6 +64,12 @@ pub fn values(equations: &mut Equations, named: &[NamedNumber]) -> Vec<DocumentB
             }
         }
         rows.push(row);
+    }
+    // The values of modes. What no equation reads is left out.
+    for (id, _) in mechanism.discrete_variables() {
+        let name = Piece::Math(FormulaTree::Name(symbol_name(equations, Symbol::Discrete(id.0))));
+        let cells = |words| [name, Piece::words(""), Piece::words("mode"), Piece::words(words)];
+        rows.extend(words_of_mode(equations, id).map(|words| cells(words).into()));
     }
     if rows.is_empty() {
         return Vec::new();

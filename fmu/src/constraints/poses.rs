@@ -36,7 +36,7 @@ pub(crate) fn closed(model: &Model, state: &State) -> Vec<usize> {
     let masks = &model.program().instants.masks;
     let is_open = |row: usize| {
         let mask = masks.iter().find(|(masked, _)| *masked as usize == row);
-        mask.is_some_and(|(_, parameter)| state.parameters()[*parameter as usize] == 0.0)
+        mask.is_some_and(|(_, closed)| state.discrete()[*closed as usize] == 0.0)
     };
     model.active().iter().copied().filter(|&row| !is_open(row)).collect()
 }

@@ -60,12 +60,10 @@ impl Tangent {
     pub fn evaluate(&mut self, model: &Model, machine: &mut Machine, movement: Movement) -> Result<(), Failure> {
         model.follow(&mut self.registers);
         let layout = model.layout();
-        if self.registers[layout.parameters()..layout.inputs()].iter().any(|tangent| *tangent != 0.0) {
-            machine.differentiate(&model.program().tapes.parameters, &mut self.registers, &mut []);
-        }
+        self.stage(model, machine);
         if movement == Movement::Assembled {
             initial::tangent::assemble(model, machine, &mut self.registers)?;
-            self.begin_held(model, machine);
+            self.begin_discrete(model, machine);
         }
         if movement == Movement::Continued && model.is_driven() {
             self.follow_loops(model, machine);
@@ -76,15 +74,22 @@ impl Tangent {
         Ok(())
     }
 
-    /// Derivatives of what held values begin with.
-    fn begin_held(&mut self, model: &Model, machine: &mut Machine) {
+    /// The parameter stage, if anything that it reads changes.
+    fn stage(&mut self, model: &Model, machine: &mut Machine) {
+        if self.registers[model.layout().constant_between_instants()].iter().any(|tangent| *tangent != 0.0) {
+            machine.differentiate(&model.program().tapes.parameters, &mut self.registers, &mut []);
+        }
+    }
+
+    /// Derivatives of what discrete variables begin with.
+    fn begin_discrete(&mut self, model: &Model, machine: &mut Machine) {
         if self.begin.is_empty() {
             return;
         }
         let (program, layout) = (model.program(), model.layout());
         machine.differentiate(&program.instants.begin, &mut self.registers, &mut self.begin);
-        let first = layout.inputs() + program.open_inputs();
-        self.registers[first..][..self.begin.len()].copy_from_slice(&self.begin);
+        self.registers[layout.discrete()..][..self.begin.len()].copy_from_slice(&self.begin);
+        self.stage(model, machine);
     }
 
     /// Derivatives of the motion of a driven mechanism: where the loops are closed, those of the corrections that close them,

@@ -103,8 +103,8 @@ impl ContactValues {
             pressing: vec![false; count],
             before: zeros(),
             rest: vec![0.0; n],
-            kept: vec![0.0; program.parameters.len()],
-            began: vec![0.0; program.parameters.len()],
+            kept: vec![0.0; program.discrete.len()],
+            began: vec![0.0; program.discrete.len()],
             tolerance: 0.0,
             twice: false,
             trials: 0,
@@ -144,8 +144,8 @@ impl ContactValues {
         machine.load(model, state);
         machine.evaluate(&data.gaps, &mut self.gaps);
         for (index, contact) in data.all.iter().enumerate() {
-            if let Some(place) = contact.place().filter(|_| !is_closed(data, state, index)) {
-                state.parameters_mut()[place] += self.gaps[index];
+            if let Some(place) = contact.state.place.filter(|_| !is_closed(data, state, index)) {
+                state.discrete_mut()[place as usize] += self.gaps[index];
             }
         }
     }
@@ -164,7 +164,7 @@ impl ContactValues {
     ) -> Result<(), Failure> {
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.follow(model, machine, state);
-        self.began.copy_from_slice(state.parameters());
+        self.began.copy_from_slice(state.discrete());
         self.measure(model, machine, state);
         machine.evaluate(&data.restitutions, &mut self.restitutions);
         self.hit.fill(false);
@@ -234,14 +234,16 @@ impl ContactValues {
     /// True if something has hit, or is in another mode than before.
     pub fn has_changed(&self, data: &Contacts, state: &State, index: usize) -> bool {
         let contact = &data.all[index];
-        let same = |parameter: usize| self.began[parameter] == state.parameters()[parameter];
-        self.hit[index] || !same(contact.closed as usize) || contact.slip.is_some() && !same(contact.direction())
+        let same = |place: u32| self.began[place as usize] == state.discrete()[place as usize];
+        self.hit[index]
+            || !same(contact.state.closed)
+            || contact.state.direction.is_some_and(|direction| !same(direction))
     }
 
     /// Newton's law: those that hit leave with their share of the speed, and whoever touches does not go in. Coulomb's law for impulses: what rubs there sticks, or slips against no more than mu
     /// times the impulse that presses. Which impulses press, and what slips, is found by trial (Glocker 2001, section 8). `dead` ones do not rebound.
     fn collide(&mut self, context: &mut Place) -> Result<(), Failure> {
-        self.kept.copy_from_slice(context.state.parameters());
+        self.kept.copy_from_slice(context.state.discrete());
         self.rest.copy_from_slice(context.state.rates());
         self.list_of_impact(context);
         let trials = self.choices.trials();
@@ -249,18 +251,18 @@ impl ContactValues {
             return Err(context.failure(&self.choices, TOO_MANY));
         }
         for trial in 0..trials {
-            if self.choices.set(trial, context.data, context.state.parameters_mut()) {
+            if self.choices.set(trial, context.data, context.state.discrete_mut()) {
                 self.strike(context);
                 if self.is_impact(context) {
                     self.keep_impulses(context);
                     (0..self.pressing.len()).for_each(|index| self.pressing[index] = context.is_closed(index));
-                    context.state.parameters_mut().copy_from_slice(&self.kept);
+                    context.state.discrete_mut().copy_from_slice(&self.kept);
                     return Ok(());
                 }
                 context.state.rates_mut().copy_from_slice(&self.rest);
             }
         }
-        context.state.parameters_mut().copy_from_slice(&self.kept);
+        context.state.discrete_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, NO_IMPACT))
     }
 
@@ -275,14 +277,14 @@ impl ContactValues {
             let Some(slip) = &data.all[index].slip else { continue };
             let touches = slip.on.is_none_or(|on| self.touches[on as usize]);
             if !slip.follows || !touches {
-                data.all[index].slips(context.state.parameters_mut(), None);
+                data.all[index].slips(context.state.discrete_mut(), None);
                 continue;
             }
             let rate = self.before[index];
             let is_slow = rate.abs() <= self.least_rate(context, index);
             self.choices.slip(index, if is_slow { [0.0, 1.0, -1.0] } else { [rate.signum(), 0.0, -rate.signum()] });
-            for parameter in data.all[index].signs() {
-                self.choices.sign(parameter, context.state.parameters()[parameter]);
+            for &sign in &data.all[index].state.signs {
+                self.choices.sign(sign, context.state.discrete()[sign as usize]);
             }
         }
     }
@@ -347,8 +349,8 @@ impl ContactValues {
         let rubbing = context.data.all.iter().filter_map(|contact| Some((contact, contact.slip.as_ref()?)));
         rubbing.into_iter().all(|(contact, slip)| {
             let sums = self.sums[slip.sums as usize..].iter();
-            contact.signs().zip(sums).all(|(parameter, sum)| {
-                context.state.parameters()[parameter] * sum >= -CANCELLED * maximum(largest, sum.abs())
+            contact.state.signs.iter().zip(sums).all(|(&sign, sum)| {
+                context.state.discrete()[sign as usize] * sum >= -CANCELLED * maximum(largest, sum.abs())
             })
         })
     }
@@ -359,7 +361,7 @@ impl ContactValues {
             let impulse = context.force(index, multipliers);
             if context.is_closed(index) && impulse > 0.0 && self.before[index] < 0.0 {
                 self.hit[index] = true;
-                self.kept[context.data.all[index].closed as usize + 1] = impulse;
+                self.kept[context.data.all[index].state.impulse as usize] = impulse;
             }
         }
     }
@@ -402,7 +404,7 @@ impl ContactValues {
             }
         }
         self.accelerate(context);
-        context.state.parameters_mut().copy_from_slice(&self.kept);
+        context.state.discrete_mut().copy_from_slice(&self.kept);
     }
 
     /// Impacts that pass a motion from one contact to another and back, as a rocking block's, end here where the flights between them would be too short: what moves apart by less rests, and what
@@ -418,7 +420,7 @@ impl ContactValues {
         self.before.copy_from_slice(&self.rates);
         self.rest.copy_from_slice(context.state.rates());
         self.strike(context);
-        context.state.parameters_mut().copy_from_slice(&self.kept);
+        context.state.discrete_mut().copy_from_slice(&self.kept);
         if !context.state.rates().iter().all(|rate| rate.is_finite()) {
             // Together they hold something twice: they go on one after the other.
             context.state.rates_mut().copy_from_slice(&self.rest);
@@ -429,7 +431,7 @@ impl ContactValues {
     /// Which of those that touch and do not move apart are closed, and what sticks or slips. What has been found to slip does so, unless no such mode fits: what only touches its level stays.
     fn decide(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
         self.measure(context.model, context.machine, context.state);
-        self.kept.copy_from_slice(context.state.parameters());
+        self.kept.copy_from_slice(context.state.discrete());
         self.halt(context, &turns);
         self.redundant.fill(false);
         self.choose(context, &turns).or_else(|failure| {
@@ -509,7 +511,7 @@ impl ContactValues {
         if let Some(mode) = found.best {
             return self.accept(context, (mode.trial, mode.begins), found.locked);
         }
-        context.state.parameters_mut().copy_from_slice(&self.kept);
+        context.state.discrete_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, if found.locked { LOCKS } else { NO_MODE }))
     }
 
@@ -520,7 +522,7 @@ impl ContactValues {
         for (begins, trial) in
             [true, false].into_iter().flat_map(|begins| (0..trials).map(move |trial| (begins, trial)))
         {
-            if !self.choices.set(trial, context.data, context.state.parameters_mut()) {
+            if !self.choices.set(trial, context.data, context.state.discrete_mut()) {
                 continue;
             }
             self.accelerate(context);
@@ -550,7 +552,7 @@ impl ContactValues {
 
     /// Takes a mode that fits, unless friction that locks permits another motion.
     fn accept(&mut self, context: &mut Place, (trial, begins): (usize, bool), mut locked: bool) -> Result<(), Failure> {
-        self.choices.set(trial, context.data, context.state.parameters_mut());
+        self.choices.set(trial, context.data, context.state.discrete_mut());
         self.accelerate(context);
         self.find_redundant(context);
         self.check_determinate(context)?;
@@ -558,11 +560,11 @@ impl ContactValues {
             return Ok(());
         }
         for other in 0..self.choices.trials() {
-            let is_new = self.choices.set(other, context.data, context.state.parameters_mut());
+            let is_new = self.choices.set(other, context.data, context.state.discrete_mut());
             self.accelerate(context);
             locked |= is_new && self.is_locked() && self.is_mode(context, begins);
         }
-        self.choices.set(trial, context.data, context.state.parameters_mut());
+        self.choices.set(trial, context.data, context.state.discrete_mut());
         self.accelerate(context);
         if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { Ok(()) }
     }
@@ -615,9 +617,9 @@ impl ContactValues {
             let rubs = slip.on.is_none_or(|on| self.choices.includes(on as usize));
             let direction = context.direction(index);
             let rests = self.rests(context, index) || turns(index) && direction != 0.0;
-            let parameters = context.state.parameters_mut();
+            let discrete = context.state.discrete_mut();
             if !rubs || !rests {
-                data.all[index].slips(parameters, rubs.then_some(self.rates[index].signum()));
+                data.all[index].slips(discrete, rubs.then_some(self.rates[index].signum()));
             } else if direction != 0.0 {
                 self.choices.rest(index, [-direction.signum(), direction.signum()], self.restitutions[index]);
             } else if turns(index) {
@@ -626,23 +628,23 @@ impl ContactValues {
             } else {
                 self.choices.rest(index, [1.0, -1.0], self.restitutions[index]);
             }
-            for (place, parameter) in data.all[index].signs().enumerate().filter(|_| rubs) {
+            for (place, &kept) in data.all[index].state.signs.iter().enumerate().filter(|_| rubs) {
                 let turned = turns(count + slip.sums as usize + place);
-                let sign = self.kept[parameter];
-                self.choices.sign(parameter, if turned { -sign } else { sign });
+                let sign = self.kept[kept as usize];
+                self.choices.sign(kept, if turned { -sign } else { sign });
             }
         }
     }
 
     /// True for what does not move: what has been held does not until an impact, however well the method knows its rate within a step.
     fn rests(&self, context: &Place, index: usize) -> bool {
-        let is_held = self.kept[context.data.all[index].closed as usize] != 0.0 && !self.hit.contains(&true);
+        let is_held = self.kept[context.data.all[index].state.closed as usize] != 0.0 && !self.hit.contains(&true);
         is_held || self.rates[index].abs() <= self.least_rate(context, index)
     }
 
     /// True for what has stuck or been closed, and has not been found to change.
     fn stays(&self, contact: &Contact, turns: bool) -> bool {
-        self.kept[contact.closed as usize] != 0.0 && !turns
+        self.kept[contact.state.closed as usize] != 0.0 && !turns
     }
 
     /// How many frictions at rest begin to slide. Between its two limits friction at rest may stay there or slide: it stays as long as any way of sharing the load permits. Without a larger limit at rest, or alone,
@@ -865,7 +867,7 @@ impl Place<'_> {
     }
 
     pub(super) fn close(&mut self, index: usize, closed: bool) {
-        self.state.parameters_mut()[self.data.all[index].closed as usize] = f64::from(u8::from(closed));
+        self.state.discrete_mut()[self.data.all[index].state.closed as usize] = f64::from(u8::from(closed));
     }
 
     /// How a friction slides or sticks, as [`Contact::slips`] sets it.
@@ -875,7 +877,7 @@ impl Place<'_> {
     }
 
     pub(super) fn slide(&mut self, index: usize, mode: Option<f64>) {
-        self.data.all[index].slips(self.state.parameters_mut(), mode);
+        self.data.all[index].slips(self.state.discrete_mut(), mode);
     }
 
     pub(super) fn failure(&self, choices: &Choices, why: &'static str) -> Failure {
@@ -891,11 +893,10 @@ fn open_freewheels(data: &Contacts, state: &State) -> impl Iterator<Item = usize
 
 /// True while a contact is closed in a state, or something sticks.
 pub(crate) fn is_closed(data: &Contacts, state: &State, index: usize) -> bool {
-    state.parameters()[data.all[index].closed as usize] != 0.0
+    state.discrete()[data.all[index].state.closed as usize] != 0.0
 }
 
 /// 1 or -1 while something slips that way in a state, else 0.
 pub(crate) fn direction(data: &Contacts, state: &State, index: usize) -> f64 {
-    let contact = &data.all[index];
-    if contact.slip.is_some() { state.parameters()[contact.direction()] } else { 0.0 }
+    data.all[index].state.direction.map_or(0.0, |direction| state.discrete()[direction as usize])
 }

@@ -1,6 +1,6 @@
 //! Which modes there are to choose from at an instant: who is open or closed, sticks or slips, and with which sign something presses.
 //!
-//! Modes are numbers among the parameters of the state. All combinations of what is undecided are tried in an order in which the likely one comes first; what fits is for others to say.
+//! Modes are numbers among the discrete variables of the state. All combinations of what is undecided are tried in an order in which the likely one comes first; what fits is for others to say.
 
 use crate::program::{Contact, Contacts};
 
@@ -32,8 +32,8 @@ enum What {
     Closed(usize),
     /// 0 if it sticks, 1 or -1 if it slips, a level at rest by that while it slips if other parts hold it and it takes its full share, or none if it does not rub.
     Slips(usize),
-    /// A sign, by the place of its parameter.
-    Sign(usize),
+    /// A sign, by its place among the discrete variables.
+    Sign(u32),
 }
 
 /// What is undecided.
@@ -75,8 +75,8 @@ impl Choices {
     }
 
     /// A sign of what presses, more likely this one.
-    pub fn sign(&mut self, parameter: usize, likely: f64) {
-        self.all.push(Choice::of(What::Sign(parameter), &[Some(likely), Some(-likely)]));
+    pub fn sign(&mut self, sign: u32, likely: f64) {
+        self.all.push(Choice::of(What::Sign(sign), &[Some(likely), Some(-likely)]));
     }
 
     /// How many combinations there are.
@@ -97,22 +97,22 @@ impl Choices {
         self.concerned().any(|concerned| concerned == index)
     }
 
-    /// Sets one of the combinations among the parameters; false if it is the same as another one, because nothing rubs at what is open.
-    pub fn set(&self, trial: usize, data: &Contacts, parameters: &mut [f64]) -> bool {
+    /// Sets one of the combinations among the discrete variables; false if it is the same as another one, because nothing rubs at what is open.
+    pub fn set(&self, trial: usize, data: &Contacts, discrete: &mut [f64]) -> bool {
         let (mut rest, mut is_new) = (trial, true);
         for choice in &self.all {
             let option = choice.options[rest % choice.count];
             let is_first = rest % choice.count == 0;
             rest /= choice.count;
             match choice.what {
-                What::Closed(index) => parameters[data.all[index].closed as usize] = option.unwrap_or(0.0),
+                What::Closed(index) => discrete[data.all[index].state.closed as usize] = option.unwrap_or(0.0),
                 What::Slips(index) => {
                     let on = data.all[index].slip.as_ref().and_then(|slip| slip.on);
-                    let rubs = on.is_none_or(|on| parameters[data.all[on as usize].closed as usize] != 0.0);
+                    let rubs = on.is_none_or(|on| discrete[data.all[on as usize].state.closed as usize] != 0.0);
                     is_new &= rubs || is_first;
-                    data.all[index].slips(parameters, option.filter(|_| rubs));
+                    data.all[index].slips(discrete, option.filter(|_| rubs));
                 }
-                What::Sign(parameter) => parameters[parameter] = option.unwrap_or(0.0),
+                What::Sign(sign) => discrete[sign as usize] = option.unwrap_or(0.0),
             }
         }
         is_new
@@ -121,8 +121,10 @@ impl Choices {
 
 impl Contact {
     /// Sets how it rubs: 0 if it sticks, 1 or -1 if it slips that way, none if it does not.
-    pub(crate) fn slips(&self, parameters: &mut [f64], mode: Option<f64>) {
-        parameters[self.closed as usize] = f64::from(u8::from(mode == Some(0.0)));
-        parameters[self.direction()] = mode.unwrap_or(0.0);
+    pub(crate) fn slips(&self, discrete: &mut [f64], mode: Option<f64>) {
+        discrete[self.state.closed as usize] = f64::from(u8::from(mode == Some(0.0)));
+        if let Some(direction) = self.state.direction {
+            discrete[direction as usize] = mode.unwrap_or(0.0);
+        }
     }
 }

@@ -39,7 +39,7 @@ impl Instance {
         let states = self.is_running() && !program.is_driven();
         match found.source {
             Source::Parameter(index) => Ok(layout.parameters() + index as usize),
-            Source::Input(index) if (index as usize) < program.open_inputs() => Ok(layout.inputs() + index as usize),
+            Source::Input(index) => Ok(layout.inputs() + index as usize),
             Source::Coordinate(index) if states => Ok(layout.positions() + index as usize),
             Source::Rate(index) if states => Ok(layout.rates() + index as usize),
             _ => Err(InstanceError::NotIndependent { name: found.name.clone() }),
@@ -92,10 +92,7 @@ impl Instance {
             Source::Rate(index) => Calculated::Register(layout.rates() + index as usize),
             Source::Acceleration(index) => Calculated::Register(layout.accelerations() + index as usize),
             Source::Output { result, .. } => Calculated::Output(result as usize),
-            // Between instants held values stay as they are.
-            Source::Input(index) if index as usize >= self.model.program().open_inputs() => {
-                Calculated::Register(layout.inputs() + index as usize)
-            }
+            Source::Discrete(index) => Calculated::Register(layout.discrete() + index as usize),
             Source::Time | Source::Parameter(_) | Source::Input(_) => {
                 return Err(InstanceError::NotCalculated { name: found.name.clone() });
             }

@@ -7,7 +7,7 @@ impl Instance {
     /// The input that a variable is.
     pub fn input_of(&self, variable: usize) -> Option<usize> {
         match self.model.program().variables.get(variable)?.source {
-            Source::Input(index) => Some(index as usize).filter(|index| *index < self.model.program().open_inputs()),
+            Source::Input(index) => Some(index as usize),
             _ => None,
         }
     }
@@ -15,8 +15,7 @@ impl Instance {
     /// Is a variable neither a parameter nor an input nor time?
     pub fn is_calculated(&self, variable: usize) -> bool {
         let found = self.model.program().variables.get(variable).map(|variable| variable.source);
-        let is_held = matches!(found, Some(Source::Input(_))) && self.input_of(variable).is_none();
-        is_held || !matches!(found, None | Some(Source::Parameter(_) | Source::Input(_) | Source::Time))
+        !matches!(found, None | Some(Source::Parameter(_) | Source::Input(_) | Source::Time))
     }
 
     /// The name of an input.

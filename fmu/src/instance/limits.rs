@@ -67,6 +67,7 @@ impl Limits {
             | Source::Time
             | Source::Parameter(_)
             | Source::Input(_)
+            | Source::Discrete(_)
             | Source::Coordinate(_)
             | Source::Rate(_)
             | Source::Acceleration(_) => None,

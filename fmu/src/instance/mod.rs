@@ -351,9 +351,7 @@ impl Instance {
         let found = found.ok_or(InstanceError::UnknownVariable { index: variable })?;
         match (found.source, found.initial) {
             (Source::Parameter(index), _) => Ok(Settable::Parameter(index as usize)),
-            (Source::Input(index), _) if (index as usize) < self.model.program().open_inputs() => {
-                Ok(Settable::Input(index as usize))
-            }
+            (Source::Input(index), _) => Ok(Settable::Input(index as usize)),
             (_, Some(index)) => Ok(Settable::Parameter(index as usize)),
             _ => Err(InstanceError::Calculated { name: found.name.clone() }),
         }
@@ -404,7 +402,7 @@ impl Instance {
             if let Some(failure) = undefined(&self.model, &mut self.machine) {
                 return Err(self.unlike_the_scene(failure));
             }
-            self.begin_held(&mut state)?;
+            self.begin_discrete(&mut state)?;
             self.now.state = state;
             self.now.phase = Phase::Initial { solved: true };
             self.computed = Computed::default();
@@ -548,6 +546,10 @@ impl Instance {
                 self.catch_up();
                 return Ok(self.now.state.inputs()[index as usize]);
             }
+            Source::Discrete(index) => {
+                self.catch_up();
+                return Ok(self.now.state.discrete()[index as usize]);
+            }
             Source::Coordinate(index) => self.seen()?.positions()[index as usize],
             Source::Rate(index) => self.seen()?.rates()[index as usize],
             Source::Acceleration(index) => {
@@ -607,7 +609,7 @@ impl Instance {
     /// Nothing is computed from parameters that give a key a value which it must not have.
     fn check_ranges(&mut self) -> Result<(), Failure> {
         if !self.in_range {
-            self.machine.load_parameters(&self.model, self.now.state.parameters());
+            self.machine.load_constant(&self.model, &self.now.state);
             out_of_range(&self.model, &mut self.machine).map_or(Ok(()), Err)?;
             self.in_range = true;
         }
@@ -633,12 +635,13 @@ impl Instance {
         if set.is_empty() { InstanceError::Solver(cause) } else { InstanceError::Start { set, cause } }
     }
 
-    /// Parameters and inputs that have changed since the last step: name, value before, value now.
+    /// Parameters, discrete variables and inputs that have changed since the last step: name, value before, value now.
     fn jumps(&self) -> Vec<(String, f64, f64)> {
         let (before, now) = (self.now.run.before(), &self.now.state);
         let value = |state: &State, source: Source| match source {
             Source::Parameter(index) => state.parameters().get(index as usize).copied(),
             Source::Input(index) => state.inputs().get(index as usize).copied(),
+            Source::Discrete(index) => state.discrete().get(index as usize).copied(),
             _ => None,
         };
         let changed = self.model.program().variables.iter().filter_map(|variable| {

@@ -99,21 +99,20 @@ pub enum PassageError {
 /// A comparison whose excess is further from zero than this share of what it has been jumps there.
 const JUMPED: f64 = 1e-6;
 
-/// Derivatives of coordinates, rates and held values: a column for each parameter.
+/// Derivatives of coordinates, rates and discrete variables: a column for each parameter.
 #[derive(Clone, Debug)]
 pub(super) struct Columns {
     n: usize,
-    held: usize,
+    discrete: usize,
     pub positions: Vec<f64>,
     pub rates: Vec<f64>,
-    pub held_values: Vec<f64>,
+    pub discrete_values: Vec<f64>,
 }
 
-/// What is differentiated, by its registers: parameters, and held values that change with them.
+/// What is differentiated: the registers of parameters.
 pub(super) struct Passage<'a> {
     pub model: &'a Model,
     pub parameters: &'a [usize],
-    pub held: &'a [usize],
     pub tolerance: f64,
 }
 
@@ -156,21 +155,21 @@ impl Along {
 
 impl Columns {
     /// `columns` of each, in order.
-    pub fn new(n: usize, held: usize, [positions, rates, held_values]: [&[f64]; 3]) -> Self {
-        let [positions, rates, held_values] = [positions, rates, held_values].map(<[f64]>::to_vec);
-        Self { n, held, positions, rates, held_values }
+    pub fn new(n: usize, discrete: usize, [positions, rates, discrete_values]: [&[f64]; 3]) -> Self {
+        let [positions, rates, discrete_values] = [positions, rates, discrete_values].map(<[f64]>::to_vec);
+        Self { n, discrete, positions, rates, discrete_values }
     }
 
     /// Adds a column for the time.
     fn push(&mut self, rates: &[f64], accelerations: &[f64]) {
         self.positions.extend(rates);
         self.rates.extend(accelerations);
-        self.held_values.extend(std::iter::repeat_n(0.0, self.held));
+        self.discrete_values.extend(std::iter::repeat_n(0.0, self.discrete));
     }
 
     /// The changes at fixed time, of which the last column is taken: the instant moves by so much with each parameter, and what comes after it moves on like this.
     fn move_on(&mut self, moves: &[f64], [rates, accelerations]: [&[f64]; 2]) {
-        let rest = vec![0.0; self.held];
+        let rest = vec![0.0; self.discrete];
         let of = |columns: &mut Vec<f64>, size: usize, after: &[f64]| {
             let time = columns.split_off(columns.len() - size);
             for (column, shift) in columns.chunks_mut(size.max(1)).zip(moves) {
@@ -180,7 +179,7 @@ impl Columns {
         };
         of(&mut self.positions, self.n, rates);
         of(&mut self.rates, self.n, accelerations);
-        of(&mut self.held_values, self.held, &rest);
+        of(&mut self.discrete_values, self.discrete, &rest);
     }
 }
 
@@ -202,14 +201,14 @@ impl Passage<'_> {
             self.jump(happening, columns)?;
         }
         columns.move_on(&moves, [last.after.rates(), &after[..n]]);
-        let all = [&columns.positions, &columns.rates, &columns.held_values];
+        let all = [&columns.positions, &columns.rates, &columns.discrete_values];
         match all.iter().flat_map(|all| all.iter()).all(|value| value.is_finite()) {
             true => Ok(moves),
             false => Err(PassageError::NotFinite { names: self.names(first) }),
         }
     }
 
-    /// How held values change that begin with what the scene says of them.
+    /// How discrete variables change that begin with what the scene says of them.
     ///
     /// # Errors
     /// What holds wherever it stands begins at rest, and slides or turns with other values.
@@ -218,7 +217,7 @@ impl Passage<'_> {
         let count = self.parameters.len();
         let (_, begin) = self.along(state, &before, false).run(&self.model.program().instants.begin);
         for (place, tangents) in begin.iter().enumerate() {
-            (0..count).for_each(|column| columns.held_values[column * columns.held + place] = tangents[column]);
+            (0..count).for_each(|column| columns.discrete_values[column * columns.discrete + place] = tangents[column]);
         }
         let contacts = self.model.program().instants.contacts();
         self.hold(state, &vec![true; contacts.len()], columns);
@@ -232,7 +231,7 @@ impl Passage<'_> {
         let largest = columns.rates.iter().fold(1.0, |most, change| maximum(most, change.abs()));
         let moves = |(index, contact): &(usize, &Contact)| {
             let scale = program.constraints[contact.constraint as usize].scale;
-            let rests = contact.place().is_some() && values[*index].abs() <= CANCELLED * scale;
+            let rests = contact.state.place.is_some() && values[*index].abs() <= CANCELLED * scale;
             rests && changes[*index].iter().any(|change| change.abs() > CANCELLED * scale * largest)
         };
         match data.all.iter().enumerate().find(moves) {
@@ -244,22 +243,16 @@ impl Passage<'_> {
     /// What is held wherever it stands is held where it stands in a state: the places of these change so that their gaps do not.
     fn hold(&self, state: &State, which: &[bool], columns: &mut Columns) {
         let Some(data) = &self.model.program().instants.contacts else { return };
-        let first = self.model.layout().parameters();
-        let places = data.all.iter().map(|contact| {
-            self.held.iter().position(|&input| Some(input) == contact.place().map(|place| first + place))
-        });
-        let places: Vec<(usize, usize)> = places
-            .enumerate()
-            .filter(|(index, _)| which[*index])
-            .filter_map(|(index, place)| Some((index, place?)))
-            .collect();
+        let places = data.all.iter().enumerate().filter(|(index, _)| which[*index]);
+        let places = places.filter_map(|(index, contact)| Some((index, contact.state.place? as usize)));
+        let places: Vec<(usize, usize)> = places.collect();
         if places.is_empty() {
             return;
         }
         let (_, gaps) = self.along(state, columns, false).run(&data.gaps);
         for (index, place) in places {
             for (column, gap) in gaps[index].iter().enumerate() {
-                columns.held_values[column * columns.held + place] += gap;
+                columns.discrete_values[column * columns.discrete + place] += gap;
             }
         }
     }
@@ -309,7 +302,7 @@ impl Passage<'_> {
                 Some(&register) => set(register, 1.0),
                 None => {
                     set(layout.time(), 1.0);
-                    for input in 0..model.program().open_inputs() {
+                    for input in 0..model.program().inputs.len() {
                         let [_, rate, acceleration] = state.input_polynomial(input);
                         set(layout.inputs() + input, rate);
                         set(layout.input_rates() + input, acceleration);
@@ -317,11 +310,11 @@ impl Passage<'_> {
                 }
             }
             let lanes = |all: &[f64], size: usize| all[column * size..][..size].to_vec();
-            let (n, held) = (columns.n, columns.held);
+            let (n, discrete) = (columns.n, columns.discrete);
             let places = (layout.positions()..).zip(lanes(&columns.positions, n));
             let rates = (layout.rates()..).zip(lanes(&columns.rates, n));
-            let held = self.held.iter().copied().zip(lanes(&columns.held_values, held));
-            places.chain(rates).chain(held).for_each(|(register, tangent)| set(register, tangent));
+            let discrete = (layout.discrete()..).zip(lanes(&columns.discrete_values, discrete));
+            places.chain(rates).chain(discrete).for_each(|(register, tangent)| set(register, tangent));
         }
         for lanes in &mut along.tangents {
             along.machine.run_tangents(&tapes.parameters, lanes);
@@ -435,7 +428,7 @@ impl Passage<'_> {
         self.hold(&happening.before, &caught, columns);
         for write in writes {
             for (column, tangent) in written[write.result as usize].iter().enumerate() {
-                columns.held_values[column * columns.held + write.held as usize] = *tangent;
+                columns.discrete_values[column * columns.discrete + write.discrete as usize] = *tangent;
             }
         }
         Ok(())
@@ -458,7 +451,7 @@ impl Passage<'_> {
         }
         let mut state = happening.before.clone();
         for (contact, &pressing) in data.all.iter().zip(&happening.pressing) {
-            state.parameters_mut()[contact.closed as usize] = f64::from(u8::from(pressing));
+            state.discrete_mut()[contact.state.closed as usize] = f64::from(u8::from(pressing));
         }
         let mut along = self.along(&state, columns, false);
         let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
@@ -483,10 +476,8 @@ impl Passage<'_> {
         let (n, row) = (columns.n, data.all[index].constraint as usize);
         for column in 0..along.columns {
             (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
-            let impulse = layout.parameters() + data.all[index].closed as usize + 1;
-            if let Some(place) = self.held.iter().position(|&register| register == impulse) {
-                columns.held_values[column * columns.held + place] = -changes[n + row][column];
-            }
+            let impulse = data.all[index].state.impulse as usize;
+            columns.discrete_values[column * columns.discrete + impulse] = -changes[n + row][column];
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 //! Where the laws permit, q_p and v_p are continued by their Taylor series. Derivatives at one point come from the tapes of the model, four directions at a time.
 
 use std::iter::once;
+use std::ops::Range;
 
 use super::passage::{Columns, Passage, PassageError};
 use super::{Happening, Instance, InstanceError};
@@ -29,9 +30,9 @@ pub enum Varied {
 pub struct Variational {
     /// The register of each parameter.
     registers: Vec<usize>,
-    /// The registers of held inputs, of the places where something is held, and of impulses, and how they change: a column for each parameter. Between instants they stay as they are.
-    held: Vec<usize>,
-    held_values: Vec<f64>,
+    /// The registers of discrete variables, and how these change: a column for each parameter. Between instants they stay as they are.
+    discrete: Range<usize>,
+    discrete_values: Vec<f64>,
     /// Eight parameters each; none if there are no such series.
     groups: Vec<Group>,
     order: usize,
@@ -40,7 +41,7 @@ pub struct Variational {
     tangents: Vec<Lane>,
     solved: Vec<Lane>,
     /// Where accelerations and reactions are among the registers.
-    results: std::ops::Range<usize>,
+    results: Range<usize>,
 }
 
 /// The series of a motion with its derivatives by some parameters.
@@ -49,7 +50,7 @@ struct Group {
     series: Box<dyn Variations>,
     tangents: Tangents,
     /// The parameters.
-    places: std::ops::Range<usize>,
+    places: Range<usize>,
     /// Are the coefficients those of the present parameters?
     entered: bool,
 }
@@ -70,15 +71,10 @@ impl Variational {
             let tangents = std::array::from_fn(|_| vec![ZERO; program.registers as usize]);
             Some(Group { series: variations(model, places.len())?, tangents, places, entered: false })
         });
-        let inputs = (program.open_inputs()..program.inputs.len()).map(|index| layout.inputs() + index);
-        let contacts = program.instants.contacts().iter();
-        let places = contacts.clone().filter_map(|contact| Some(layout.parameters() + contact.place()?));
-        let impulses = contacts.map(|contact| layout.parameters() + contact.closed as usize + 1);
-        let held: Vec<usize> = inputs.chain(places).chain(impulses).collect();
         Self {
             registers: varied.iter().map(register).collect(),
-            held_values: vec![0.0; held.len() * varied.len()],
-            held,
+            discrete_values: vec![0.0; program.discrete.len() * varied.len()],
+            discrete: layout.discrete()..layout.inputs(),
             groups: groups.collect(),
             order: order_for(tolerance),
             tolerance: share(tolerance),
@@ -88,19 +84,19 @@ impl Variational {
         }
     }
 
-    /// How held values change at the start of a motion, with these q_p and v_p.
+    /// How discrete variables change at the start of a motion, with these q_p and v_p.
     ///
     /// # Errors
     /// Why there are no derivatives there.
-    pub fn begin_held(&mut self, motion: &Instance, state: [&[f64]; 2]) -> Result<(), PassageError> {
+    pub fn begin_discrete(&mut self, motion: &Instance, state: [&[f64]; 2]) -> Result<(), PassageError> {
         let mut columns =
-            Columns::new(motion.model.coordinates(), self.held.len(), [state[0], state[1], &self.held_values]);
+            Columns::new(motion.model.coordinates(), self.discrete.len(), [state[0], state[1], &self.discrete_values]);
         self.passage(&motion.model, 0.0).begin(&motion.now.state, &mut columns)?;
-        self.held_values = columns.held_values;
+        self.discrete_values = columns.discrete_values;
         Ok(())
     }
 
-    /// Carries q_p and v_p, and the derivatives of held values, over everything that has happened at one instant of a motion; says how that moves with each parameter. Events are found to this
+    /// Carries q_p and v_p, and the derivatives of discrete variables, over everything that has happened at one instant of a motion; says how that moves with each parameter. Events are found to this
     /// tolerance.
     ///
     /// # Errors
@@ -112,23 +108,24 @@ impl Variational {
         [positions, rates]: [&mut [f64]; 2],
         tolerance: f64,
     ) -> Result<Vec<f64>, PassageError> {
-        let mut columns = Columns::new(model.coordinates(), self.held.len(), [positions, rates, &self.held_values]);
+        let mut columns =
+            Columns::new(model.coordinates(), self.discrete.len(), [positions, rates, &self.discrete_values]);
         let moves = self.passage(model, tolerance).pass(happened, &mut columns)?;
         positions.copy_from_slice(&columns.positions);
         rates.copy_from_slice(&columns.rates);
-        self.held_values = columns.held_values;
+        self.discrete_values = columns.discrete_values;
         // What is open or closed is among the coefficients.
         self.groups.iter_mut().for_each(|group| group.entered = false);
         Ok(moves)
     }
 
     fn passage<'a>(&'a self, model: &'a Model, tolerance: f64) -> Passage<'a> {
-        Passage { model, parameters: &self.registers, held: &self.held, tolerance }
+        Passage { model, parameters: &self.registers, tolerance }
     }
 
-    /// How held inputs and the places where something is held change, of which together there are so many: a column for each parameter.
-    pub fn held_values(&self, count: usize) -> impl Iterator<Item = f64> {
-        self.held_values.chunks(self.held.len().max(1)).flat_map(move |column| column.iter().take(count).copied())
+    /// How discrete variables change: a column for each parameter.
+    pub fn discrete_values(&self) -> &[f64] {
+        &self.discrete_values
     }
 
     /// Begins the series at the present state of a motion, with these q_p and v_p, of which the largest of each direction have reached so far: errors count relative to that. Says how long a step they permit, up to a limit; none where there are none, because of the laws
@@ -149,7 +146,7 @@ impl Variational {
         motion.load()?;
         let mut length = limit;
         for group in &mut self.groups {
-            group.load(motion, &self.registers, state, (&self.held, &self.held_values));
+            group.load(motion, &self.registers, state, (self.discrete.clone(), &self.discrete_values));
             let registers = motion.machine.registers();
             let reached = &reached[group.places.clone()];
             if !group.series.begin(&motion.model, self.order, registers, &group.tangents, reached) {
@@ -197,9 +194,10 @@ impl Variational {
             for (place, &register) in four.iter().enumerate() {
                 self.tangents[register][place] = 1.0;
                 let parameter = self.registers.iter().position(|parameter_register| *parameter_register == register);
-                let changes = parameter.map(|column| held_of((&self.held, &self.held_values), column));
-                for (held, tangent) in changes.into_iter().flatten() {
-                    self.tangents[held][place] = tangent;
+                let changes =
+                    parameter.map(|column| discrete_of((self.discrete.clone(), &self.discrete_values), column));
+                for (register, tangent) in changes.into_iter().flatten() {
+                    self.tangents[register][place] = tangent;
                 }
             }
             self.accelerate(motion)?;
@@ -229,7 +227,7 @@ impl Variational {
             let columns = first..self.registers.len().min(first + WIDTH);
             for (place, column) in columns.clone().enumerate() {
                 for (register, tangent) in direction(&motion.model, self.registers[column], column, state)
-                    .chain(held_of((&self.held, &self.held_values), column))
+                    .chain(discrete_of((self.discrete.clone(), &self.discrete_values), column))
                 {
                     self.tangents[register][place] = tangent;
                 }
@@ -281,11 +279,17 @@ impl Variational {
 
 impl Group {
     /// The directions, with the coefficients of the series where they do not have them yet.
-    fn load(&mut self, motion: &mut Instance, registers: &[usize], state: [&[f64]; 2], held: (&[usize], &[f64])) {
+    fn load(
+        &mut self,
+        motion: &mut Instance,
+        registers: &[usize],
+        state: [&[f64]; 2],
+        (discrete, values): (Range<usize>, &[f64]),
+    ) {
         for (direction, column) in self.places.clone().enumerate() {
             let (half, place) = (&mut self.tangents[direction / WIDTH], direction % WIDTH);
             let changes = self::direction(&motion.model, registers[column], column, state);
-            for (register, tangent) in changes.chain(held_of(held, column)) {
+            for (register, tangent) in changes.chain(discrete_of((discrete.clone(), values), column)) {
                 half[register][place] = tangent;
             }
         }
@@ -299,12 +303,13 @@ impl Group {
     }
 }
 
-/// Held values that change with a parameter, and by how much.
-fn held_of<'a>(
-    (held, values): (&'a [usize], &'a [f64]),
+/// How discrete variables change with a parameter.
+fn discrete_of(
+    (discrete, values): (Range<usize>, &[f64]),
     column: usize,
-) -> impl Iterator<Item = (usize, f64)> + use<'a> {
-    held.iter().copied().zip(values[column * held.len()..][..held.len()].iter().copied())
+) -> impl Iterator<Item = (usize, f64)> + use<'_> {
+    let count = discrete.len();
+    discrete.zip(values[column * count..][..count].iter().copied())
 }
 
 /// The registers that change with a parameter at a point, and by how much: its own, and those of q and v.
@@ -327,6 +332,7 @@ impl Instance {
             Source::Time => return None,
             Source::Parameter(index) => layout.parameters() + index as usize,
             Source::Input(index) => layout.inputs() + index as usize,
+            Source::Discrete(index) => layout.discrete() + index as usize,
             Source::Coordinate(index) => layout.positions() + index as usize,
             Source::Rate(index) => layout.rates() + index as usize,
             Source::Acceleration(index) => layout.accelerations() + index as usize,

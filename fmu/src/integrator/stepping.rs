@@ -153,9 +153,10 @@ impl Stepper {
         settings: &Settings,
     ) -> Result<(), Failure> {
         let span = state.time() - moved.time();
-        if moved.parameters() != state.parameters() {
+        if moved.constant_between_instants() != state.constant_between_instants() {
             run.keep(moved);
-            moved.parameters_mut().copy_from_slice(state.parameters());
+            moved.registers_mut()[model.layout().constant_between_instants()]
+                .copy_from_slice(state.constant_between_instants());
             self.reproject(model, machine, run.before(), moved, settings)?;
         }
         for index in 0..model.program().inputs.len() {

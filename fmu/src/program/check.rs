@@ -8,7 +8,9 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::program::{Condition, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Write};
+use crate::program::{
+    Condition, Contact, ContactState, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Write,
+};
 use crate::tape::Tape;
 
 /// What is wrong with a program.
@@ -139,6 +141,7 @@ impl Program {
         self.instants.samplers.iter().try_for_each(|sampler| named("sampler", &sampler.name))?;
         unique("event", self.instants.events.iter().map(|event| &event.name))?;
         unique("contact", self.instants.contacts().iter().map(|contact| &contact.name))?;
+        unique("discrete variable", self.discrete.iter().map(|discrete| &discrete.name))?;
         unique("input", self.inputs.iter().map(|input| &input.name))?;
         unique("coordinate", self.coordinates.iter().map(|coordinate| &coordinate.name))?;
         unique("variable", self.variables.iter().map(|variable| &variable.name))
@@ -150,7 +153,6 @@ impl Program {
             false => Err(Fault::Value { what: what.to_owned() }),
         };
         value(self.states as usize <= self.coordinates.len(), "the number of states")?;
-        value(self.instants.held as usize <= self.inputs.len(), "the number of held values")?;
         let positive = |number: f64| number > 0.0 && number.is_finite();
         let times = &self.experiment;
         value(times.start.is_finite() && times.stop.is_finite() && times.stop >= times.start, "the experiment")?;
@@ -162,6 +164,9 @@ impl Program {
         value(self.constants.iter().all(|constant| constant.is_finite()), "a constant")?;
         for parameter in &self.parameters {
             value(within(parameter.start, parameter.min, parameter.max), &parameter.name)?;
+        }
+        for discrete in &self.discrete {
+            value(discrete.start.is_finite(), &discrete.name)?;
         }
         for input in &self.inputs {
             value(within(input.start, input.min, input.max), &input.name)?;
@@ -191,18 +196,18 @@ impl Program {
                 return Err(Fault::Reference { name: follower.name.clone() });
             }
         }
-        let Instants { held, written, .. } = &self.instants;
-        let is_there = |write: &Write| write.held < *held && (write.result as usize) < written.results.len();
-        if !self.instants.writes().all(is_there) {
+        let is_discrete = |place: u32| (place as usize) < self.discrete.len();
+        let Instants { begin, written, .. } = &self.instants;
+        let is_there = |write: &Write| is_discrete(write.discrete) && (write.result as usize) < written.results.len();
+        if begin.results.len() > self.discrete.len() || !self.instants.writes().all(is_there) {
             return Err(Fault::Reference { name: "what is written".to_owned() });
         }
-        let is_parameter = |index: u32| (index as usize) < self.parameters.len();
         let is_masked = |row: &u32| {
             let row = self.constraints.get(*row as usize);
             row.is_some_and(|row| row.role == Role::OneSided)
         };
-        let masks = self.instants.masks.iter().all(|(row, parameter)| is_masked(row) && is_parameter(*parameter));
-        let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|event| is_parameter(*event));
+        let masks = self.instants.masks.iter().all(|(row, mask)| is_masked(row) && is_discrete(*mask));
+        let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|removed| is_discrete(*removed));
         if !masks || !removes {
             return Err(Fault::Reference { name: "what does not always hold".to_owned() });
         }
@@ -210,13 +215,12 @@ impl Program {
             let row = self.constraints.get(contact.constraint as usize);
             let slip = contact.slip.as_ref();
             let slips = slip.is_none_or(|slip| {
-                let sums = slip.sums as usize + slip.signs as usize;
+                let sums = slip.sums as usize + contact.state.signs.len();
                 (slip.level as usize) < self.constraints.len()
                     && slip.on.is_none_or(|on| (on as usize) < self.instants.contacts().len())
                     && self.instants.contacts.as_ref().is_some_and(|all| sums <= all.pressing.results.len())
             });
-            let is_held = contact.last() < self.parameters.len() && slips;
-            if row.is_none_or(|row| row.role != Role::OneSided) || !is_held {
+            if row.is_none_or(|row| row.role != Role::OneSided) || !contact.has_its_state(&is_discrete) || !slips {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }
         }
@@ -225,6 +229,7 @@ impl Program {
                 Source::Time => (0, 1),
                 Source::Parameter(index) => (index, self.parameters.len()),
                 Source::Input(index) => (index, self.inputs.len()),
+                Source::Discrete(index) => (index, self.discrete.len()),
                 Source::Output { result, .. } => (result, self.tapes.outputs.results.len()),
                 Source::Coordinate(index) | Source::Rate(index) | Source::Acceleration(index) => {
                     (index, self.coordinates.len())
@@ -340,8 +345,7 @@ impl Program {
         results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
         results("domains", &tapes.domains.tape, tapes.domains.domains.len())?;
         results("ranges", &tapes.ranges.tape, tapes.ranges.domains.len())?;
-        let Instants { held, samplers, events, begin, clocks, sides, .. } = &self.instants;
-        results("begin", begin, *held as usize)?;
+        let Instants { samplers, events, clocks, sides, .. } = &self.instants;
         results("clocks", clocks, 2 * samplers.len())?;
         results("sides", sides, 2 * events.len())?;
         if let Some(contacts) = &self.instants.contacts {
@@ -403,6 +407,16 @@ struct RegisterCheck {
     overwritten: Vec<bool>,
 }
 
+impl Contact {
+    /// True if it has the discrete variables that its kind needs, and all are there.
+    fn has_its_state(&self, is_discrete: &impl Fn(u32) -> bool) -> bool {
+        let ContactState { closed, impulse, place, direction, signs } = &self.state;
+        let all = [*closed, *impulse].into_iter().chain(*place).chain(*direction).chain(signs.iter().copied());
+        let rubs = self.slip.is_some();
+        all.into_iter().all(is_discrete) && place.is_some() == (rubs || self.of_rate) && direction.is_some() == rubs
+    }
+}
+
 impl RegisterCheck {
     fn new(program: &Program, layout: &Layout) -> Self {
         let empty = vec![false; program.registers as usize];
@@ -414,9 +428,9 @@ impl RegisterCheck {
         }
     }
 
-    /// The parameter stage reads parameters and constants only.
+    /// The parameter stage reads parameters, discrete variables and constants only.
     fn parameters(&mut self, tape: &Tape, layout: &Layout) -> Result<(), Fault> {
-        let readable = layout.parameters()..layout.inputs();
+        let readable = layout.constant_between_instants();
         self.stage = self.follow("parameters", tape, |register| readable.contains(&register), |_| {})?;
         Ok(())
     }

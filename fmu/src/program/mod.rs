@@ -12,6 +12,7 @@ pub mod storage;
 pub(crate) mod time_switches;
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,8 @@ pub struct Program {
     pub experiment: Experiment,
     /// FMU parameters, in the order of their registers; then the initial values that can be set under the names of their variables.
     pub parameters: Vec<Parameter>,
+    /// Discrete variables, in the order of their registers.
+    pub discrete: Vec<Discrete>,
     /// FMU inputs, in the order of their registers.
     pub inputs: Vec<Input>,
     /// Drivers that follow an input as a velocity or an acceleration.
@@ -66,13 +69,11 @@ pub struct Program {
 /// Values that only ticks and events change, and when. Nothing of it is there in most scenes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Instants {
-    /// How many inputs, the last ones, are held: nobody outside sets them, ticks and events write them.
-    pub held: u32,
     /// Values that are sampled together.
     pub samplers: Vec<Sampler>,
     /// What happens when a comparison begins to hold.
     pub events: Vec<Event>,
-    /// What held values begin with, in their order. Reads everything but accelerations and reactions.
+    /// What the first discrete variables begin with, in their order; the others begin with [`Discrete::start`]. Reads everything but accelerations and reactions.
     pub begin: Tape,
     /// Period and offset of each sampler [s]. Reads parameters.
     pub clocks: Tape,
@@ -80,7 +81,7 @@ pub struct Instants {
     pub written: Tape,
     /// Both sides of the comparison of each event, the one that is then larger first. Reads as `written`.
     pub sides: Tape,
-    /// Loop equations of the role [`Role::OneSided`], each with the parameter that is 1 while it holds, else 0.
+    /// Loop equations of the role [`Role::OneSided`], each with the discrete variable that is 1 while it holds, else 0.
     pub masks: Vec<(u32, u32)>,
     /// What the mechanism holds on one side only.
     pub contacts: Option<Contacts>,
@@ -115,13 +116,27 @@ pub struct Contact {
     pub name: String,
     /// Its loop equation, of the role [`Role::OneSided`].
     pub constraint: u32,
-    /// The parameter that is 1 while it is closed, else 0; the next one is the impulse of the last impact.
-    pub closed: u32,
-    /// True for a freewheel, whose rate is what is never negative: one more parameter follows, from where its gap counts.
+    /// Its discrete variables.
+    pub state: ContactState,
+    /// True for a freewheel, whose rate is what is never negative.
     pub of_rate: bool,
-    /// If it is held on both sides while it is closed, and rubs while it is open. Then more parameters follow: from where its gap counts, 1 or -1 while it slips that way, else 0, and the signs
-    /// of what presses.
+    /// If it is held on both sides while it is closed, and rubs while it is open.
     pub slip: Option<Slip>,
+}
+
+/// The discrete variables of a contact: their places in [`Program::discrete`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactState {
+    /// 1 while it is closed, or sticks; else 0.
+    pub closed: u32,
+    /// The impulse of the last impact.
+    pub impulse: u32,
+    /// From where its gap counts: of friction and freewheels, which are held wherever they stand.
+    pub place: Option<u32>,
+    /// 1 or -1 while it slides that way, else 0: of friction.
+    pub direction: Option<u32>,
+    /// The signs of what presses: of friction.
+    pub signs: Vec<u32>,
 }
 
 /// How something rubs.
@@ -131,38 +146,13 @@ pub struct Slip {
     pub level: u32,
     /// What must be closed for it to rub.
     pub on: Option<u32>,
-    /// How many signs it has.
-    pub signs: u32,
-    /// The first of its sums among those that press.
+    /// The first of its sums among those that press, of which each has a sign.
     pub sums: u32,
     /// True if its level follows from reactions.
     pub follows: bool,
 }
 
-impl Contact {
-    /// The parameter that is 1 or -1 while it slips.
-    pub fn direction(&self) -> usize {
-        self.closed as usize + 3
-    }
-
-    /// The parameter that says where it is held, of what is held wherever it stands.
-    pub fn place(&self) -> Option<usize> {
-        (self.of_rate || self.slip.is_some()).then_some(self.closed as usize + 2)
-    }
-
-    /// The parameters that are the signs of what presses.
-    pub fn signs(&self) -> std::ops::Range<usize> {
-        let first = self.closed as usize + 4;
-        first..first + self.slip.as_ref().map_or(0, |slip| slip.signs as usize)
-    }
-
-    /// The last of its parameters.
-    pub(crate) fn last(&self) -> usize {
-        if self.slip.is_some() { self.signs().end - 1 } else { self.place().unwrap_or(self.closed as usize + 1) }
-    }
-}
-
-/// Held values that change together at offset + k period, k = 0, 1, ...
+/// Discrete variables that change together at offset + k period, k = 0, 1, ...
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sampler {
     /// The user's name.
@@ -184,15 +174,15 @@ pub struct Event {
     pub stop: bool,
     /// What it writes.
     pub writes: Vec<Write>,
-    /// Parameters that are 0 from then on: what they are the factors of is removed.
+    /// Discrete variables that are 0 from then on: what they are the factors of is removed.
     pub removes: Vec<u32>,
 }
 
-/// One held value, and the result of [`Instants::written`] that it gets.
+/// A discrete variable, and the result of [`Instants::written`] that it gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Write {
-    /// Its place among the held values.
-    pub held: u32,
+    /// Its place in [`Program::discrete`].
+    pub discrete: u32,
     /// Which result of the tape.
     pub result: u32,
 }
@@ -279,6 +269,15 @@ pub struct Input {
     pub max: Option<f64>,
 }
 
+/// A discrete variable: constant between instants, at which sample times, events and contacts change it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Discrete {
+    /// Its name.
+    pub name: String,
+    /// Its first value, SI, where [`Instants::begin`] gives none.
+    pub start: f64,
+}
+
 /// A driver that follows an input by integrating it. Its position, rate and acceleration are registers; between
 /// communication points the input is a polynomial of time, so the integrals are exact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -359,6 +358,8 @@ pub enum Source {
     Parameter(u32),
     /// Index into [`Program::inputs`].
     Input(u32),
+    /// Index into [`Program::discrete`].
+    Discrete(u32),
     /// Index into the results of [`Tapes::outputs`], and whether the value needs accelerations or reactions.
     Output {
         /// Which result of the tape.
@@ -409,7 +410,7 @@ pub struct LawTape {
 /// Sizes: n coordinates (those of states included), m loop equations (whatever their role), f followers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tapes {
-    /// What depends on parameters only. Run when parameters change; its registers persist.
+    /// What depends on parameters and discrete variables only. Run when these change; its registers persist.
     pub parameters: Tape,
     /// Phi(q, t), m results. Reads time, inputs, followers, q.
     pub constraint: Tape,
@@ -481,11 +482,12 @@ pub struct Condition {
     pub scale: f64,
 }
 
-/// Where things lie in the register file, in this order: time, parameters, inputs, input rates, input accelerations, follower
+/// Where things lie in the register file, in this order: time, parameters, discrete variables, inputs, input rates, input accelerations, follower
 /// positions, follower rates, follower accelerations, q, v, a, lambda, constants, parameter stage, scratch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     parameters: usize,
+    discrete: usize,
     inputs: usize,
     followers: usize,
     coordinates: usize,
@@ -496,11 +498,11 @@ pub struct Layout {
 impl Layout {
     /// The layout for these counts; the coordinates are those of the mechanism and, after them, one for each state.
     pub fn new(
-        [parameters, inputs, followers]: [usize; 3],
+        [parameters, discrete, inputs, followers]: [usize; 4],
         [mechanical, states]: [usize; 2],
         constraints: usize,
     ) -> Self {
-        Self { parameters, inputs, followers, coordinates: mechanical + states, states, constraints }
+        Self { parameters, discrete, inputs, followers, coordinates: mechanical + states, states, constraints }
     }
 
     /// Register of time.
@@ -511,9 +513,17 @@ impl Layout {
     pub fn parameters(&self) -> usize {
         1
     }
+    /// First discrete variable.
+    pub fn discrete(&self) -> usize {
+        self.parameters() + self.parameters
+    }
+    /// Parameters and discrete variables: what is constant between instants.
+    pub fn constant_between_instants(&self) -> Range<usize> {
+        self.parameters()..self.inputs()
+    }
     /// First input value.
     pub fn inputs(&self) -> usize {
-        self.parameters() + self.parameters
+        self.discrete() + self.discrete
     }
     /// First input rate.
     pub fn input_rates(&self) -> usize {
@@ -599,11 +609,6 @@ impl Program {
         self.tapes.indicators.results.len() + self.instants.occasions()
     }
 
-    /// How many inputs somebody outside sets: those before the held ones.
-    pub fn open_inputs(&self) -> usize {
-        self.inputs.len() - self.instants.held as usize
-    }
-
     /// Do drivers determine all that moves, so that there are no states: are there as many independent loop equations as coordinates?
     pub fn is_driven(&self) -> bool {
         self.constraints.iter().filter(|constraint| constraint.role == Role::Imposed).count() == self.coordinates.len()
@@ -654,7 +659,7 @@ impl Program {
     /// The layout of this program's register file.
     pub fn layout(&self) -> Layout {
         Layout::new(
-            [self.parameters.len(), self.inputs.len(), self.followers.len()],
+            [self.parameters.len(), self.discrete.len(), self.inputs.len(), self.followers.len()],
             [self.mechanical(), self.states as usize],
             self.constraints.len(),
         )

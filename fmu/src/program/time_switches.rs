@@ -20,12 +20,10 @@ enum Dependence {
 /// The switching functions of laws that change over once, at a time that no motion moves: their indices among the results of the laws.
 pub(crate) fn of_laws(program: &Program, layout: &Layout) -> Vec<usize> {
     let laws = &program.tapes.laws;
-    let held = layout.inputs() + program.open_inputs();
     let mut known: Vec<Dependence> = (0..program.registers as usize)
         .map(|register| match register {
             0 => Dependence::Monotone,
-            _ if (layout.inputs()..held).contains(&register) => Dependence::Other,
-            _ if (layout.input_rates()..layout.constants()).contains(&register) => Dependence::Other,
+            _ if (layout.inputs()..layout.constants()).contains(&register) => Dependence::Other,
             _ => Dependence::Held,
         })
         .collect();

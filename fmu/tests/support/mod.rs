@@ -59,6 +59,7 @@ fn empty(name: &str) -> Program {
             budget: f64::INFINITY,
         },
         parameters: Vec::new(),
+        discrete: Vec::new(),
         inputs: Vec::new(),
         followers: Vec::new(),
         coordinates: Vec::new(),

@@ -5,7 +5,7 @@ mod filter;
 mod pid;
 
 use crate::model::measure::ANYTHING;
-use crate::model::{Formula, InputId, Range, StateId};
+use crate::model::{DiscreteId, Formula, Range, StateId};
 use crate::scene::key::{Form, Key};
 use crate::scene::tables::{DESCRIPTION, SIGNAL_UNIT};
 
@@ -70,7 +70,7 @@ impl TransferKeys<'_> {
     }
 
     fn sampled(&self, place: usize) -> Formula {
-        Formula::Input(InputId(self.first.1 + place))
+        Formula::Discrete(DiscreteId(self.first.1 + place))
     }
 }
 

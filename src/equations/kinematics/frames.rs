@@ -57,7 +57,7 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
 pub fn is_constant(arena: &Arena, expr: Expr) -> bool {
     match arena.node(expr) {
         ExprNode::Constant(_) => true,
-        ExprNode::Symbol(symbol) => symbol.is_parameter(),
-        _ => arena.symbols([expr]).iter().all(|symbol| symbol.is_parameter()),
+        ExprNode::Symbol(symbol) => symbol.is_constant_between_instants(),
+        _ => arena.symbols([expr]).iter().all(|symbol| symbol.is_constant_between_instants()),
     }
 }

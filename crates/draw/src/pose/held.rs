@@ -26,7 +26,7 @@ impl PoseValues<'_> {
                 name: unilateral.name.clone(),
                 spot,
                 sticks: unilateral.slip.is_some(),
-                now: self.state.value(Symbol::Parameter(unilateral.closed.0)) == 1.0,
+                now: self.state.value(Symbol::Discrete(unilateral.state.closed.0)) == 1.0,
                 while_held: while_held(mechanism, unilateral, &named),
                 impulse: impulse.map(named),
             });

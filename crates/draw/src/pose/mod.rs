@@ -105,6 +105,7 @@ fn values_at(state: &State, changed: impl Fn(f64) -> f64) -> impl Fn(Symbol) -> 
         Symbol::Input(_, Order::Position) => changed(state.value(symbol)),
         Symbol::Time
         | Symbol::Parameter(_)
+        | Symbol::Discrete(_)
         | Symbol::Input(..)
         | Symbol::Coordinate(..)
         | Symbol::Follower(..)

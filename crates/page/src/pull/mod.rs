@@ -344,6 +344,7 @@ fn place(model: &Model, variable: usize) -> Option<usize> {
     match program.variables.get(variable)?.source {
         Source::Time => Some(layout.time()),
         Source::Parameter(index) => Some(layout.parameters() + index as usize),
+        Source::Discrete(index) => Some(layout.discrete() + index as usize),
         Source::Input(index) => Some(layout.inputs() + index as usize),
         Source::Output { result, accelerated: false } => {
             program.tapes.outputs.results.get(result as usize).map(|&register| register as usize)

@@ -26,7 +26,7 @@ impl DrivenInputs {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
     pub fn new(mechanism: &Mechanism, table: CsvTable) -> Result<Self, InputTableError> {
-        let names = || mechanism.open_inputs().iter().map(|open_input| open_input.name.as_str());
+        let names = || mechanism.inputs.iter().map(|input| input.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
             let unknown = || {
                 SettingError::Other(format!(

@@ -75,14 +75,14 @@ fn closure(
     let values = equations.system.arena.evaluate(&wanted, point);
     let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
     let held = -point.value(Symbol::Reaction(row));
-    let mut closed = point.value(Symbol::Parameter(unilateral.closed.0)) != 0.0;
+    let mut closed = point.value(Symbol::Discrete(unilateral.state.closed.0)) != 0.0;
     let (kind, force) = match &unilateral.slip {
         Some(_) if equations.is_led(index) => (OneSidedKind::Led, held),
         Some(slip) => {
             let parameters = equations.system.mechanism.parameters.len();
             let parameters: Vec<f64> = (0..parameters).map(|place| point.value(Symbol::Parameter(place))).collect();
-            let (level, direction) =
-                (point.value(Symbol::Reaction(row + 1)), point.value(Symbol::Parameter(slip.direction.0)));
+            let direction = unilateral.state.direction.map_or(0.0, |way| point.value(Symbol::Discrete(way.0)));
+            let level = point.value(Symbol::Reaction(row + 1));
             let most = constant::evaluate(&slip.law.ratio, &parameters) * level;
             // No sign of a zero.
             let force = held - direction * level + 0.0;

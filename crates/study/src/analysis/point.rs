@@ -37,7 +37,7 @@ impl OperatingPoint {
         let layout = *model.layout();
         let mut registers = vec![0.0; layout.constants()];
         let kept = [
-            0..layout.input_rates(), // time, parameters, inputs
+            0..layout.input_rates(), // time, parameters, discrete variables, inputs
             layout.followers()..layout.follower_rates(),
             layout.positions()..layout.rates(),
             layout.states()..layout.accelerations(),
@@ -58,9 +58,9 @@ impl OperatingPoint {
         self.rests
     }
 
-    /// Sets a parameter: its place, and its value.
-    pub(super) fn set_parameter(&mut self, (index, value): (usize, f64)) {
-        let place = symbol_register(&self.layout, Symbol::Parameter(index));
+    /// Sets a discrete variable: its place, and its value.
+    pub(super) fn set_discrete(&mut self, (index, value): (usize, f64)) {
+        let place = symbol_register(&self.layout, Symbol::Discrete(index));
         self.registers[place] = value;
     }
 
@@ -95,6 +95,7 @@ impl Values for OperatingPoint {
             Symbol::Missing(..) => 0.0,
             Symbol::Time
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)

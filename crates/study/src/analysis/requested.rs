@@ -233,13 +233,13 @@ fn rubs(
 /// Holds one part so in a state: what begins to be held is held where it stands.
 fn hold(mechanism: &Mechanism, state: &mut State, closure: &Closure, holding: HeldMode) {
     let unilateral = &mechanism.unilaterals[closure.index];
-    let parameters = state.parameters_mut();
-    parameters[unilateral.closed.0] = f64::from(u8::from(holding.closed));
-    if let Some(slip) = &unilateral.slip {
-        parameters[slip.direction.0] = holding.direction;
+    let discrete = state.discrete_mut();
+    discrete[unilateral.state.closed.0] = f64::from(u8::from(holding.closed));
+    if let Some(direction) = unilateral.state.direction {
+        discrete[direction.0] = holding.direction;
     }
-    if let Some(place) = unilateral.place().filter(|_| !closure.closed) {
-        parameters[place.0] += closure.gap;
+    if let Some(place) = unilateral.state.place.filter(|_| !closure.closed) {
+        discrete[place.0] += closure.gap;
     }
 }
 
@@ -254,12 +254,12 @@ fn with_signs(
         return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }
     let unilaterals = &formulated.equations.system.mechanism.unilaterals;
-    let slips = variation.rubbing().iter().filter_map(|rubbing| unilaterals[rubbing.place].slip.as_ref());
-    let signs: Vec<usize> = slips.flat_map(|slip| slip.signs.iter().map(|sign| sign.0)).collect();
+    let rubbing = variation.rubbing().iter().map(|rubbing| &unilaterals[rubbing.place]);
+    let signs: Vec<usize> = rubbing.flat_map(|friction| friction.state.signs.iter().map(|sign| sign.0)).collect();
     if signs.len() > MOST_SIGNS {
         return Err(refused(state.time(), "has too many combinations of signs of normal forces to be tried"));
     }
-    let natural: Vec<f64> = signs.iter().map(|&sign| state.parameters()[sign]).collect();
+    let natural: Vec<f64> = signs.iter().map(|&sign| state.discrete()[sign]).collect();
     let (mut first, mut locks) = (None, false);
     for trial in 0..1_usize << signs.len() {
         for (place, (&sign, natural)) in signs.iter().zip(&natural).enumerate() {

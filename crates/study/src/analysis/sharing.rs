@@ -67,7 +67,7 @@ pub(super) fn sharing(
     let mechanism = &*formulated.equations.system.mechanism;
     let without = |left_out: &[usize]| {
         let mut point = point.clone();
-        left_out.iter().for_each(|&index| point.set_parameter(mask(mechanism, index, false)));
+        left_out.iter().for_each(|&index| point.set_discrete(mask(mechanism, index, false)));
         point
     };
     let mut concerned = Vec::new();
@@ -132,11 +132,11 @@ pub(super) fn share(
 ) -> Result<Outcome, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
     let rubbing = sharing.groups.iter().flat_map(|group| &group.rubbing).map(|(index, _)| index);
-    rubbing.chain(&sharing.stopped).for_each(|&index| point.set_parameter(mask(mechanism, index, false)));
+    rubbing.chain(&sharing.stopped).for_each(|&index| point.set_discrete(mask(mechanism, index, false)));
     loop {
         let mut tried = point.clone();
         for group in &sharing.groups {
-            tried.set_parameter(mask(mechanism, group.rubbing[group.full].0, true));
+            tried.set_discrete(mask(mechanism, group.rubbing[group.full].0, true));
         }
         let (failure, found) = match attempt(formulated, variation, tried) {
             Outcome::Slides(failure, found) => (failure, found),
@@ -179,15 +179,16 @@ pub(super) fn carry_all(formulated: &Formulated, point: &mut OperatingPoint, ind
     let mechanism = &*formulated.equations.system.mechanism;
     let parameters: Vec<f64> =
         (0..mechanism.parameters.len()).map(|place| point.value(Symbol::Parameter(place))).collect();
-    let Some(slip) = &mechanism.unilaterals[index].slip else { return };
+    let friction = &mechanism.unilaterals[index];
+    let (Some(slip), Some(direction)) = (&friction.slip, friction.state.direction) else { return };
     // Its level at rest.
-    point.set_parameter((slip.direction.0, way * constant::evaluate(&slip.law.ratio, &parameters)));
+    point.set_discrete((direction.0, way * constant::evaluate(&slip.law.ratio, &parameters)));
     let_go(formulated, point, index);
 }
 
 /// Lets something no longer hold.
 fn let_go(formulated: &Formulated, point: &mut OperatingPoint, index: usize) {
-    point.set_parameter(mask(&formulated.equations.system.mechanism, index, false));
+    point.set_discrete(mask(&formulated.equations.system.mechanism, index, false));
     if let Some(row) = formulated.equations.row_of_unilateral(index) {
         point.reactions_mut()[row] = 0.0;
     }

@@ -7,7 +7,7 @@
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::{HeldWhat, Unit};
+use cotree::model::{DiscreteKind, Unit};
 use cotree_fmu::program::FollowerOrder;
 use nalgebra::DMatrix;
 
@@ -196,15 +196,12 @@ impl Basis {
         derivatives.retain(|symbol| matches!(symbol, Symbol::Input(_, Order::Velocity | Order::Acceleration)));
         derivatives.sort_unstable();
         derivatives.dedup();
-        // Between ticks sampled values are inputs, and nothing else of what is held changes anything.
-        let open = program.open_inputs();
-        let held = &formulated.equations.system.mechanism.held;
-        let is_open = |index: &usize| {
-            let held = index.checked_sub(open).and_then(|index| held.get(index));
-            held.is_none_or(|held| held.what == HeldWhat::Sampled)
-        };
-        let values = (0..program.inputs.len()).filter(is_open).map(|index| Symbol::Input(index, Order::Position));
-        let inputs: Vec<Symbol> = values.chain(derivatives).collect();
+        let values = (0..program.inputs.len()).map(|index| Symbol::Input(index, Order::Position));
+        // Between sample times sampled values are inputs; no other discrete variable is one.
+        let sampled = formulated.equations.system.mechanism.discrete_variables();
+        let sampled = sampled.filter(|(_, discrete)| discrete.kind == DiscreteKind::Sampled);
+        let sampled = sampled.map(|(id, _)| Symbol::Discrete(id.0));
+        let inputs: Vec<Symbol> = values.chain(sampled).chain(derivatives).collect();
         let columns: Vec<Symbol> = states.iter().chain(&inputs).copied().collect();
         let rows = variation.signals();
         let same = |row: usize, column: usize| f64::from(u8::from(source_of(&rows[row]) == columns[column]));
@@ -271,6 +268,7 @@ impl Basis {
             Symbol::State(index, _) => motion.accelerations.row(self.mechanical + index).into_owned(),
             Symbol::Time
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Reaction(_)
@@ -295,6 +293,7 @@ fn derivative(formulated: &Formulated, state: Symbol) -> Symbol {
         // No state.
         Symbol::Time
         | Symbol::Parameter(_)
+        | Symbol::Discrete(_)
         | Symbol::Input(..)
         | Symbol::Reaction(_)
         | Symbol::Missing(..)
@@ -349,6 +348,10 @@ fn signal(formulated: &Formulated, point: &OperatingPoint, symbol: Symbol) -> St
                 Order::Acceleration => format!("d2({})/dt2", input.name),
             };
             (name, input.unit.clone(), order)
+        }
+        Symbol::Discrete(index) => {
+            let discrete = &mechanism.discrete[index];
+            (discrete.name.clone(), discrete.unit.clone(), Order::Position)
         }
         // No other symbol is varied.
         Symbol::Time | Symbol::Parameter(_) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => {

@@ -107,7 +107,7 @@ impl Study {
     }
 
     pub fn input_unit(&self, name: &str) -> Option<&Unit> {
-        self.mechanism.open_inputs().iter().find(|input| input.name == name).map(|input| &input.unit)
+        self.mechanism.inputs.iter().find(|input| input.name == name).map(|input| &input.unit)
     }
 
     /// The units of the scene's `[display]`.
@@ -175,12 +175,12 @@ impl Study {
             self.note(name, value);
             return Ok(());
         }
-        let open = mechanism.open_inputs().len();
         let parameters = mechanism
             .parameters
             .iter_mut()
             .map(|parameter| (&parameter.name, &parameter.unit, [parameter.min, parameter.max], &mut parameter.value));
-        let inputs = mechanism.inputs[..open]
+        let inputs = mechanism
+            .inputs
             .iter_mut()
             .map(|input| (&input.name, &input.unit, [input.min, input.max], &mut input.start));
         let Some((_, unit, bounds, place)) = parameters.chain(inputs).find(|(known, ..)| *known == name) else {
@@ -216,10 +216,8 @@ impl Study {
             return why.into();
         }
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let known = suggest::known(
-            name,
-            parameters.chain(self.mechanism.open_inputs().iter().map(|open_input| open_input.name.as_str())),
-        );
+        let known =
+            suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|input| input.name.as_str())));
         SettingError::Other(format!("the scene has no parameter or input `{name}`; {known}")).into()
     }
 

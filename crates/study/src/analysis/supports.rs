@@ -6,7 +6,7 @@ use std::cell::RefCell;
 
 use cotree::expr::{Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::{Mechanism, ParameterId};
+use cotree::model::{DiscreteId, Mechanism};
 use nalgebra::DMatrix;
 
 use super::decompose::svd;
@@ -64,7 +64,7 @@ pub(super) fn rest(
     let (mut first, mut slid, mut unsteady) = (None, None, None);
     for (place, mode) in modes.iter().enumerate() {
         let mut point = guess.clone();
-        mode.iter().enumerate().for_each(|(index, &closed)| point.set_parameter(mask(mechanism, index, closed)));
+        mode.iter().enumerate().for_each(|(index, &closed)| point.set_discrete(mask(mechanism, index, closed)));
         let outcome = in_mode(formulated, variation, point, requested).and_then(|outcome| {
             // Of forces that are not determined it is not known, either, whether what sticks can hold them.
             if let Outcome::Slides(_, point) = &outcome {
@@ -129,7 +129,7 @@ fn in_mode(
         Some(shared) => {
             // What carries all that it can has no share to be found.
             let mut others = point.clone();
-            verges.iter().for_each(|&(index, _)| others.set_parameter(mask(mechanism, index, false)));
+            verges.iter().for_each(|&(index, _)| others.set_discrete(mask(mechanism, index, false)));
             let [all, left] = [&point, &others].map(|point| ranked(formulated, variation, point));
             // If the others hold it still, nothing is about to slide.
             if left?[1] == all?[1] || sharing(formulated, variation, &others)?.is_some() {
@@ -171,10 +171,10 @@ fn verge(
 /// Lets what carries all that it can stick where it is, with the same force.
 fn stick(formulated: &Formulated, point: &mut OperatingPoint, closure: &Closure) {
     let unilateral = &formulated.equations.system.mechanism.unilaterals[closure.index];
-    point.set_parameter((unilateral.closed.0, 1.0));
-    if let (Some(place), Some(slip)) = (unilateral.place(), &unilateral.slip) {
-        point.set_parameter((place.0, point.value(Symbol::Parameter(place.0)) + closure.gap));
-        point.set_parameter((slip.direction.0, 0.0));
+    point.set_discrete((unilateral.state.closed.0, 1.0));
+    if let (Some(place), Some(direction)) = (unilateral.state.place, unilateral.state.direction) {
+        point.set_discrete((place.0, point.value(Symbol::Discrete(place.0)) + closure.gap));
+        point.set_discrete((direction.0, 0.0));
     }
     if let Some(row) = formulated.equations.row_of_unilateral(closure.index) {
         point.reactions_mut()[row] = -closure.force;
@@ -197,9 +197,9 @@ pub(super) fn attempt(formulated: &Formulated, variation: &Variation, point: Ope
     }
 }
 
-/// The parameter by which a part is open or closed, and its value.
+/// The discrete variable by which a part is open or closed, and its value.
 pub(super) fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize, f64) {
-    (mechanism.unilaterals[index].closed.0, f64::from(u8::from(closed)))
+    (mechanism.unilaterals[index].state.closed.0, f64::from(u8::from(closed)))
 }
 
 /// A point at which what is held wherever it stands is held where it stands, and nothing slides.
@@ -207,11 +207,11 @@ fn standing(formulated: &Formulated, guess: &OperatingPoint) -> OperatingPoint {
     let mut point = guess.clone();
     for closure in closures(formulated, guess) {
         let unilateral = &formulated.equations.system.mechanism.unilaterals[closure.index];
-        if let Some(place) = unilateral.place() {
-            point.set_parameter((place.0, guess.value(Symbol::Parameter(place.0)) + closure.gap));
+        if let Some(place) = unilateral.state.place {
+            point.set_discrete((place.0, guess.value(Symbol::Discrete(place.0)) + closure.gap));
         }
-        if let Some(slip) = &unilateral.slip {
-            point.set_parameter((slip.direction.0, 0.0));
+        if let Some(direction) = unilateral.state.direction {
+            point.set_discrete((direction.0, 0.0));
         }
     }
     point
@@ -223,9 +223,9 @@ fn levelled(formulated: &Formulated, variation: &Variation, point: &OperatingPoi
     for rubbing in variation.rubbing() {
         let (level, sums) = level(formulated, rubbing, point);
         found.reactions_mut()[rubbing.level.row] = level;
-        let slip = formulated.equations.system.mechanism.unilaterals[rubbing.place].slip.as_ref();
-        for (sign, sum) in slip.into_iter().flat_map(|slip| &slip.signs).zip(sums) {
-            found.set_parameter((sign.0, if sum < 0.0 { -1.0 } else { 1.0 }));
+        let friction = &formulated.equations.system.mechanism.unilaterals[rubbing.place];
+        for (sign, sum) in friction.state.signs.iter().zip(sums) {
+            found.set_discrete((sign.0, if sum < 0.0 { -1.0 } else { 1.0 }));
         }
     }
     found
@@ -345,13 +345,13 @@ fn unfit(
         })
     });
     let turned = here.iter().find_map(|closure| {
-        let slip = mechanism.unilaterals[closure.index].slip.as_ref()?;
-        let acts = point.value(Symbol::Parameter(slip.direction.0)) != 0.0;
-        let same = |sign: &ParameterId| {
-            let sign = Symbol::Parameter(sign.0);
+        let state = &mechanism.unilaterals[closure.index].state;
+        let acts = point.value(Symbol::Discrete(state.direction?.0)) != 0.0;
+        let same = |sign: &DiscreteId| {
+            let sign = Symbol::Discrete(sign.0);
             searched.value(sign) == point.value(sign)
         };
-        (acts && !slip.signs.iter().all(same))
+        (acts && !state.signs.iter().all(same))
             .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", closure.name))
     });
     let slides = slides.map(|why| Misfit { why, slides: true });
@@ -410,13 +410,13 @@ fn check_determined(
     let here = closures(formulated, point);
     let rubs = |closure: &Closure| matches!(closure.kind, OneSidedKind::Friction { .. });
     let sticks = |closure: &Closure| {
-        rubs(closure) && point.value(Symbol::Parameter(mechanism.unilaterals[closure.index].closed.0)) != 0.0
+        rubs(closure) && point.value(Symbol::Discrete(mechanism.unilaterals[closure.index].state.closed.0)) != 0.0
     };
     let stops = |closure: &Closure| !rubs(closure) && (closure.closed || closure.touches());
     let all = |closure: &Closure| if rubs(closure) { sticks(closure) } else { closure.closed };
     let ranked = |held: &dyn Fn(&Closure) -> bool| {
         let mut point = point.clone();
-        here.iter().for_each(|closure| point.set_parameter(mask(mechanism, closure.index, held(closure))));
+        here.iter().for_each(|closure| point.set_discrete(mask(mechanism, closure.index, held(closure))));
         ranked(formulated, variation, &point)
     };
     let always = ranked(&|_| false)?;

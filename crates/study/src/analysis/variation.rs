@@ -423,8 +423,8 @@ fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
     let levels = equations.levels();
     let mechanism = equations.system.mechanism.clone();
     let of = |(place, level): (usize, Level)| {
-        let slip = mechanism.unilaterals[place].slip.as_ref()?;
-        let direction = equations.system.arena.symbol(Symbol::Parameter(slip.direction.0));
+        let direction = mechanism.unilaterals[place].state.direction?;
+        let direction = equations.system.arena.symbol(Symbol::Discrete(direction.0));
         Some(Rubbing { place, level, direction })
     };
     levels.into_iter().filter_map(of).collect()

@@ -24,7 +24,7 @@ mod tolerance;
 use std::f64::consts::TAU;
 
 use cotree::diagnostic::FaultKind;
-use cotree::model::{HeldWhat, JointId, Mechanism, Output, Unit, Units};
+use cotree::model::{Discrete, DiscreteKind, JointId, Mechanism, Output, Unit, Units};
 use cotree::run::{RunError, SimulateError};
 use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
@@ -145,9 +145,8 @@ impl DrivenJoint {
 
 /// What states and sampled values are in a pose, and which events have happened, depends on the way there: figures of a turn or stroke cannot say what acts.
 fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
-    let sampled =
-        mechanism.held_inputs().find_map(|(_, input, held)| (held.what == HeldWhat::Sampled).then_some(&input.name));
-    let (what, section) = if let Some(name) = sampled {
+    let sampled = mechanism.discrete.iter().find(|discrete| discrete.kind == DiscreteKind::Sampled);
+    let (what, section) = if let Some(Discrete { name, .. }) = sampled {
         (format!("the sampled value `{name}` in a configuration"), "sampled")
     } else if let Some(event) = mechanism.events.first() {
         (format!("whether the event `{}` has happened before a configuration", event.name), "events")

@@ -173,7 +173,7 @@ struct Deviating {
 impl Deviating {
     fn add(&mut self, deviations: &[Deviation], point: Option<&str>) -> Result<(), MotionError> {
         for Deviation { what, size } in deviations {
-            let parameter = self.mechanism.parameters.iter().find(|own| own.name == *what && !own.held).cloned();
+            let parameter = self.mechanism.parameters.iter().find(|own| own.name == *what).cloned();
             let is_word = what == LENGTH || what == PIVOT;
             let unit = parameter.as_ref().map_or_else(Unit::length, |own| own.unit.clone());
             let size = positive(what, size, &unit)?;
@@ -201,7 +201,7 @@ impl Deviating {
         if let Some(why) = self.mechanism.why_calculated(what) {
             return MotionError::Request(format!("--tolerance {what}: {why}"));
         }
-        let names = self.mechanism.parameters.iter().filter(|own| !own.held).map(|own| own.name.as_str());
+        let names = self.mechanism.parameters.iter().map(|own| own.name.as_str());
         let known = suggest::known(what, [LENGTH, PIVOT].into_iter().chain(names));
         MotionError::Request(format!("--tolerance {what}: there is no such dimension; {known}"))
     }

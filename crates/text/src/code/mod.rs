@@ -169,7 +169,7 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     let slides = motion::slides(equations);
     let efforts = if masses { [motion::held(equations), motion::efforts(equations)].concat() } else { Vec::new() };
     let sizes = Sizes {
-        parameters: equations.system.mechanism.parameters.len(),
+        parameters: equations.system.mechanism.parameters.len() + equations.system.mechanism.discrete.len(),
         inputs: equations.system.mechanism.inputs.len(),
         followers: equations.system.followers.len(),
         coordinates: equations.coordinates.len(),
@@ -180,7 +180,14 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     };
     let legend: Vec<String> = legend(equations).iter().flat_map(|line| wrapped(line, 110)).collect();
     let mut text = language.prelude(&name, &legend);
-    let writer = CodeWriter { name: &name, arena: &equations.system.arena, loops: &loops, sizes: &sizes, language };
+    let writer = CodeWriter {
+        name: &name,
+        arena: &equations.system.arena,
+        loops: &loops,
+        scene_parameters: equations.system.mechanism.parameters.len(),
+        sizes: &sizes,
+        language,
+    };
     text.push_str(&writer.equations(&matrices, masses));
     let rows: Vec<usize> = (0..sizes.constraints).filter(|&row| !redundant.contains(&loops[row])).collect();
     if !solved.is_empty() {
@@ -214,6 +221,8 @@ struct CodeWriter<'a> {
     arena: &'a Arena,
     /// The loop equations that constrain the motion: their reactions are numbered in this order.
     loops: &'a [usize],
+    /// How many parameters of the scene come before the discrete variables.
+    scene_parameters: usize,
     sizes: &'a Sizes,
     language: &'a dyn Language,
 }
@@ -270,7 +279,7 @@ impl CodeWriter<'_> {
         let places = results.iter().map(|(output, place, _)| (*output, *place));
         let results: Vec<_> =
             places.zip(expansions.of(&roots)).map(|((output, place), expr)| (output, place, expr)).collect();
-        self.language.function(&function, self.sizes, &steps(&arena, self.loops, &results))
+        self.language.function(&function, self.sizes, &steps(&arena, (self.loops, self.scene_parameters), &results))
     }
 }
 
@@ -302,7 +311,11 @@ fn matrices(equations: &mut Equations) -> Vec<(CodeBlock, [usize; 2], Expr)> {
     results
 }
 
-fn steps(arena: &Arena, loops: &[usize], results: &[(CodeBlock, [usize; 2], Expr)]) -> Vec<Statement> {
+fn steps(
+    arena: &Arena,
+    (loops, parameters): (&[usize], usize),
+    results: &[(CodeBlock, [usize; 2], Expr)],
+) -> Vec<Statement> {
     let order = arena.reachable(results.iter().map(|(.., expr)| *expr));
     let mut steps = Vec::with_capacity(order.len() + results.len());
     let mut done = std::collections::HashSet::new();
@@ -313,6 +326,7 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(CodeBlock, [usize; 2], Expr
             Some(number) => Operand::Symbol(Symbol::Reaction(number)),
             None => Operand::Number(0.0),
         },
+        ExprNode::Symbol(Symbol::Discrete(index)) => Operand::Symbol(Symbol::Parameter(parameters + index)),
         ExprNode::Symbol(symbol) => Operand::Symbol(symbol),
         _ => Operand::Result(expr.index()),
     };
@@ -341,7 +355,10 @@ fn steps(arena: &Arena, loops: &[usize], results: &[(CodeBlock, [usize; 2], Expr
 fn legend(equations: &Equations) -> Vec<String> {
     let system = &equations.system;
     let list = |title: &str, names: Vec<String>| (!names.is_empty()).then(|| format!("{title}: {}", names.join(", ")));
-    let parameters = system.mechanism.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    let mechanism = &system.mechanism;
+    let parameters = mechanism.parameters.iter().map(|parameter| parameter.name.clone());
+    let parameters = parameters.chain(mechanism.discrete.iter().map(|discrete| discrete.name.clone())).collect();
+    let of_p = if mechanism.discrete.is_empty() { "p: parameters" } else { "p: parameters, then discrete variables" };
     let inputs = system.mechanism.inputs.iter().map(|input| input.name.clone()).collect();
     let followers = system.followers.iter().enumerate().map(|(i, (_, input, given))| {
         let name = symbol_name(equations, Symbol::Follower(i, Order::Position));
@@ -350,7 +367,7 @@ fn legend(equations: &Equations) -> Vec<String> {
     });
     let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
     let reactions = equations.loops().map(|(_, row)| system.name(row.element).to_owned()).collect();
-    let factors = system.mechanism.unilaterals.iter().map(|own| &system.mechanism.parameters[own.closed.0].name);
+    let factors = mechanism.unilaterals.iter().map(|own| &mechanism.discrete[own.state.closed.0].name);
     let factors: Vec<&str> = factors.map(String::as_str).collect();
     let modes = (!factors.is_empty()).then(|| {
         format!(
@@ -360,7 +377,7 @@ fn legend(equations: &Equations) -> Vec<String> {
     });
     let lines = [
         Some("t: time; all quantities in SI units".to_owned()),
-        list("p: parameters", parameters),
+        list(of_p, parameters),
         modes,
         list("u: value, rate and acceleration of the inputs", inputs),
         list("f: position, rate and acceleration of the drivers that integrate an input", followers.collect()),
@@ -374,7 +391,8 @@ fn legend(equations: &Equations) -> Vec<String> {
 /// Arguments that the functions take, as arrays, and the index of a symbol in its array.
 pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
     match symbol {
-        Symbol::Parameter(i) => Some(("p", i)),
+        // Those come after the parameters.
+        Symbol::Parameter(i) | Symbol::Discrete(i) => Some(("p", i)),
         Symbol::Input(i, order) => Some(("u", 3 * i + order as usize)),
         Symbol::Follower(i, order) => Some(("f", 3 * i + order as usize)),
         Symbol::Coordinate(i, Order::Position) => Some(("q", i)),

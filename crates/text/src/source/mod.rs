@@ -177,7 +177,8 @@ impl<'a> Writer<'a> {
             ("compensated", self.step.real == Real::Float),
             ("plain", self.step.real == Real::Double),
             ("followers", !program.followers.is_empty()),
-            ("held", instants.held > 0),
+            ("discrete", !program.discrete.is_empty()),
+            ("removes", instants.events.iter().any(|event| !event.removes.is_empty())),
             ("happens", writes),
             ("samplers", !instants.samplers.is_empty()),
             ("events", !instants.events.is_empty()),
@@ -207,7 +208,7 @@ impl<'a> Writer<'a> {
             ("velocity_condition", &initial.velocity, flags.contains("velocities")),
             ("velocity_condition_jacobian", &initial.velocity_jacobian.tape, flags.contains("velocities")),
             ("ranges", &kernels.ranges.tape, flags.contains("ranges")),
-            ("begin", &instants.begin, flags.contains("held")),
+            ("begin", &instants.begin, flags.contains("discrete")),
             ("written", &instants.written, flags.contains("happens")),
             ("sides", &instants.sides, flags.contains("events")),
             ("evaluate", &kernels.outputs, flags.contains("outputs")),
@@ -224,8 +225,9 @@ impl<'a> Writer<'a> {
     /// How long arrays are; none is empty.
     fn sizes(&self, stage: usize) -> Vec<(&'static str, String)> {
         let (program, instants) = (self.program, &self.program.instants);
-        let sizes: [(&str, &str, usize); 9] = [
+        let sizes: [(&str, &str, usize); 10] = [
             ("P", "P1", program.parameters.len()),
+            ("D", "D1", program.discrete.len()),
             ("U", "U1", program.inputs.len()),
             ("Y", "Y1", program.tapes.outputs.results.len()),
             ("N", "N1", program.coordinates.len()),
@@ -243,8 +245,7 @@ impl<'a> Writer<'a> {
             ("NZ", program.states.to_string()),
             ("NQ", program.mechanical().to_string()),
             ("K", self.step.substeps.to_string()),
-            ("HELD", instants.held.to_string()),
-            ("OPEN", program.open_inputs().to_string()),
+            ("BEGIN", instants.begin.results.len().to_string()),
             ("RANGES", program.tapes.ranges.tape.results.len().max(1).to_string()),
         ]);
         marks
@@ -303,6 +304,7 @@ impl<'a> Writer<'a> {
         let rows = variables.filter_map(|(variable, described)| {
             let place = match variable.source {
                 Of::Parameter(index) => format!("p[{index}]"),
+                Of::Discrete(index) => format!("d[{index}]"),
                 Of::Input(index) => format!("u[{index}]"),
                 Of::Output { result, .. } => format!("y[{result}]"),
                 Of::Coordinate(index) => format!("x.q[{index}]"),

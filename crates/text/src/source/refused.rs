@@ -1,7 +1,7 @@
 //! What a solver with a fixed step does not support, by name and place, and steps that are too long.
 
 use cotree::diagnostic::Span;
-use cotree::model::Mechanism;
+use cotree::model::{Event, Mechanism, Owner};
 use cotree::scene::{Fault, Faults, Source};
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::machine::Machine;
@@ -27,8 +27,7 @@ pub(super) fn start(program: &Program, source: &Source) -> Result<Start, Faults>
     let begin = &program.instants.begin;
     let mut values = registers.clone();
     begin.run(&mut values);
-    let held = layout.inputs() + program.open_inputs();
-    registers.iter_mut().skip(held).zip(begin.results(&values)).for_each(|(place, value)| *place = value);
+    registers.iter_mut().skip(layout.discrete()).zip(begin.results(&values)).for_each(|(place, value)| *place = value);
     Ok(Start { registers })
 }
 
@@ -43,7 +42,7 @@ pub(super) fn check(
     let mut list = unilateral(mechanism);
     list.extend(jumping(program, mechanism));
     list.extend(unsampled(program, mechanism, start, step));
-    list.extend(mechanism.events.iter().filter(|event| !event.removes.is_empty()).map(|event| {
+    list.extend(mechanism.events.iter().filter(removes_constraints).map(|event| {
         let message = format!("event `{}` removes a joint or driver, which C sources do not support", event.name);
         Fault::new(CODE, message, event.span).help("export the FMU without `--sources` and without `--c`")
     }));
@@ -54,6 +53,11 @@ pub(super) fn check(
         list.extend(unstable(program, start, step));
     }
     if list.is_empty() { Ok(()) } else { Err(Faults::new(source.clone(), list)) }
+}
+
+/// True for an event that removes more than loads.
+fn removes_constraints(event: &&Event) -> bool {
+    event.removes.iter().any(|owner| !matches!(owner, Owner::Load(_)))
 }
 
 /// A constant that single precision does not hold.
@@ -150,7 +154,7 @@ fn jumping(program: &Program, mechanism: &Mechanism) -> Vec<Fault> {
 
 fn unsampled(program: &Program, mechanism: &Mechanism, start: &Start, step: FixedStep) -> Vec<Fault> {
     let layout = program.layout();
-    let settable = layout.parameters()..layout.inputs();
+    let settable = layout.constant_between_instants();
     let clocks = &program.instants.clocks;
     let stage = program
         .tapes

@@ -33,7 +33,7 @@ typedef struct {
 
 /* All that an instance is: copying it saves its state. */
 typedef struct {
-    double p[$P1$], u[$U1$], y[$Y1$], stage[$S1$];
+    double p[$P1$], d[$D1$], u[$U1$], y[$Y1$], stage[$S1$];
     @_point x;
     double start;
     unsigned long step;
@@ -522,7 +522,7 @@ static void @_happen(@_model *m)
     double sides[2 * @_EVENTS];
     int k;
 //.
-    int i;
+    int i, changed = 0;
     @_accelerate(m, &m->x);
     @_written(m, &m->x, written);
 //?events
@@ -531,7 +531,8 @@ static void @_happen(@_model *m)
 //?samplers
     for (i = 0; i < $SAMPLER_WRITES$; i++) {
         if (m->step >= @_sample_first[i] && (m->step - @_sample_first[i]) % @_sample_period[i] == 0) {
-            m->u[@_sample_writes[i][0]] = written[@_sample_writes[i][1]];
+            m->d[@_sample_writes[i][0]] = written[@_sample_writes[i][1]];
+            changed = 1;
         }
     }
 //.
@@ -542,9 +543,17 @@ static void @_happen(@_model *m)
         if (holds && m->armed[k] && !(m->done[k] && @_event_is_single[k])) {
             for (i = 0; i < $EVENT_WRITES$; i++) {
                 if (@_event_writes[i][2] == k) {
-                    m->u[@_event_writes[i][0]] = written[@_event_writes[i][1]];
+                    m->d[@_event_writes[i][0]] = written[@_event_writes[i][1]];
                 }
             }
+//?removes
+            for (i = 0; i < $REMOVES$; i++) {
+                if (@_event_removes[i][1] == k) {
+                    m->d[@_event_removes[i][0]] = 0.0;
+                }
+            }
+//.
+            changed = 1;
             m->done[k] = 1;
             m->ended = m->ended || @_event_is_last[k];
         }
@@ -555,6 +564,9 @@ static void @_happen(@_model *m)
         }
     }
 //.
+    if (changed) {
+        @_parameters(m);
+    }
 }
 
 //.
@@ -592,9 +604,9 @@ int @_initialize(@_model *m, double start)
     for (i = 0; i < @_PARAMETERS; i++) {
         changed = changed || m->p[i] != @_start_p[i];
     }
-//?held
-    for (i = $OPEN$; i < @_INPUTS; i++) {
-        m->u[i] = @_start_u[i];
+//?discrete
+    for (i = 0; i < $D$; i++) {
+        m->d[i] = @_start_d[i];
     }
 //.
     for (i = 0; i < @_INPUTS; i++) {
@@ -635,12 +647,13 @@ int @_initialize(@_model *m, double start)
         m->status = @_assemble(m);
     }
     if (m->status == @_OK) {
-//?held
-        double held[$HELD$];
-        @_begin(m, &m->x, held);
-        for (i = 0; i < $HELD$; i++) {
-            m->u[$OPEN$ + i] = held[i];
+//?discrete
+        double begin[$D$];
+        @_begin(m, &m->x, begin);
+        for (i = 0; i < $BEGIN$; i++) {
+            m->d[i] = begin[i];
         }
+        @_parameters(m);
 //.
 //?happens
         @_happen(m);

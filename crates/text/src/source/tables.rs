@@ -87,6 +87,7 @@ impl Tables<'_> {
     pub fn counts(&self) -> Vec<(&'static str, String)> {
         vec![
             ("SAMPLER_WRITES", self.sampled().len().to_string()),
+            ("REMOVES", self.removed().len().to_string()),
             ("EVENT_WRITES", self.on_events().len().max(1).to_string()),
         ]
     }
@@ -141,6 +142,9 @@ impl Tables<'_> {
         let registers = |first: usize, count: usize| self.start.registers.iter().skip(first).take(count).copied();
         let rates = program.coordinates.len();
         add(numbers("start_p", program.parameters.iter().map(|parameter| parameter.start)));
+        if flags.contains("discrete") {
+            add(numbers("start_d", program.discrete.iter().map(|discrete| discrete.start)));
+        }
         add(numbers("start_u", program.inputs.iter().map(|input| input.start)));
         add(numbers("start_q", registers(layout.positions(), rates)));
         add(numbers("start_v", registers(layout.rates(), rates)));
@@ -224,19 +228,30 @@ impl Tables<'_> {
         let events = self.program.instants.events.iter().enumerate();
         events
             .flat_map(|(event, event_data)| {
-                event_data.writes.iter().map(move |write| [self.input(write), write.result as usize, event])
+                event_data.writes.iter().map(move |write| [write.discrete as usize, write.result as usize, event])
             })
             .collect()
     }
 
-    fn input(&self, write: &Written) -> usize {
-        self.program.open_inputs() + write.held as usize
+    /// Discrete variables that events set to zero, each with its event.
+    fn removed(&self) -> Vec<[usize; 2]> {
+        let events = self.program.instants.events.iter().enumerate();
+        events.flat_map(|(event, data)| data.removes.iter().map(move |&place| [place as usize, event])).collect()
+    }
+
+    fn removals(&self) -> String {
+        let removed: Vec<String> =
+            self.removed().iter().map(|[place, event]| format!("{{ {place}, {event} }}")).collect();
+        if removed.is_empty() {
+            return String::new();
+        }
+        format!("static const int @_event_removes[][2] = {{ {} }};\n", removed.join(", "))
     }
 
     fn sample_arrays(&self) -> String {
         let sampled = self.sampled();
         let writes: Vec<String> =
-            sampled.iter().map(|(_, write)| format!("{{ {}, {} }}", self.input(write), write.result)).collect();
+            sampled.iter().map(|(_, write)| format!("{{ {}, {} }}", write.discrete, write.result)).collect();
         integers("sample_first", "unsigned long", sampled.iter().map(|(time, _)| time.first))
             + &integers("sample_period", "unsigned long", sampled.iter().map(|(time, _)| time.period))
             + &format!("static const int @_sample_writes[][2] = {{ {} }};\n", writes.join(", "))
@@ -247,6 +262,7 @@ impl Tables<'_> {
         integers("event_is_strict", "int", events.iter().map(|event| u8::from(event.strict)))
             + &integers("event_is_single", "int", events.iter().map(|event| u8::from(event.once)))
             + &integers("event_is_last", "int", events.iter().map(|event| u8::from(event.stop)))
+            + &self.removals()
             + &if self.on_events().is_empty() {
                 "static const int @_event_writes[1][3] = { { 0, 0, -1 } };\n".to_owned()
             } else {

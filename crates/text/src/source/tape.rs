@@ -188,7 +188,7 @@ impl<'a> TapeWriter<'a> {
     /// A register that the tape does not write.
     fn known(&self, register: usize) -> String {
         let layout = self.program.layout();
-        let begins: [(usize, &str); 11] = [
+        let begins: [(usize, &str); 12] = [
             (self.stage_begin(), "m->stage"),
             (layout.constants(), ""),
             (layout.reactions(), "x->lambda"),
@@ -199,6 +199,7 @@ impl<'a> TapeWriter<'a> {
             (layout.follower_rates(), "x->f_rate"),
             (layout.followers(), "x->f"),
             (layout.inputs(), "m->u"),
+            (layout.discrete(), "m->d"),
             (layout.parameters(), "m->p"),
         ];
         let Some((begin, array)) = begins.into_iter().find(|(begin, _)| register >= *begin) else {

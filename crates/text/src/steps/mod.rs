@@ -49,7 +49,7 @@ struct Lesson<'a> {
     dynamic: bool,
     abbreviations: Abbreviations,
     /// Values that events alone change, as the motion begins with them; or why it does not begin.
-    modes: Result<Vec<(usize, f64)>, AnalysisFailure>,
+    modes: Result<Vec<f64>, AnalysisFailure>,
 }
 
 /// The derivation of the equations, as a lesson.
@@ -115,15 +115,14 @@ impl<'a> Lesson<'a> {
     }
 }
 
-/// The modes in which the motion begins; nothing if there are none.
-fn modes_at_start(source: &Formulated) -> Result<Vec<(usize, f64)>, AnalysisFailure> {
+/// The discrete variables with which the motion begins; nothing if there are no modes.
+fn modes_at_start(source: &Formulated) -> Result<Vec<f64>, AnalysisFailure> {
     let mechanism = &source.equations.system.mechanism;
     if mechanism.unilaterals.is_empty() {
         return Ok(Vec::new());
     }
     let state = state_at(source, source.lowered.program.experiment.start)?;
-    let held = mechanism.parameters.iter().enumerate().filter(|(_, own)| own.held);
-    Ok(held.map(|(index, _)| (index, state.parameters()[index])).collect())
+    Ok(state.discrete().to_vec())
 }
 
 /// The definitions of abbreviations, after the formulas in which they occur.

@@ -14,6 +14,7 @@ use super::Lesson;
 pub struct Moment {
     pub time: f64,
     pub parameters: Vec<f64>,
+    pub discrete: Vec<f64>,
     pub inputs: Vec<f64>,
     pub followers: [Vec<f64>; 2],
     pub positions: Vec<f64>,
@@ -33,6 +34,7 @@ impl Values for Moment {
         match symbol {
             Symbol::Time => self.time,
             Symbol::Parameter(i) => of(&self.parameters, i),
+            Symbol::Discrete(i) => of(&self.discrete, i),
             Symbol::Input(i, Order::Position) => of(&self.inputs, i),
             Symbol::Follower(i, Order::Position) => of(&self.followers[0], i),
             Symbol::Follower(i, Order::Velocity) => of(&self.followers[1], i),
@@ -53,6 +55,7 @@ impl Moment {
         Moment {
             time: state.time(),
             parameters: mechanism.parameter_values(),
+            discrete: state.discrete().to_vec(),
             inputs: state.inputs().to_vec(),
             followers: [state.follower_positions().to_vec(), state.follower_rates().to_vec()],
             positions: state.positions().to_vec(),
@@ -131,8 +134,8 @@ impl Lesson<'_> {
 
     /// The same with the modes in which the motion begins.
     pub fn in_mode(&self, mut moment: Moment) -> Moment {
-        for &(parameter, value) in self.modes.iter().flatten() {
-            moment.parameters[parameter] = value;
+        if let Some(modes) = self.modes.as_ref().ok().filter(|modes| !modes.is_empty()) {
+            moment.discrete.clone_from(modes);
         }
         moment
     }
@@ -141,7 +144,7 @@ impl Lesson<'_> {
     pub fn moving(&self) -> Moment {
         let mut values = self.start();
         for unilateral in &self.equations.system.mechanism.unilaterals {
-            values.parameters[unilateral.closed.0] = 1.0;
+            values.discrete[unilateral.state.closed.0] = 1.0;
         }
         values.rates = (0..values.rates.len()).map(|index| 1.3 + 0.7 * (2.1 * index as f64).sin()).collect();
         values

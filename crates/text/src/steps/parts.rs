@@ -123,7 +123,6 @@ impl Lesson<'_> {
             Origin::Unilateral(index) => mechanism.unilaterals[index].visit_parameters(&mut visit),
             Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
         }
-        found.retain(|&own| !mechanism.parameters[own].held);
         found.dedup();
         found
     }

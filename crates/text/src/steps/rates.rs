@@ -157,7 +157,7 @@ impl Lesson<'_> {
             let next = match symbol {
                 Symbol::Input(input, order) => order.next().map(|next| Symbol::Input(input, next)),
                 Symbol::Follower(follower, order) => order.next().map(|next| Symbol::Follower(follower, next)),
-                Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) => None,
+                Symbol::Time | Symbol::Parameter(_) | Symbol::Discrete(_) | Symbol::Coordinate(..) => None,
                 // No prescribed motion depends on a state.
                 Symbol::State(..) | Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => None,
             };

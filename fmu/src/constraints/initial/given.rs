@@ -98,7 +98,7 @@ fn linear(model: &Model, jacobian: &SparseTape, rows: usize) -> Vec<bool> {
     let layout = model.layout();
     let constant = |register: u32| {
         let place = register as usize;
-        let parameter = (layout.parameters()..layout.inputs()).contains(&place);
+        let parameter = (layout.parameters()..layout.discrete()).contains(&place);
         parameter || (place >= layout.constants() && !written.contains(&register))
     };
     let mut linear = vec![true; rows];

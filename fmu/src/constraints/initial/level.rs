@@ -39,9 +39,11 @@ impl<'a> Level<'a> {
     pub fn is_found(&mut self, values: &[f64]) -> bool {
         let (program, state) = (self.model.program(), &mut *self.state);
         let parameters = program.parameters.iter().map(|parameter| parameter.start);
+        let discrete = program.discrete.iter().map(|discrete| discrete.start);
         let inputs = program.inputs.iter().map(|input| input.start);
         let as_exported = state.time() == program.experiment.start
             && parameters.eq(state.parameters().iter().copied())
+            && discrete.eq(state.discrete().iter().copied())
             && inputs.eq(state.inputs().iter().copied());
         if !as_exported || values.is_empty() {
             return false;
@@ -86,13 +88,14 @@ impl<'a> Level<'a> {
         (0..conditions.len()).map(|index| self.machine.result(tape, conditions.len() + index)).collect()
     }
 
-    /// Sets time, parameters and inputs to what they are after a share of the way from one state to another.
+    /// Sets time, parameters, discrete variables and inputs to what they are after a share of the way from one state to another.
     pub fn set_between(&mut self, [from, to]: [&State; 2], share: f64) {
         // At the ends these are the bits of the ends.
         let between = |from: f64, to: f64| from * (1.0 - share) + to * share;
         self.state.set_time(between(from.time(), to.time()));
-        let parameters = from.parameters().iter().zip(to.parameters());
-        for (place, (&from, &to)) in self.state.parameters_mut().iter_mut().zip(parameters) {
+        let constant = self.model.layout().constant_between_instants();
+        let ends = from.constant_between_instants().iter().zip(to.constant_between_instants());
+        for (place, (&from, &to)) in self.state.registers_mut()[constant].iter_mut().zip(ends) {
             *place = between(from, to);
         }
         for input in 0..from.inputs().len() {

@@ -35,7 +35,7 @@ impl Instance {
         let contacts = self.model.program().instants.contacts.as_ref();
         let counts = |data: &Contacts, index: usize| {
             let contact = &data.all[index];
-            contact.of_rate || !contact.signs().is_empty() || is_closed(data, &self.now.state, index)
+            contact.of_rate || !contact.state.signs.is_empty() || is_closed(data, &self.now.state, index)
         };
         contacts.is_some_and(|data| (0..data.all.len()).any(|index| counts(data, index)))
     }
@@ -171,9 +171,9 @@ impl Instance {
             } else {
                 -1.0
             };
-            let signs = contact.signs().enumerate();
-            for (place, parameter) in signs.map(|(place, parameter)| (slip.sums as usize + place, parameter)) {
-                let sum = self.now.state.parameters()[parameter] * instants.contacts.sums[place];
+            let signs = contact.state.signs.iter().enumerate();
+            for (place, &sign) in signs.map(|(place, sign)| (slip.sums as usize + place, sign)) {
+                let sum = self.now.state.discrete()[sign as usize] * instants.contacts.sums[place];
                 instants.indicators[data.all.len() + place] = -sum - none;
             }
         }
@@ -286,7 +286,7 @@ impl Instance {
             let is_beyond = is_contact && instants.contacts.gaps[index] < -least && !is_closed(data, state, index);
             instants.contacts.hit[index] = is_beyond;
             if is_beyond {
-                state.parameters_mut()[contact.closed as usize] = 1.0;
+                state.discrete_mut()[contact.state.closed as usize] = 1.0;
             }
         }
         if !instants.contacts.hit.contains(&true) {
@@ -294,7 +294,7 @@ impl Instance {
         }
         let closed = self.stepper.close_positions(&model, &mut self.machine, state);
         for (contact, _) in data.all.iter().zip(&instants.contacts.hit).filter(|(_, beyond)| **beyond) {
-            state.parameters_mut()[contact.closed as usize] = 0.0;
+            state.discrete_mut()[contact.state.closed as usize] = 0.0;
         }
         let closed = closed.and_then(|()| self.stepper.close_rates(&model, &mut self.machine, state));
         closed.map_err(InstanceError::Solver)

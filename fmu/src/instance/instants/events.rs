@@ -345,7 +345,7 @@ impl Instance {
         {
             written = written.and_then(|()| event.writes.iter().try_for_each(|write| self.write(&instants, *write)));
             for &there in &event.removes {
-                self.now.state.parameters_mut()[there as usize] = 0.0;
+                self.now.state.discrete_mut()[there as usize] = 0.0;
             }
             let happened = &mut self.now.happened;
             happened.armed[index] = false;

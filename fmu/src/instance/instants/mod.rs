@@ -167,7 +167,7 @@ impl Instants {
     pub fn of(model: &Model, now: &Snapshot) -> Option<Box<Self>> {
         let program = model.program();
         let instants = &program.instants;
-        if instants.is_empty() && instants.held == 0 {
+        if instants.is_empty() && program.discrete.is_empty() {
             return None;
         }
         let occasions = instants.occasions();
@@ -242,18 +242,17 @@ fn reads_solved(program: &Program, tape: &Tape) -> bool {
 
 /// Moves a step on through everything that happens in it.
 impl Instance {
-    /// Sets the held values to what they begin with in the state, which is consistent.
-    pub(super) fn begin_held(&mut self, state: &mut State) -> Result<(), InstanceError> {
+    /// Sets the discrete variables to what they begin with in the state, which is consistent.
+    pub(super) fn begin_discrete(&mut self, state: &mut State) -> Result<(), InstanceError> {
         let Some(instants) = &mut self.instants else { return Ok(()) };
         self.machine.load(&self.model, state);
         self.machine.evaluate(&self.model.program().instants.begin, &mut instants.begin);
-        let first = self.model.program().open_inputs();
         for (index, &value) in instants.begin.iter().enumerate() {
             if !value.is_finite() {
-                let name = self.model.program().inputs[first + index].name.clone();
+                let name = self.model.program().discrete[index].name.clone();
                 return Err(InstanceError::Undefined { name, time: state.time() });
             }
-            state.inputs_mut()[first + index] = value;
+            state.discrete_mut()[index] = value;
         }
         Ok(())
     }
@@ -370,7 +369,7 @@ impl Instance {
         if samplers.is_empty() {
             return Ok(f64::INFINITY);
         }
-        self.machine.load_parameters(&self.model, self.now.state.parameters());
+        self.machine.load_constant(&self.model, &self.now.state);
         let tape = &self.model.program().instants.clocks;
         self.machine.run(tape);
         instants.clocks.clear();
@@ -439,13 +438,13 @@ impl Instance {
         Ok(())
     }
 
-    fn write(&mut self, instants: &Instants, Write { held, result }: Write) -> Result<(), InstanceError> {
-        let (input, value) = (self.model.program().open_inputs() + held as usize, instants.written[result as usize]);
+    fn write(&mut self, instants: &Instants, Write { discrete, result }: Write) -> Result<(), InstanceError> {
+        let (place, value) = (discrete as usize, instants.written[result as usize]);
         if !value.is_finite() {
-            let name = self.model.program().inputs[input].name.clone();
+            let name = self.model.program().discrete[place].name.clone();
             return Err(InstanceError::Undefined { name, time: self.time() });
         }
-        self.now.state.inputs_mut()[input] = value;
+        self.now.state.discrete_mut()[place] = value;
         Ok(())
     }
 

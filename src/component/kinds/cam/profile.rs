@@ -134,6 +134,7 @@ impl Profile {
             Symbol::Argument => angle,
             Symbol::Parameter(index) => self.values[index],
             Symbol::Time
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)

@@ -189,6 +189,7 @@ impl PointReader<'_> {
             Symbol::Missing(..) => None,
             Symbol::Time
             | Symbol::Parameter(_)
+            | Symbol::Discrete(_)
             | Symbol::Input(..)
             | Symbol::Follower(..)
             | Symbol::Coordinate(..)

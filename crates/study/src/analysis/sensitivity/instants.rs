@@ -1,9 +1,9 @@
 //! Derivatives through instants: impacts, openings and closings, events and ticks.
 //!
-//! Between them the motion is smooth, in the mode and with the held values of the moment. One run of the motion goes ahead and says what happens, and when; the derivatives follow it up to
+//! Between them the motion is smooth, in the mode and with the discrete variables of the moment. One run of the motion goes ahead and says what happens, and when; the derivatives follow it up to
 //! there, and jump with it.
 
-use cotree::expr::{Order, Symbol};
+use cotree::expr::Order;
 use cotree_fmu::instance::Happening;
 use cotree_fmu::program::Program;
 use nalgebra::DMatrix;
@@ -23,20 +23,20 @@ impl DifferentiatedMotion<'_> {
         let (happened, state, time) = (guide.take_record(), guide.state(), guide.time());
         let refused = |what: String| AnalysisFailure::NoDerivative { time, what };
         let contacts = self.model.program().instants.contacts();
-        let struck = contacts.iter().find(|contact| state.parameters()[contact.closed as usize + 1] != 0.0);
+        let struck = contacts.iter().find(|contact| state.discrete()[contact.state.impulse as usize] != 0.0);
         if let Some(contact) = struck {
             return Err(refused(format!("the motion starts with an impact of `{}`", contact.name)));
         }
         let first = self.parameters + 1 + self.driven.inputs().len();
-        let inputs = self.model.program().inputs.len() - self.model.program().open_inputs();
+        let of_scene = self.model.program().instants.begin.results.len();
         for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
             let block = numbers.block(row, ColumnBlock::Signals);
-            if block.columns(first, inputs).iter().any(|entry| *entry != 0.0) {
+            if block.columns(first, of_scene).iter().any(|entry| *entry != 0.0) {
                 return Err(refused("the start depends on values that sample times and events change".to_owned()));
             }
         }
         let changes = [self.positions.as_slice(), self.rates.as_slice()];
-        self.variational.begin_held(&self.motion, changes).map_err(|error| refused(error.to_string()))?;
+        self.variational.begin_discrete(&self.motion, changes).map_err(|error| refused(error.to_string()))?;
         if happened.is_empty() {
             return Ok(());
         }
@@ -49,15 +49,17 @@ impl DifferentiatedMotion<'_> {
         }
     }
 
-    /// How rows change with the parameters, given their derivatives by all signals: by each of them, and by the held values that follow from it.
+    /// How rows change with the parameters, given their derivatives by all signals: by each of them, and by the discrete variables that follow from it.
     pub(super) fn by_parameters(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
         let by_parameters = signals.columns(0, self.parameters).into_owned();
-        let held = held(self.model.program()).len();
-        if held == 0 {
+        let following: Vec<usize> = following(self.model.program()).collect();
+        if following.is_empty() {
             return by_parameters;
         }
-        let changes = DMatrix::from_iterator(held, self.parameters, self.variational.held_values(held));
-        by_parameters + signals.columns(signals.ncols() - held, held) * changes
+        let (count, all) = (self.model.program().discrete.len(), self.variational.discrete_values());
+        let change = |row: usize, column: usize| all[column * count + following[row]];
+        let changes = DMatrix::from_fn(following.len(), self.parameters, change);
+        by_parameters + signals.columns(signals.ncols() - following.len(), following.len()) * changes
     }
 
     /// Runs to the end of a motion without knots, through everything that happens in it.
@@ -150,9 +152,8 @@ impl DifferentiatedMotion<'_> {
     }
 }
 
-/// What follows from the motion and is held between instants: inputs, and the places where something sticks or is caught.
-pub(super) fn held(program: &Program) -> Vec<Symbol> {
-    let inputs = (program.open_inputs()..program.inputs.len()).map(|input| Symbol::Input(input, Order::Position));
-    let places = program.instants.contacts().iter().filter_map(|contact| contact.place().map(Symbol::Parameter));
-    inputs.chain(places).collect()
+/// The discrete variables that follow from the motion: those of the scene, and the places where something sticks or is caught.
+pub(super) fn following(program: &Program) -> impl Iterator<Item = usize> {
+    let places = program.instants.contacts().iter().filter_map(|contact| contact.state.place);
+    (0..program.instants.begin.results.len()).chain(places.map(|place| place as usize))
 }

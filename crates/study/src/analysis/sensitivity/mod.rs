@@ -154,14 +154,14 @@ impl Differentiated {
         let model = Arc::new(Model::new(program.clone())?);
         // Time is a column of its own, and so are the inputs that change with it: switching functions may depend on them.
         let moving = driven.inputs().iter().map(|&input| Symbol::Input(input, Order::Position));
-        // Held values follow from the motion so far.
-        let held = instants::held(program);
+        // Discrete variables follow from the motion so far.
+        let discrete = instants::following(program).map(Symbol::Discrete);
         let signals = parameters
             .iter()
             .map(|parameter| parameter.symbol)
             .chain([Symbol::Time])
             .chain(moving)
-            .chain(held)
+            .chain(discrete)
             .collect();
         let variation = Variation::of_constraints(&mut formulated, signals);
         Ok(Differentiated { formulated, variation, model, parameters })
@@ -401,9 +401,8 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
-    let is_open = |index: usize| mechanism.parameters.get(index).is_none_or(|parameter| !parameter.held);
     let known = program.parameters.iter().position(|parameter| parameter.name == name);
-    if let Some(index) = known.filter(|index| is_open(*index)) {
+    if let Some(index) = known {
         let place = || (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name);
         let unit = match mechanism.parameters.get(index) {
             Some(output) => output.unit.clone(),
@@ -417,7 +416,7 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
         let place = instance::Varied::Parameter(index);
         return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
     }
-    if let Some(index) = program.inputs[..program.open_inputs()].iter().position(|input| input.name == name) {
+    if let Some(index) = program.inputs.iter().position(|input| input.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
@@ -427,13 +426,8 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why.into());
     }
-    let names = program
-        .parameters
-        .iter()
-        .enumerate()
-        .filter(|(index, _)| is_open(*index))
-        .map(|(_, parameter)| parameter.name.as_str());
-    let names = names.chain(program.inputs[..program.open_inputs()].iter().map(|input| input.name.as_str()));
+    let names = program.parameters.iter().map(|parameter| parameter.name.as_str());
+    let names = names.chain(program.inputs.iter().map(|input| input.name.as_str()));
     Err(SetError(format!(
         "the scene has no parameter, input or initial value `{name}`; {known}",
         known = suggest::known(name, names)

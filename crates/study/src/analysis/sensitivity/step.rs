@@ -166,8 +166,8 @@ impl<'f> DifferentiatedMotion<'f> {
     fn begin(&mut self) -> Result<(), AnalysisFailure> {
         let mut point = OperatingPoint::moving(&self.model, &self.motion.state())?;
         // What holds wherever it stands holds nothing of the start.
-        for contact in self.model.program().instants.contacts().iter().filter(|contact| contact.place().is_some()) {
-            point.set_parameter((contact.closed as usize, 0.0));
+        for contact in self.model.program().instants.contacts().iter().filter(|contact| contact.state.place.is_some()) {
+            point.set_discrete((contact.state.closed as usize, 0.0));
         }
         let numbers = self.variation.at(&self.formulated.equations, &point)?;
         let mechanical = self.formulated.equations.coordinates.len();

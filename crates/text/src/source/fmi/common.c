@@ -16,7 +16,7 @@ $CALLBACKS$
 
 static @_instance @_pool[COTREE_INSTANCES];
 
-enum { @_OF_TIME, @_OF_P, @_OF_U, @_OF_Y, @_OF_Q, @_OF_V, @_OF_A };
+enum { @_OF_TIME, @_OF_P, @_OF_D, @_OF_U, @_OF_Y, @_OF_Q, @_OF_V, @_OF_A };
 
 /* Where the value of each variable is, the parameter that sets its value at the start or -1, and whether it may be set during the simulation. */
 static const int @_variables[][4] = {
@@ -94,6 +94,7 @@ static int @_get(@_instance *c, unsigned long place, double *value)
         return 0;
     }
     *value = of[0] == @_OF_P ? $WIDE$c->model.p[of[1]]
+        : of[0] == @_OF_D ? $WIDE$c->model.d[of[1]]
         : of[0] == @_OF_U ? $WIDE$c->model.u[of[1]]
         : of[0] == @_OF_Y ? $WIDE$c->model.y[of[1]]
         : of[0] == @_OF_Q ? $WIDE$c->model.x.q[of[1]]

@@ -117,6 +117,7 @@ fn variable_rows(program: &Program, description: &Description) -> Vec<String> {
             let (array, index) = match variable.source {
                 Source::Time => ("TIME", 0),
                 Source::Parameter(index) => ("P", index),
+                Source::Discrete(index) => ("D", index),
                 Source::Input(index) => ("U", index),
                 Source::Output { result, .. } => ("Y", result),
                 Source::Coordinate(index) => ("Q", index),

@@ -17,6 +17,7 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Formu
         Formula::Number(value) => FormulaTree::number(*value),
         Formula::Time => FormulaTree::Name(Name::word("t")),
         Formula::Parameter(id) => FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::Parameter(id.0))),
+        Formula::Discrete(id) => FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::Discrete(id.0))),
         Formula::Input(id) => {
             FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::Input(id.0, cotree::expr::Order::Position)))
         }
