@@ -141,6 +141,11 @@ impl Symbol {
         }
     }
 
+    /// True for a parameter, the one symbol that stays as it is along a motion, whatever happens in it.
+    pub fn is_parameter(self) -> bool {
+        matches!(self, Symbol::Parameter(_))
+    }
+
     /// True for a parameter or a discrete variable, which stay as they are between instants.
     pub fn is_constant_between_instants(self) -> bool {
         match self {

@@ -31,5 +31,5 @@ fn indicator(arena: &mut Arena, expr: Expr) -> Option<Expr> {
 }
 
 fn moves(arena: &Arena, expr: Expr) -> bool {
-    arena.symbols([expr]).into_iter().any(|symbol| !symbol.is_constant_between_instants())
+    arena.symbols([expr]).into_iter().any(|symbol| !symbol.is_parameter())
 }

@@ -12,11 +12,7 @@ pub(crate) fn steep(arena: &mut Arena, results: &[Expr]) -> Vec<(Steep, Expr)> {
     let reached = arena.reachable(expanded);
     let divisors = reached.iter().filter_map(|&expr| divisor(arena, expr));
     let divides: BTreeSet<Expr> = arena.reachable(divisors).into_iter().collect();
-    let moves = depending(
-        arena,
-        &reached,
-        |node| matches!(node, ExprNode::Symbol(symbol) if !symbol.is_constant_between_instants()),
-    );
+    let moves = depending(arena, &reached, |node| matches!(node, ExprNode::Symbol(symbol) if !symbol.is_parameter()));
     let exponential = depending(arena, &reached, |node| matches!(node, ExprNode::Unary(Unary::Exp | Unary::Tanh, _)));
     let vanishing = reached.iter().filter_map(|&expr| divisor(arena, expr));
     let vanishing = vanishing.filter(|&argument| !is_root(arena, argument) && !exponential.contains(&argument));

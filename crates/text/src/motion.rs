@@ -413,7 +413,7 @@ fn weights(equations: &Equations) -> HashSet<Symbol> {
 fn deserves_name(arena: &Arena, expr: Expr) -> bool {
     let unsigned = if let ExprNode::Unary(Unary::Negate, inner) = arena.node(expr) { inner } else { expr };
     !matches!(arena.node(unsigned), ExprNode::Constant(_) | ExprNode::Symbol(_))
-        && arena.symbols([expr]).iter().any(|symbol| !symbol.is_constant_between_instants())
+        && arena.symbols([expr]).iter().any(|symbol| !symbol.is_parameter())
 }
 
 fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {

@@ -263,7 +263,7 @@ fn with_signs(
     let (mut first, mut locks) = (None, false);
     for trial in 0..1_usize << signs.len() {
         for (place, (&sign, natural)) in signs.iter().zip(&natural).enumerate() {
-            state.parameters_mut()[sign] = if trial >> place & 1 == 1 { -natural } else { *natural };
+            state.discrete_mut()[sign] = if trial >> place & 1 == 1 { -natural } else { *natural };
         }
         let point = match OperatingPoint::moving(model, state) {
             Ok(point) => point,

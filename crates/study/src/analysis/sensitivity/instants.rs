@@ -28,7 +28,8 @@ impl DifferentiatedMotion<'_> {
             return Err(refused(format!("the motion starts with an impact of `{}`", contact.name)));
         }
         let first = self.parameters + 1 + self.driven.inputs().len();
-        let of_scene = self.model.program().instants.begin.results.len();
+        let program = self.model.program();
+        let of_scene = following(program).filter(|&place| place < program.instants.begin.results.len()).count();
         for row in [RowBlock::Loops, RowBlock::Starts, RowBlock::StartRates] {
             let block = numbers.block(row, ColumnBlock::Signals);
             if block.columns(first, of_scene).iter().any(|entry| *entry != 0.0) {
@@ -152,8 +153,12 @@ impl DifferentiatedMotion<'_> {
     }
 }
 
-/// The discrete variables that follow from the motion: those of the scene, and the places where something sticks or is caught.
+/// The discrete variables that follow from the motion: those of the scene, and the places where something sticks or is caught. What says whether a part is there is 1 or 0, whatever varies.
 pub(super) fn following(program: &Program) -> impl Iterator<Item = usize> {
+    let is_removed = |place: &usize| {
+        program.instants.events.iter().any(|event| event.removes.iter().any(|&removed| removed as usize == *place))
+    };
     let places = program.instants.contacts().iter().filter_map(|contact| contact.state.place);
-    (0..program.instants.begin.results.len()).chain(places.map(|place| place as usize))
+    let of_scene = (0..program.instants.begin.results.len()).filter(move |place| !is_removed(place));
+    of_scene.chain(places.map(|place| place as usize))
 }
