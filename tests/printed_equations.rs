@@ -218,16 +218,17 @@ fn modes(equations: &mut Equations) -> Vec<(String, Expr)> {
     let mechanism = equations.system.mechanism.clone();
     let mut all = Vec::new();
     let mut friction = vec![Expr::ZERO; equations.coordinates.len()];
-    for (index, own) in mechanism.unilaterals.iter().enumerate() {
-        let row = equations.row_of_unilateral(index).unwrap();
-        let gap = equations.constraints[row].one_sided.clone().unwrap();
+    for (index, own) in mechanism.contacts.iter().enumerate() {
+        let row = equations.row_of_contact(index).unwrap();
+        let gap = equations.constraints[row].contact.clone().unwrap();
         let Some(direction) = own.state.direction else {
             all.push((format!("{}.gap", own.name), gap.value));
             continue;
         };
+        let level = equations.row_of_level(index).unwrap();
         let arena = &mut equations.system.arena;
         let [direction, level] =
-            [Symbol::Discrete(direction.0), Symbol::Reaction(row + 1)].map(|own| arena.symbol(own));
+            [Symbol::Discrete(direction.0), Symbol::Reaction(level)].map(|own| arena.symbol(own));
         let force = arena.multiply(direction, level);
         let mut rate = gap.time_rate;
         for (column, entry) in gap.jacobian {

@@ -375,7 +375,7 @@ impl Lowering<'_> {
             data.constant = self.coefficients.place(constant);
             if let Some(closed) = row.closed {
                 let open = self.arena.subtract(closed, Expr::ONE);
-                self.form.one_sided.push((self.form.rows.len() as u32, self.coefficients.place(open)));
+                self.form.contacts.push((self.form.rows.len() as u32, self.coefficients.place(open)));
             }
             self.form.rows.push(data);
         }

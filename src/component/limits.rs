@@ -2,7 +2,7 @@
 
 use super::key::{Form, Key, Record};
 use crate::model::measure::{ANGLE, LENGTH};
-use crate::model::{Mechanism, OneSided, Part};
+use crate::model::{GapLaw, Mechanism, Part};
 use crate::network::{Coupling, Direction, Port, System};
 
 pub(super) const OF_ANGLE: Key =
@@ -21,8 +21,8 @@ pub(super) const PLAY_OF_SLIDE: Key = Key::optional(
 );
 
 /// What the limits of a joint hold.
-pub(super) fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
-    part.limits().map(|limits| limits.one_sided()).unwrap_or_default()
+pub(super) fn gaps(part: &Part, _: &Mechanism) -> Vec<GapLaw> {
+    part.limits().map(|limits| limits.gaps()).unwrap_or_default()
 }
 
 /// The relation of a joint that imposes it always; one that has limits may be off as far as those say.

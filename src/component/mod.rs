@@ -28,7 +28,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::NonlinearLoad;
 use crate::expr::Expr;
 use crate::model::{
-    Dimension, Formula, Friction, KeyValue, Mechanism, OneSided, Owner, Part, Place, Pressed, Quantity, State, Unit,
+    Dimension, Formula, Friction, GapLaw, KeyValue, Mechanism, Owner, Part, Place, Pressed, Quantity, State, Unit,
     Variable,
 };
 use crate::network::{Coupling, Rows, System};
@@ -115,7 +115,7 @@ pub struct Component {
     /// The states that it brings.
     pub states: fn(&Part) -> Vec<OwnState>,
     /// What it holds on one side only.
-    pub one_sided: fn(&Part, &Mechanism) -> Vec<OneSided>,
+    pub gaps: fn(&Part, &Mechanism) -> Vec<GapLaw>,
     /// What its gap is for each unit by which that relation is off: a length for an angle.
     pub gap_lever: fn(&Part, &mut System) -> Expr,
     /// The relation that may be off as far as those say.
@@ -175,7 +175,7 @@ impl Component {
             energy: |_| None,
             stored: "",
             states: |_| Vec::new(),
-            one_sided: |_, _| Vec::new(),
+            gaps: |_, _| Vec::new(),
             gap_lever: |_, _| Expr::ONE,
             relation: |_, _| None,
             rubs: None,

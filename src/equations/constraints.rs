@@ -32,7 +32,7 @@ pub struct Constraint {
     /// It holds where its value is a multiple of this, too. See [`Constraint::gap`].
     pub period: Option<Expr>,
     /// What it is while it is closed, if it holds on one side only: everything else here has the factor that is zero while it is open.
-    pub one_sided: Option<Gap>,
+    pub contact: Option<Gap>,
     pub standing: Standing,
 }
 
@@ -49,12 +49,12 @@ pub struct Gap {
     /// Its second derivative is jacobian . a - gamma.
     pub gamma: Expr,
     /// If it rubs while it is open.
-    pub slip: Option<Slipping>,
+    pub slip: Option<SlidingRow>,
 }
 
 /// How a relation acts while it slips: as with the reaction direction x level, where the level is the multiplier of the next row.
 #[derive(Clone, Debug)]
-pub struct Slipping {
+pub struct SlidingRow {
     /// 1 or -1 while it slips that way, else 0.
     pub direction: Expr,
     /// The chords as while it is closed.
@@ -73,7 +73,7 @@ pub enum Standing {
     /// No coordinate occurs in it: an identity, or a contradiction between two elements.
     Trivial,
     /// It holds on one side only: imposed while it is closed.
-    OneSided,
+    Contact,
     /// It is none: its multiplier is the level of the friction before it, a law of accelerations and reactions. Where drivers lead the motion, that before it is none either.
     Level,
     /// It is none: its multiplier is the value of a load that reads accelerations or reactions.
@@ -126,7 +126,7 @@ impl Constraint {
 
     /// True for an equation of the motion: one that holds on one side only is one in every mode.
     pub fn is_imposed(&self) -> bool {
-        matches!(self.standing, Standing::Imposed | Standing::OneSided)
+        matches!(self.standing, Standing::Imposed | Standing::Contact)
     }
 
     /// True if it holds whatever is open or closed.
@@ -136,14 +136,14 @@ impl Constraint {
 
     /// The entry of its multiplier on the diagonal of the equations of motion: minus one while it is open, so that its reaction is zero.
     pub fn multiplier_diagonal(&self, arena: &mut Arena) -> Expr {
-        self.one_sided.as_ref().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
+        self.contact.as_ref().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
     }
 
     /// True for a row with coordinates that is left out, because others stand for it.
     pub fn repeats(&self) -> bool {
         match self.standing {
             Standing::Repeats | Standing::SecondOrder => true,
-            Standing::Imposed | Standing::Trivial | Standing::OneSided | Standing::Level | Standing::Feedback => false,
+            Standing::Imposed | Standing::Trivial | Standing::Contact | Standing::Level | Standing::Feedback => false,
         }
     }
 
@@ -179,7 +179,7 @@ impl Constraint {
             gamma: Expr::ZERO,
             followers: Vec::new(),
             period: None,
-            one_sided: None,
+            contact: None,
             standing,
         }
     }
@@ -284,7 +284,7 @@ pub(super) fn assemble(
         gamma,
         followers,
         period: None,
-        one_sided: None,
+        contact: None,
         standing,
     }
 }

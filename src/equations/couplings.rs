@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::constraints::{Constraint, Gap, Slipping, Standing, assemble};
+use super::constraints::{Constraint, Gap, SlidingRow, Standing, assemble};
 use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
@@ -84,7 +84,7 @@ impl Constraint {
     pub(super) fn while_closed(self, arena: &mut Arena, closed: Expr, slip: Option<Expr>) -> Constraint {
         let Constraint { value, time_rate, gamma, .. } = self;
         let open = self.gap(arena);
-        let slip = slip.map(|direction| Slipping { direction, coupled: self.coupled.clone() });
+        let slip = slip.map(|direction| SlidingRow { direction, coupled: self.coupled.clone() });
         let gap = Gap { closed, value: open, jacobian: self.jacobian.clone(), time_rate, gamma, slip };
         let chord = |arena: &mut Arena, chord| match chord {
             CoupledChord::Force(ends, vector, carrier) => {
@@ -98,8 +98,8 @@ impl Constraint {
         };
         let (jacobian, followers) = (times(&self.jacobian), times(&self.followers));
         let [value, time_rate, gamma] = [value, time_rate, gamma].map(|part| arena.multiply(closed, part));
-        let standing = Standing::OneSided;
-        Constraint { coupled, jacobian, followers, value, time_rate, gamma, one_sided: Some(gap), standing, ..self }
+        let standing = Standing::Contact;
+        Constraint { coupled, jacobian, followers, value, time_rate, gamma, contact: Some(gap), standing, ..self }
     }
 }
 
@@ -232,7 +232,7 @@ impl Couplings {
             for chord in constraint.coupled.iter().filter(|_| !constraint.is_trivial()) {
                 couplings.add_chord(arena, (index, Expr::ONE), chord);
             }
-            let slip = constraint.one_sided.iter().filter_map(|gap| gap.slip.as_ref());
+            let slip = constraint.contact.iter().filter_map(|gap| gap.slip.as_ref());
             for (slip, chord) in slip.flat_map(|slip| slip.coupled.iter().map(move |chord| (slip, chord))) {
                 couplings.add_chord(arena, (index + 1, slip.direction), chord);
             }

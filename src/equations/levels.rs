@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::{Constraint, Equations};
 use crate::expr::{Arena, Binary, Expr, Symbol, Unary};
-use crate::model::{Owner, Pressed, Quantity, Unilateral, Variable};
+use crate::model::{Contact, Owner, Pressed, Quantity, Variable};
 
 /// What turns or moves by less than this share of its scale in a second does not slide, nor is it about to where that changes by less: rounding errors of what is zero are smaller.
 const STILL: f64 = 1e-12;
@@ -62,25 +62,25 @@ impl Equations {
 
     /// The levels of everything that rubs, with the place of each in the mechanism.
     pub fn levels(&mut self) -> Vec<(usize, Level)> {
-        let count = self.system.mechanism.unilaterals.len();
+        let count = self.system.mechanism.contacts.len();
         (0..count).filter_map(|index| Some((index, self.level(index)?))).collect()
     }
 
     /// The friction limits that the scene gives as laws, by themselves.
     pub fn level_laws(&mut self) -> Vec<Expr> {
         let mechanism = self.system.mechanism.clone();
-        let limits = mechanism.unilaterals.iter().filter_map(|unilateral| unilateral.slip.as_ref());
+        let limits = mechanism.contacts.iter().filter_map(|contact| contact.slip.as_ref());
         limits.map(|slip| self.formula(&slip.law.coulomb)).collect()
     }
 
     fn level(&mut self, index: usize) -> Option<Level> {
         let mechanism = self.system.mechanism.clone();
-        let unilateral = &mechanism.unilaterals[index];
-        let slip = unilateral.slip.as_ref()?;
-        let row = self.row_of_unilateral(index)? + 1;
+        let contact = &mechanism.contacts[index];
+        let slip = contact.slip.as_ref()?;
+        let row = self.row_of_level(index)?;
         let coulomb = self.formula(&slip.law.coulomb);
         let mut free = self.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
-        if let Some(there) = mechanism.there(unilateral.owner) {
+        if let Some(there) = mechanism.there(contact.owner) {
             // What an event has removed does not rub; what pressed there is zero, too.
             let arena = &mut self.system.arena;
             let there = arena.symbol(Symbol::Discrete(there.0));
@@ -93,23 +93,23 @@ impl Equations {
                 let radius = slip.law.radius.as_ref().map_or(Expr::ZERO, |radius| self.system.value(radius));
                 share = self.system.arena.multiply(share, radius);
                 Pressing::Sizes(vec![
-                    [Quantity::Fx, Quantity::Fy].map(|force| self.reaction(unilateral.owner, force)).to_vec(),
+                    [Quantity::Fx, Quantity::Fy].map(|force| self.reaction(contact.owner, force)).to_vec(),
                 ])
             }
             Pressed::Guide { .. } => {
-                let normal = self.reaction(unilateral.owner, Quantity::Fn);
+                let normal = self.reaction(contact.owner, Quantity::Fn);
                 let sums = match &slip.law.length {
-                    Some(length) => self.at_both_ends(unilateral.owner, normal, length),
+                    Some(length) => self.at_both_ends(contact.owner, normal, length),
                     None => vec![normal],
                 };
                 self.signed(index, sums)
             }
             Pressed::Reaction(quantity) => {
-                let reaction = self.reaction(unilateral.owner, quantity);
+                let reaction = self.reaction(contact.owner, quantity);
                 self.signed(index, vec![reaction])
             }
             Pressed::Contact => {
-                let presses = self.row_of_unilateral(slip.on?)?;
+                let presses = self.row_of_contact(slip.on?)?;
                 let arena = &mut self.system.arena;
                 let reaction = arena.symbol(Symbol::Reaction(presses));
                 Pressing::Sum(vec![(Expr::ONE, arena.negate(reaction))])
@@ -120,7 +120,7 @@ impl Equations {
 
     /// Sums that press by their sizes. Events keep their signs; where drivers lead the motion there are none, and no step depends on a size.
     fn signed(&mut self, index: usize, sums: Vec<Expr>) -> Pressing {
-        let signs = self.system.mechanism.unilaterals[index].state.signs.clone();
+        let signs = self.system.mechanism.contacts[index].state.signs.clone();
         if self.is_led(index) {
             return Pressing::Sizes(sums.into_iter().take(signs.len()).map(|sum| vec![sum]).collect());
         }
@@ -131,11 +131,11 @@ impl Equations {
     /// Which way things slide that drivers lead, with these accelerations of the coordinates: v/|v|, where they turn around as they go on, a/|a|, and where they rest not a number.
     pub(crate) fn known_directions(&mut self, accelerations: &[Expr], length: f64) -> HashMap<Symbol, Expr> {
         let mechanism = self.system.mechanism.clone();
-        let sliding = mechanism.unilaterals.iter().enumerate();
-        let known = |(index, unilateral): (usize, &Unilateral)| {
-            let direction = unilateral.state.direction.filter(|_| self.is_led(index))?;
-            let row = &self.constraints[self.row_of_unilateral(index)?];
-            let (gap, least) = (row.one_sided.as_ref()?, STILL * row.scale(length));
+        let sliding = mechanism.contacts.iter().enumerate();
+        let known = |(index, contact): (usize, &Contact)| {
+            let direction = contact.state.direction.filter(|_| self.is_led(index))?;
+            let row = &self.constraints[self.row_of_contact(index)?];
+            let (gap, least) = (row.contact.as_ref()?, STILL * row.scale(length));
             let arena = &mut self.system.arena;
             let rate = gap.rate(arena);
             let second = gap.acceleration(arena, |_, index| accelerations[index]);

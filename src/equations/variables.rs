@@ -8,8 +8,8 @@ use super::vector::Vector;
 use super::{Constraint, Equations, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
-    Aspect, Axis, BodyId, Contact, Dimension, DiscreteId, DriverId, Effort, JointId, LoadId, Owner, Place, Quantity,
-    Variable, Whole,
+    Aspect, Axis, BodyId, ContactQuantity, Dimension, DiscreteId, DriverId, Effort, JointId, LoadId, Owner, Place,
+    Quantity, Variable, Whole,
 };
 use crate::network::{
     Angle, Coupling, Curve, Direction, ElementId, Force, Held, Origin, Port, RNode, RotationalRow, System, TNode,
@@ -63,7 +63,7 @@ impl Equations {
             Aspect::Slide(_) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State => {
                 Expr::ZERO
             }
-            Aspect::Effort(_) | Aspect::OneSided(_) | Aspect::Whole(_) => Expr::ZERO,
+            Aspect::Effort(_) | Aspect::Contact(_) | Aspect::Whole(_) => Expr::ZERO,
         }
     }
 
@@ -114,7 +114,7 @@ impl Equations {
 
     fn of_joint(&mut self, joint: JointId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Joint(joint)) else { return Expr::ZERO };
-        let is_contact = matches!(quantity.aspect(), Aspect::OneSided(_));
+        let is_contact = matches!(quantity.aspect(), Aspect::Contact(_));
         let relation = self.system.relation(id).filter(|coupling| coupling.curve().is_some() && !is_contact);
         if let Some(coupling) = relation {
             return self.of_curve(id, &coupling, quantity);
@@ -138,7 +138,7 @@ impl Equations {
                 Effort::Power => self.power(id),
             },
             Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
-            Aspect::OneSided(contact) => self.one_sided(Owner::Joint(joint), contact),
+            Aspect::Contact(contact) => self.contact_quantity(Owner::Joint(joint), contact),
             Aspect::State | Aspect::Whole(_) => Expr::ZERO,
         }
     }
@@ -169,7 +169,7 @@ impl Equations {
                 arena.multiply(lever, reaction)
             }
             Aspect::Angle(Order::Velocity | Order::Acceleration) | Aspect::Along(..) | Aspect::Slide(_) => Expr::ZERO,
-            Aspect::Length(_) | Aspect::State | Aspect::OneSided(_) | Aspect::Whole(_) => Expr::ZERO,
+            Aspect::Length(_) | Aspect::State | Aspect::Contact(_) | Aspect::Whole(_) => Expr::ZERO,
             Aspect::Effort(Effort::X | Effort::Y | Effort::Tangential | Effort::Force | Effort::Power) => Expr::ZERO,
         }
     }
@@ -228,13 +228,14 @@ impl Equations {
         let Origin::Joint(joint) = origin else { return Expr::ZERO };
         let mechanism = self.system.mechanism.clone();
         let Some((index, ..)) = mechanism.slip_of(Owner::Joint(joint)) else { return Expr::ZERO };
-        let Some(row) = self.row_of_unilateral(index) else { return Expr::ZERO };
-        let gap = self.constraints[row].one_sided.as_ref();
+        let rows = self.row_of_contact(index).zip(self.row_of_level(index));
+        let Some((row, level)) = rows else { return Expr::ZERO };
+        let gap = self.constraints[row].contact.as_ref();
         let Some(direction) = gap.and_then(|gap| gap.slip.as_ref()).map(|slip| slip.direction) else {
             return Expr::ZERO;
         };
         let arena = &mut self.system.arena;
-        let [held, level] = [row, row + 1].map(|row| arena.symbol(Symbol::Reaction(row)));
+        let [held, level] = [row, level].map(|row| arena.symbol(Symbol::Reaction(row)));
         let total = arena.add_product(held, direction, level);
         arena.negate(total)
     }
@@ -279,51 +280,53 @@ impl Equations {
         let of_coupling = |row: &Constraint| row.element == id && !row.coupled.is_empty() && !row.is_trivial();
         match (self.constraints.iter().position(of_coupling), self.system.element(id).origin) {
             (Some(index), _) => self.system.arena.symbol(Symbol::Reaction(index)),
-            (None, Origin::Joint(joint)) => self.one_sided(Owner::Joint(joint), Contact::Reaction),
+            (None, Origin::Joint(joint)) => self.contact_quantity(Owner::Joint(joint), ContactQuantity::Reaction),
             (None, _) => Expr::ZERO,
         }
     }
 
     /// Of what an owner holds on one side: a sum over both of its sides, each with the sign of the motion that it stops.
-    fn one_sided(&mut self, owner: Owner, what: Contact) -> Expr {
+    fn contact_quantity(&mut self, owner: Owner, what: ContactQuantity) -> Expr {
         let mechanism = self.system.mechanism.clone();
         let mut total = Expr::ZERO;
         let direction = mechanism.slip_of(owner).and_then(|(_, friction, _)| friction.state.direction);
-        let rubs_only = mechanism.unilaterals_of(owner).next().is_none();
-        if let (Some(direction), true) = (direction, what == Contact::Sliding || what == Contact::Mode && rubs_only) {
+        let rubs_only = mechanism.gaps_of(owner).next().is_none();
+        if let (Some(direction), true) =
+            (direction, what == ContactQuantity::Sliding || what == ContactQuantity::Mode && rubs_only)
+        {
             return self.direction(owner, direction);
         }
-        if what == Contact::Gap && mechanism.unilaterals_of(owner).next().is_none() {
+        if what == ContactQuantity::Gap && mechanism.gaps_of(owner).next().is_none() {
             return self.gap_apart(owner);
         }
-        for (index, unilateral) in mechanism.unilaterals_of(owner) {
-            let row = self.row_of_unilateral(index);
-            let sign = unilateral.held.sign;
+        for (index, contact) in mechanism.gaps_of(owner) {
+            let row = self.row_of_contact(index);
+            let sign = contact.gap.sign;
             let arena = &mut self.system.arena;
             let value = match what {
-                Contact::Gap => {
-                    let gap = row.and_then(|row| self.constraints[row].one_sided.as_ref()).map(|gap| gap.value);
+                ContactQuantity::Gap => {
+                    let gap = row.and_then(|row| self.constraints[row].contact.as_ref()).map(|gap| gap.value);
                     let lever = gap_lever(&mut self.system, owner);
                     self.system.arena.multiply(gap.unwrap_or(Expr::ZERO), lever)
                 }
-                Contact::Reaction => row.map_or(Expr::ZERO, |row| {
+                ContactQuantity::Reaction => row.map_or(Expr::ZERO, |row| {
                     let reaction = arena.symbol(Symbol::Reaction(row));
                     let factor = arena.constant(-sign);
                     arena.multiply(factor, reaction)
                 }),
-                Contact::Sliding => Expr::ZERO,
-                Contact::Impulse => {
+                ContactQuantity::Sliding => Expr::ZERO,
+                ContactQuantity::Impulse => {
                     // A contact presses, whichever side it is on.
-                    let presses = unilateral.held.word.is_empty() && !unilateral.held.of_rate;
+                    let presses = contact.gap.word.is_empty() && !contact.gap.of_rate;
                     let sign = if presses { 1.0 } else { sign };
                     let (factor, impulse) =
-                        (arena.constant(sign), arena.symbol(Symbol::Discrete(unilateral.state.impulse.0)));
+                        (arena.constant(sign), arena.symbol(Symbol::Discrete(contact.state.impulse.0)));
                     arena.multiply(factor, impulse)
                 }
-                Contact::Mode => {
+                ContactQuantity::Mode => {
                     let (factor, closed) =
-                        (arena.constant(-sign), arena.symbol(Symbol::Discrete(unilateral.state.closed.0)));
-                    if unilateral.held.word.is_empty() { closed } else { arena.multiply(factor, closed) }
+                        (arena.constant(-sign), arena.symbol(Symbol::Discrete(contact.state.closed.0)));
+                    if contact.gap.word.is_empty() { closed } else { arena.multiply(factor, closed) }
                 }
             };
             total = self.system.arena.add(total, value);
@@ -350,7 +353,7 @@ impl Equations {
         let mechanism = self.system.mechanism.clone();
         let Owner::Joint(joint) = owner else { return Expr::ZERO };
         let part = &mechanism.joints[joint.0];
-        let held = (part.component().one_sided)(part, &mechanism).into_iter().next();
+        let held = (part.component().gaps)(part, &mechanism).into_iter().next();
         let relation = self.system.find(Origin::Joint(joint)).and_then(|id| self.system.relation(id));
         let (Some(held), Some(relation)) = (held, relation) else { return Expr::ZERO };
         let along = couplings::along(&mut self.system, &self.kinematics, &relation.terms, Order::Position);
@@ -373,8 +376,8 @@ impl Equations {
 
     /// The force with which something presses, whichever side it is on.
     fn pressure(&mut self, owner: Owner) -> Expr {
-        let row = self.system.mechanism.unilaterals_of(owner).next().map(|(index, _)| index);
-        let row = row.and_then(|index| self.row_of_unilateral(index));
+        let row = self.system.mechanism.gaps_of(owner).next().map(|(index, _)| index);
+        let row = row.and_then(|index| self.row_of_contact(index));
         let arena = &mut self.system.arena;
         row.map_or(Expr::ZERO, |row| {
             let reaction = arena.symbol(Symbol::Reaction(row));
@@ -384,35 +387,41 @@ impl Equations {
 
     /// True for a loop equation of something that only presses.
     pub(crate) fn presses(&self, row: &Constraint) -> bool {
-        matches!(self.system.element(row.element).origin, Origin::Unilateral(_))
+        matches!(self.system.element(row.element).origin, Origin::Contact(_))
     }
 
     /// True if what is held on one side moves, as drivers say.
-    pub(crate) fn drivers_move_unilateral(&self, index: usize) -> bool {
-        let id = self.system.find(Origin::Unilateral(index));
+    pub(crate) fn drivers_move_contact(&self, index: usize) -> bool {
+        let id = self.system.find(Origin::Contact(index));
         let row = self.constraints.iter().find(|row| Some(row.element) == id);
         row.is_some_and(|row| !row.time_rate.is_zero() || !row.followers.is_empty())
     }
 
     /// The loop equation of something that is held on one side; none if nothing that moves is.
-    pub fn row_of_unilateral(&self, index: usize) -> Option<usize> {
-        let id = self.system.find(Origin::Unilateral(index))?;
-        self.constraints.iter().position(|row| row.element == id && row.one_sided.is_some())
+    pub fn row_of_contact(&self, index: usize) -> Option<usize> {
+        let id = self.system.find(Origin::Contact(index))?;
+        self.constraints.iter().position(|row| row.element == id && row.contact.is_some())
+    }
+
+    /// The row whose multiplier is the friction limit of a contact; none without friction.
+    pub fn row_of_level(&self, index: usize) -> Option<usize> {
+        let id = self.system.find(Origin::Contact(index))?;
+        self.constraints.iter().position(|row| row.element == id && row.is_level() && row.contact.is_none())
     }
 
     /// The loop equation of something that may hold or stick; none where drivers lead it, which never does.
     pub fn row_that_may_hold(&self, index: usize) -> Option<usize> {
-        self.row_of_unilateral(index).filter(|&row| !self.constraints[row].is_level())
+        self.row_of_contact(index).filter(|&row| !self.constraints[row].is_level())
     }
 
     /// True for what rubs where drivers lead it.
     pub fn is_led(&self, index: usize) -> bool {
-        self.row_of_unilateral(index).is_some_and(|row| self.constraints[row].is_level())
+        self.row_of_contact(index).is_some_and(|row| self.constraints[row].is_level())
     }
 
     /// The first thing that rubs where drivers lead it.
     pub fn first_led(&self) -> Option<usize> {
-        (0..self.system.mechanism.unilaterals.len()).find(|&index| self.is_led(index))
+        (0..self.system.mechanism.contacts.len()).find(|&index| self.is_led(index))
     }
 
     /// A displacement driver as a branch carries the joint's normal force too: the two lie side by side.
@@ -472,7 +481,7 @@ impl Equations {
                 let place = self.system.mechanism.states.iter().position(|state| state.variable == variable);
                 place.map_or(Expr::ZERO, |index| self.system.arena.symbol(Symbol::State(index, Order::Position)))
             }
-            Aspect::OneSided(contact) => self.one_sided(Owner::Load(load), contact),
+            Aspect::Contact(contact) => self.contact_quantity(Owner::Load(load), contact),
             Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::Whole(_) => Expr::ZERO,
         }
     }

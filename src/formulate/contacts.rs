@@ -6,7 +6,7 @@ use crate::diagnostic::Fault;
 use crate::equations::Equations;
 use crate::expr::{Expr, Symbol};
 use crate::formulate::explain::assembly::show;
-use crate::model::{Mechanism, Owner, Unilateral};
+use crate::model::{Contact, Mechanism, Owner};
 use crate::network::Held;
 
 /// What is open by less than nothing, by no more than this share of its scale, touches: starts are solved for to rounding errors.
@@ -14,41 +14,39 @@ const TOUCHING: f64 = 1e-11;
 
 /// What is held on one side, but moves by drivers alone or not at all.
 pub(super) fn check_moved(equations: &Equations) -> Vec<Fault> {
-    let all = equations.system.mechanism.unilaterals.iter().enumerate();
-    let unmoved = all.filter(|(index, _)| equations.row_of_unilateral(*index).is_none());
-    unmoved.map(|(index, unilateral)| unmoved_fault(equations, index, unilateral)).collect()
+    let all = equations.system.mechanism.contacts.iter().enumerate();
+    let unmoved = all.filter(|(index, _)| equations.row_of_contact(*index).is_none());
+    unmoved.map(|(index, contact)| unmoved_fault(equations, index, contact)).collect()
 }
 
-fn unmoved_fault(equations: &Equations, index: usize, unilateral: &Unilateral) -> Fault {
-    if equations.drivers_move_unilateral(index) {
-        return driven(unilateral);
+fn unmoved_fault(equations: &Equations, index: usize, contact: &Contact) -> Fault {
+    if equations.drivers_move_contact(index) {
+        return driven(contact);
     }
-    if unilateral.slip.is_some() {
-        let message = format!("`{}` cannot move, so its friction force is not determined", unilateral.name);
+    if contact.slip.is_some() {
+        let message = format!("`{}` cannot move, so its friction force is not determined", contact.name);
         let help = "leave the friction out; for an equilibrium or its vibrations drivers do not move";
-        return Fault::new("scene::friction", message, unilateral.span)
-            .label("friction where nothing moves")
-            .help(help);
+        return Fault::new("scene::friction", message, contact.span).label("friction where nothing moves").help(help);
     }
-    let message = format!("`{}` cannot move, so a hard stop has no effect", unilateral.name);
-    Fault::new("scene::limits", message, unilateral.span).label("holds nothing").help("leave it out")
+    let message = format!("`{}` cannot move, so a hard stop has no effect", contact.name);
+    Fault::new("scene::limits", message, contact.span).label("holds nothing").help("leave it out")
 }
 
-fn driven(unilateral: &Unilateral) -> Fault {
-    if unilateral.slip.is_some() {
+fn driven(contact: &Contact) -> Fault {
+    if contact.slip.is_some() {
         let message = format!(
             "`{}` has dry friction in a driven motion, and other motions depend on its force, which is not determined while it is at rest",
-            unilateral.name
+            contact.name
         );
-        return Fault::new("scene::friction", message, unilateral.span)
+        return Fault::new("scene::friction", message, contact.span)
             .label("dry friction in a driven motion")
             .help("make the friction smooth by giving its `velocity`, or replace the driver by a force or a torque");
     }
     let message = format!(
         "`{}` is a unilateral constraint (hard stop, contact or rope) on a driven motion: a prescribed motion cannot stop",
-        unilateral.name
+        contact.name
     );
-    Fault::new("scene::limits", message, unilateral.span).label("constrains a driven motion").help(
+    Fault::new("scene::limits", message, contact.span).label("constrains a driven motion").help(
         "remove it, or replace the driver by a force or a torque; `cotree motion` reports how far the drive can go",
     )
 }
@@ -58,37 +56,37 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
     let mechanism = equations.system.mechanism.clone();
     if is_driven {
         // What rubs acts on the drivers; a contact that nothing presses closed has no force to rub with.
-        let stops = mechanism.unilaterals.iter().filter(|unilateral| unilateral.slip.is_none());
+        let stops = mechanism.contacts.iter().filter(|contact| contact.slip.is_none());
         return stops.map(driven).collect();
     }
     let mut faults = Vec::new();
-    for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
-        let Some(row) = equations.row_of_unilateral(index) else { continue };
+    for (index, contact) in mechanism.contacts.iter().enumerate() {
+        let Some(row) = equations.row_of_contact(index) else { continue };
         if equations.constraints[row].is_trivial() {
-            let rubs = unilateral.slip.as_ref().is_some_and(|slip| slip.on.is_none());
-            if rubs && equations.drivers_move_unilateral(index) {
+            let rubs = contact.slip.as_ref().is_some_and(|slip| slip.on.is_none());
+            if rubs && equations.drivers_move_contact(index) {
                 continue;
             }
-            faults.push(unmoved_fault(equations, index, unilateral));
+            faults.push(unmoved_fault(equations, index, contact));
             continue;
         }
-        if unilateral.held.of_rate || unilateral.slip.is_some() {
+        if contact.gap.of_rate || contact.slip.is_some() {
             // It begins wherever it is.
             continue;
         }
-        let bound = equations.system.value(&unilateral.held.bound);
-        let gap = equations.constraints[row].one_sided.as_ref().map_or(bound, |gap| gap.value);
+        let bound = equations.system.value(&contact.gap.bound);
+        let gap = equations.constraints[row].contact.as_ref().map_or(bound, |gap| gap.value);
         let [gap, bound] = equations.system.arena.evaluate(&[gap, bound], state)[..] else { continue };
         let scale = equations.constraints[row].scale(length);
         if gap < -TOUCHING * scale {
             let is_angle = equations.constraints[row].held == Held::Angle;
             let signed = |value: f64| format!("{}{}", if value < 0.0 { "-" } else { "" }, show(value, is_angle));
-            let [value, limit, by] = [bound + unilateral.held.sign * gap, bound, -gap].map(signed);
+            let [value, limit, by] = [bound + contact.gap.sign * gap, bound, -gap].map(signed);
             let message =
-                format!("the start is beyond `{}`: it starts at {value}, but the limit is {limit}", unilateral.name);
-            let help = other_side(&mechanism, unilateral)
+                format!("the start is beyond `{}`: it starts at {value}, but the limit is {limit}", contact.name);
+            let help = other_side(&mechanism, contact)
                 .unwrap_or_else(|| format!("start within the limit, or move the limit by {by}"));
-            let fault = Fault::new("assembly::beyond_limit", message, unilateral.span);
+            let fault = Fault::new("assembly::beyond_limit", message, contact.span);
             faults.push(fault.label("the start is beyond this limit").help(help));
         }
     }
@@ -96,8 +94,8 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
 }
 
 /// How a contact with a line is turned over: by its side, or by its ends, of which the first has the line.
-fn other_side(mechanism: &Mechanism, unilateral: &Unilateral) -> Option<String> {
-    let Owner::Joint(joint) = unilateral.owner else { return None };
+fn other_side(mechanism: &Mechanism, contact: &Contact) -> Option<String> {
+    let Owner::Joint(joint) = contact.owner else { return None };
     let part = mechanism.joints.get(joint.0)?;
     let has_sides = part.component().keys.iter().any(|key| key.name == "side");
     if !has_sides || part.value("axis").is_none() {
@@ -117,10 +115,9 @@ pub(super) fn check_led(equations: &mut Equations) -> Vec<Fault> {
     }
     let mechanism = equations.system.mechanism.clone();
     let led = |equations: &Equations, symbol: &Symbol| {
-        let mut driven_contacts =
-            mechanism.unilaterals.iter().enumerate().filter(|(index, _)| equations.is_led(*index));
-        driven_contacts.find(|(_, unilateral)| {
-            unilateral.state.direction.is_some_and(|direction| Symbol::Discrete(direction.0) == *symbol)
+        let mut driven_contacts = mechanism.contacts.iter().enumerate().filter(|(index, _)| equations.is_led(*index));
+        driven_contacts.find(|(_, contact)| {
+            contact.state.direction.is_some_and(|direction| Symbol::Discrete(direction.0) == *symbol)
         })
     };
     let levels = equations.levels().into_iter().filter(|(index, _)| !equations.is_led(*index));
@@ -128,10 +125,5 @@ pub(super) fn check_led(equations: &mut Equations) -> Vec<Fault> {
     read.extend(equations.feedback().into_iter().map(|load| load.value));
     read.extend(&equations.states);
     let symbols = equations.system.arena.symbols(read);
-    symbols
-        .iter()
-        .find_map(|symbol| led(equations, symbol))
-        .map(|(_, unilateral)| driven(unilateral))
-        .into_iter()
-        .collect()
+    symbols.iter().find_map(|symbol| led(equations, symbol)).map(|(_, contact)| driven(contact)).into_iter().collect()
 }

@@ -23,8 +23,8 @@ pub(super) fn check_acts(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
     let mut faults = Vec::new();
     for reading in readings(mechanism) {
         let Some(load) = reading.load else { continue };
-        let holds = mechanism.unilaterals.iter().any(|unilateral| unilateral.owner == load.owner);
-        let impacts = mechanism.unilaterals.iter().find(|unilateral| unilateral.slip.is_none() && moves_freely);
+        let holds = mechanism.contacts.iter().any(|contact| contact.owner == load.owner);
+        let impacts = mechanism.contacts.iter().find(|contact| contact.slip.is_none() && moves_freely);
         let jumps =
             jumps.iter().find(|jump| jump.of_rate && moves_freely).map(|jump| &mechanism.drivers[jump.driver].name);
         let (why, help) = match (holds, impacts, jumps) {
@@ -32,8 +32,8 @@ pub(super) fn check_acts(equations: &Equations, jumps: &[Jump]) -> Vec<Fault> {
                 "but it is a friction torque or force limit".to_owned(),
                 "let it depend on positions, velocities, states and inputs; for friction in proportion to the normal force give `mu`",
             ),
-            (_, Some(unilateral), _) => (
-                format!("which are impulsive where `{}` closes", unilateral.name),
+            (_, Some(contact), _) => (
+                format!("which are impulsive where `{}` closes", contact.name),
                 "remove one of the two, or let the load depend on a state that follows the reading with a lag",
             ),
             (.., Some(driver)) => (

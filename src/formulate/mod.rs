@@ -122,7 +122,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
             return Err(faults);
         }
         // What rubs where drivers move it slides as they say, and never holds.
-        let led = |row: &&mut Constraint| row.one_sided.is_some() && (driven || row.is_trivial());
+        let led = |row: &&mut Constraint| row.contact.is_some() && (driven || row.is_trivial());
         equations.constraints.iter_mut().filter(led).for_each(|row| row.standing = Standing::Level);
         faults.extend(contacts::check_led(&mut equations));
         if !faults.is_empty() {

@@ -91,8 +91,8 @@ pub(super) fn judge(equations: &mut Equations, independent: &[usize], restrictin
     for (index, row) in equations.constraints.iter_mut().enumerate() {
         row.standing = if !row.is_loop() {
             row.standing
-        } else if row.one_sided.is_some() && !row.is_trivial() {
-            Standing::OneSided
+        } else if row.contact.is_some() && !row.is_trivial() {
+            Standing::Contact
         } else if independent.binary_search(&index).is_ok() {
             Standing::Imposed
         } else if row.is_trivial() {

@@ -29,7 +29,7 @@ impl Mechanism {
     #[must_use]
     pub fn without_slips(&self) -> Mechanism {
         let mut changed = self.clone();
-        changed.unilaterals.retain(|unilateral| unilateral.slip.is_none());
+        changed.contacts.retain(|contact| contact.slip.is_none());
         changed
     }
 
@@ -37,7 +37,7 @@ impl Mechanism {
     #[must_use]
     pub fn without_stops(&self) -> Mechanism {
         let mut changed = self.clone();
-        changed.unilaterals.retain(|unilateral| unilateral.slip.as_ref().is_some_and(|slip| slip.on.is_none()));
+        changed.contacts.retain(|contact| contact.slip.as_ref().is_some_and(|slip| slip.on.is_none()));
         for joint in &mut changed.joints {
             joint.values.retain(|(_, value)| !matches!(value, KeyValue::Limits(_)));
         }

@@ -5,6 +5,7 @@
 
 mod body;
 mod bound;
+mod contact;
 mod discrete;
 mod display;
 mod edit;
@@ -18,13 +19,14 @@ mod part;
 mod settings;
 mod state;
 pub(crate) mod translate;
-mod unilateral;
+
 mod unit;
 mod variable;
 mod written;
 
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
+pub use contact::{Contact, ContactState, GapLaw, Limits};
 pub use discrete::{Discrete, DiscreteKind};
 pub use display::Units;
 pub use exponents::Exponents;
@@ -35,9 +37,8 @@ pub use name::identifier;
 pub use part::{KeyValue, Motion, Part};
 pub use settings::{Coordinates, Experiment, Method, Solver};
 pub use state::State;
-pub use unilateral::{ContactState, Limits, OneSided, Unilateral};
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit, ValueError};
-pub use variable::{Aspect, Axis, Class, Contact, Effort, Owner, Quantity, Variable, Whole};
+pub use variable::{Aspect, Axis, Class, ContactQuantity, Effort, Owner, Quantity, Variable, Whole};
 
 use crate::diagnostic::{Span, suggest};
 
@@ -102,7 +103,7 @@ pub struct Mechanism {
     /// What happens when comparisons begin to hold.
     pub events: Vec<Event>,
     /// What parts hold on one side only.
-    pub unilaterals: Vec<Unilateral>,
+    pub contacts: Vec<Contact>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,

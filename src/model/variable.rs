@@ -113,7 +113,7 @@ pub enum Aspect {
     /// A state that the owner brings.
     State,
     /// Of what the owner holds on one side only.
-    OneSided(Contact),
+    Contact(ContactQuantity),
     Whole(Whole),
 }
 
@@ -131,7 +131,7 @@ pub enum Effort {
 
 /// What is said of what an owner holds on one side only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contact {
+pub enum ContactQuantity {
     /// How far it is open.
     Gap,
     /// The force or torque with which it presses, with the sign of the motion that it stops.
@@ -184,11 +184,11 @@ impl Quantity {
             PressureAngle => Aspect::PressureAngle,
             Curvature => Aspect::Curvature,
             Current | CapPressure | RodPressure => Aspect::State,
-            Gap => Aspect::OneSided(Contact::Gap),
-            StopForce | StopTorque => Aspect::OneSided(Contact::Reaction),
-            Impulse | AngularImpulse => Aspect::OneSided(Contact::Impulse),
-            Mode => Aspect::OneSided(Contact::Mode),
-            Sliding => Aspect::OneSided(Contact::Sliding),
+            Gap => Aspect::Contact(ContactQuantity::Gap),
+            StopForce | StopTorque => Aspect::Contact(ContactQuantity::Reaction),
+            Impulse | AngularImpulse => Aspect::Contact(ContactQuantity::Impulse),
+            Mode => Aspect::Contact(ContactQuantity::Mode),
+            Sliding => Aspect::Contact(ContactQuantity::Sliding),
             Fx => Aspect::Effort(Effort::X),
             Fy => Aspect::Effort(Effort::Y),
             Fn => Aspect::Effort(Effort::Normal),
@@ -210,9 +210,9 @@ impl Quantity {
             Aspect::Along(_, order) | Aspect::Angle(order) | Aspect::Slide(order) | Aspect::Length(order) => {
                 Some(order)
             }
-            Aspect::OneSided(Contact::Gap) => Some(Order::Position),
+            Aspect::Contact(ContactQuantity::Gap) => Some(Order::Position),
             Aspect::PressureAngle | Aspect::Curvature => None,
-            Aspect::Effort(_) | Aspect::State | Aspect::OneSided(_) | Aspect::Whole(_) => None,
+            Aspect::Effort(_) | Aspect::State | Aspect::Contact(_) | Aspect::Whole(_) => None,
         }
     }
 

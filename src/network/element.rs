@@ -42,7 +42,7 @@ pub enum Origin {
     /// One of the relations that the joints imply.
     Implied(usize),
     /// One of what parts hold on one side only.
-    Unilateral(usize),
+    Contact(usize),
 }
 
 impl Origin {

@@ -77,7 +77,7 @@ impl System {
         for part in mechanism.parts() {
             system.add_part(part);
         }
-        system.add_unilaterals();
+        system.add_contacts();
         system.hold_particles();
         system.find_held();
         system
@@ -119,7 +119,7 @@ impl System {
     /// What an element is called: of what holds on one side only, or rubs, its own name, such as `guide.max`.
     pub fn name(&self, id: ElementId) -> &str {
         match self.element(id).origin {
-            Origin::Unilateral(index) => &self.mechanism.unilaterals[index].name,
+            Origin::Contact(index) => &self.mechanism.contacts[index].name,
             _ => &self.element(id).name,
         }
     }
@@ -147,7 +147,7 @@ impl System {
             Origin::Driver(driver) => mechanism.drivers[driver.0].span,
             Origin::Load(load) => mechanism.loads[load.0].span,
             Origin::Implied(relation) => self.implied[relation].span(mechanism),
-            Origin::Unilateral(index) => mechanism.unilaterals[index].span,
+            Origin::Contact(index) => mechanism.contacts[index].span,
         }
     }
 
@@ -283,7 +283,7 @@ impl System {
         if let (true, Origin::Joint(joint)) = (couples_only, *origin) {
             let mechanism = Arc::clone(&self.mechanism);
             let owner = Owner::Joint(joint);
-            if mechanism.slip_of(owner).is_some() && mechanism.unilaterals_of(owner).next().is_none() {
+            if mechanism.slip_of(owner).is_some() && mechanism.gaps_of(owner).next().is_none() {
                 // What slips is held by nothing but its friction.
                 return None;
             }
@@ -293,13 +293,13 @@ impl System {
     }
 
     /// gap = sign x (sum of factor x across - offset - bound), each a chord of its own.
-    fn add_unilaterals(&mut self) {
+    fn add_contacts(&mut self) {
         let mechanism = Arc::clone(&self.mechanism);
-        for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
-            let Some(part) = mechanism.parts().find(|part| part.owner == unilateral.owner) else { continue };
-            let minus = self.arena.constant(-unilateral.held.sign);
-            let bound = self.value(&unilateral.held.bound);
-            let Some(relation) = (self.relation)(part, unilateral.slip.is_some(), self) else { continue };
+        for (index, contact) in mechanism.contacts.iter().enumerate() {
+            let Some(part) = mechanism.parts().find(|part| part.owner == contact.owner) else { continue };
+            let minus = self.arena.constant(-contact.gap.sign);
+            let bound = self.value(&contact.gap.bound);
+            let Some(relation) = (self.relation)(part, contact.slip.is_some(), self) else { continue };
             let terms = relation
                 .terms
                 .into_iter()
@@ -307,11 +307,11 @@ impl System {
             let terms = terms.collect();
             let bound = self.arena.add(relation.offset, bound);
             let offset = self.arena.multiply(minus, bound);
-            let closed = Some(self.arena.symbol(Symbol::Discrete(unilateral.state.closed.0)));
+            let closed = Some(self.arena.symbol(Symbol::Discrete(contact.state.closed.0)));
             let coupling = Some(Coupling { terms, offset });
-            let label = self.label("k", &unilateral.name);
-            let (name, origin) = (part.name.clone(), Origin::Unilateral(index));
-            let slip = unilateral.state.direction.map(|direction| self.arena.symbol(Symbol::Discrete(direction.0)));
+            let label = self.label("k", &contact.name);
+            let (name, origin) = (part.name.clone(), Origin::Contact(index));
+            let slip = contact.state.direction.map(|direction| self.arena.symbol(Symbol::Discrete(direction.0)));
             self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip });
         }
     }

@@ -49,23 +49,23 @@ impl ContactKernels {
     pub fn new(equations: &mut Equations, solver: &MotionSolver, (levels, locks): (&Levels, Vec<Expr>)) -> Self {
         let mut kernels = Self { locks, ..Self::default() };
         let mechanism = equations.system.mechanism.clone();
-        for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
+        for (index, contact) in mechanism.contacts.iter().enumerate() {
             let row = equations.row_that_may_hold(index).map(|row| equations.constraints[row].clone());
-            let Some(gap) = row.and_then(|row| row.one_sided) else { continue };
+            let Some(gap) = row.and_then(|row| row.contact) else { continue };
             let arena = &mut equations.system.arena;
             let acceleration = |arena: &mut Arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
             let mut motion = [gap.value, gap.rate(arena), gap.acceleration(arena, acceleration)];
-            if let Some(there) = mechanism.there(unilateral.owner) {
+            if let Some(there) = mechanism.there(contact.owner) {
                 let there = arena.symbol(Symbol::Discrete(there.0));
-                motion = while_there(arena, there, motion, unilateral.state.place.is_some());
+                motion = while_there(arena, there, motion, contact.state.place.is_some());
             }
             kernels.gaps.push(motion[0]);
             kernels.rates.push(motion[1]);
             kernels.accelerations.push(motion[2]);
-            let share = unilateral.slip.as_ref().map_or(&unilateral.held.restitution, |slip| &slip.law.ratio);
+            let share = contact.slip.as_ref().map_or(&contact.gap.restitution, |slip| &slip.law.ratio);
             kernels.restitutions.push(equations.system.value(share));
         }
-        let has_signs = |place: usize| !mechanism.unilaterals[place].state.signs.is_empty();
+        let has_signs = |place: usize| !mechanism.contacts[place].state.signs.is_empty();
         let signed = levels.signed().filter(|(place, _)| has_signs(*place));
         kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
         if !kernels.gaps.is_empty() {
@@ -88,24 +88,24 @@ impl ContactKernels {
     ) -> Option<Contacts> {
         let mechanism = &equations.system.mechanism;
         let rows: Vec<Option<usize>> =
-            (0..mechanism.unilaterals.len()).map(|index| equations.row_that_may_hold(index)).collect();
+            (0..mechanism.contacts.len()).map(|index| equations.row_that_may_hold(index)).collect();
         let mut first = 0;
         let mut all = Vec::new();
-        for (unilateral, row) in mechanism.unilaterals.iter().zip(&rows) {
+        for (index, (contact, row)) in mechanism.contacts.iter().zip(&rows).enumerate() {
             let Some(row) = *row else { continue };
-            let slip = unilateral.slip.as_ref().map(|slip| {
+            let slip = contact.slip.as_ref().zip(equations.row_of_level(index)).map(|(slip, level)| {
                 let counted = |place: usize| rows[..place].iter().flatten().count() as u32;
-                let signs = unilateral.state.signs.len() as u32;
+                let signs = contact.state.signs.len() as u32;
                 first += signs;
                 Slip {
-                    level: row as u32 + 1,
+                    level: level as u32,
                     on: slip.on.map(counted),
                     sums: first - signs,
                     follows: slip.law.mu != Formula::Number(0.0),
                 }
             });
-            let (name, of_rate) = (unilateral.name.clone(), unilateral.held.of_rate);
-            all.push(Contact { name, constraint: row as u32, state: state(&unilateral.state), of_rate, slip });
+            let (name, of_rate) = (contact.name.clone(), contact.gap.of_rate);
+            all.push(Contact { name, constraint: row as u32, state: state(&contact.state), of_rate, slip });
         }
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
         (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)

@@ -40,7 +40,7 @@ kernels! {
     domains,
     ranges,
     outputs,
-    /// What held values begin with, periods and offsets, what is written at instants, sides of comparisons.
+    /// What discrete variables begin with, periods and offsets, what is written at instants, sides of comparisons.
     begin,
     clocks,
     written,

@@ -546,7 +546,7 @@ fn roles(equations: &mut Equations, length: f64, pose: &State) -> Vec<Role> {
         && repeat_exactly(equations, length, &typical(pose));
     let role = |row: &Row| match row.standing {
         Standing::Imposed => Role::Imposed,
-        Standing::OneSided => Role::OneSided,
+        Standing::Contact => Role::Contact,
         Standing::Repeats if chosen => Role::Repeating,
         Standing::Repeats | Standing::SecondOrder | Standing::Trivial | Standing::Level | Standing::Feedback => {
             Role::LeftOut
@@ -645,8 +645,8 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 /// The loop equations that do not always hold, with the discrete variables that say whether they do.
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
-    let masked = rows.filter(|(_, (_, role))| **role == Role::OneSided).filter_map(|(index, (row, _))| {
-        let ExprNode::Symbol(Symbol::Discrete(closed)) = equations.system.arena.node(row.one_sided.as_ref()?.closed)
+    let masked = rows.filter(|(_, (_, role))| **role == Role::Contact).filter_map(|(index, (row, _))| {
+        let ExprNode::Symbol(Symbol::Discrete(closed)) = equations.system.arena.node(row.contact.as_ref()?.closed)
         else {
             return None;
         };

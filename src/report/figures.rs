@@ -11,7 +11,7 @@ use super::summary::{
 };
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
-use crate::model::{Coordinates, Mechanism, Part, Unilateral};
+use crate::model::{Contact, Coordinates, Mechanism, Part};
 use crate::network::{Angle, ElementId, Origin};
 use crate::program::Lowered;
 use crate::solve::Block;
@@ -110,10 +110,10 @@ fn solve_tree(equations: &Equations, tree: &crate::solve::SolveTree) -> SolveTre
 
 /// The modes of everything that has some.
 fn modes(equations: &Equations) -> Vec<ModesSummary> {
-    let all = equations.system.mechanism.unilaterals.iter().enumerate();
-    let of = |(index, unilateral): (usize, &Unilateral)| {
-        let modes = if equations.is_led(index) { vec!["slides, prescribed by drivers"] } else { unilateral.modes() };
-        ModesSummary { name: unilateral.name.clone(), modes }
+    let all = equations.system.mechanism.contacts.iter().enumerate();
+    let of = |(index, contact): (usize, &Contact)| {
+        let modes = if equations.is_led(index) { vec!["slides, prescribed by drivers"] } else { contact.modes() };
+        ModesSummary { name: contact.name.clone(), modes }
     };
     all.map(of).collect()
 }

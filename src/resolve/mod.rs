@@ -130,7 +130,7 @@ impl Scene {
             states: resolver.states(states),
             samplers,
             events: resolver.events(),
-            unilaterals: Vec::new(),
+            contacts: Vec::new(),
             initial: resolver.initial(),
             begins: resolver.begins(),
             experiment: resolver.experiment(),
@@ -143,7 +143,7 @@ impl Scene {
         };
         let outputs = resolver.outputs(requested);
         mechanism.add_own_states();
-        mechanism.add_unilaterals();
+        mechanism.add_contacts();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
         if !resolver.faults.has_errors() {

@@ -152,7 +152,7 @@ impl Namer<'_> {
         let [joints, drivers, loads] =
             lists.map(|list| list.into_iter().map(|part| self.part(part)).collect::<Vec<Part>>());
         (self.mechanism.joints, self.mechanism.drivers, self.mechanism.loads) = (joints, drivers, loads);
-        self.mechanism.rename_unilaterals();
+        self.mechanism.rename_contacts();
     }
 
     fn part(&mut self, mut part: Part) -> Part {

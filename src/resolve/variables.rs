@@ -9,7 +9,7 @@ use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::model::{Aspect, Contact, Owner, Place, Quantity, Variable};
+use crate::model::{Aspect, ContactQuantity, Owner, Place, Quantity, Variable};
 use crate::scene::document::Content;
 use crate::scene::key::Form;
 use crate::scene::part::Part;
@@ -39,9 +39,9 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
     let is_one_sided =
         !is_free && (limits.is_some() || component.variables.iter().any(|variable| impulses.contains(variable)));
     let has = |quantity: &Quantity| match quantity.aspect() {
-        Aspect::OneSided(Contact::Sliding) => sticks || rubs,
-        Aspect::OneSided(Contact::Mode) => sticks || rubs || is_one_sided,
-        Aspect::OneSided(_) => !is_free,
+        Aspect::Contact(ContactQuantity::Sliding) => sticks || rubs,
+        Aspect::Contact(ContactQuantity::Mode) => sticks || rubs || is_one_sided,
+        Aspect::Contact(_) => !is_free,
         _ => true,
     };
     let quantities = component.variables.iter().copied().filter(has);

@@ -187,7 +187,7 @@ fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result
     let scales = scales(equations, length);
     let values = typical(pose);
     // What may be open takes no part: where it closes upon what is held already, the run is refused.
-    let is_loop = |row: &Constraint| row.one_sided.is_none() && row.is_loop();
+    let is_loop = |row: &Constraint| row.contact.is_none() && row.is_loop();
     let always = (0..equations.constraints.len()).filter(|&row| is_loop(&equations.constraints[row]));
     let (rows, dropped): (Vec<usize>, Vec<usize>) = always.partition(|&row| equations.constraints[row].always_holds());
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();

@@ -4,7 +4,7 @@
 
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Binary, Expr, Symbol};
-use cotree::model::{DiscreteId, DiscreteKind, Formula, Owner, Pressed, Quantity, Slip, Unilateral, Variable};
+use cotree::model::{Contact, DiscreteId, DiscreteKind, Formula, Owner, Pressed, Quantity, Slip, Variable};
 use serde_json::{Value, json};
 
 use super::document::{DocumentBlock, Piece};
@@ -16,8 +16,8 @@ use super::notation::plain::PLAIN;
 use super::tree::{FormulaTree, plain};
 
 /// What holds on one side only or rubs, with its loop equation.
-struct UnilateralRow<'m> {
-    own: &'m Unilateral,
+struct ContactRow<'m> {
+    own: &'m Contact,
     row: usize,
 }
 
@@ -50,7 +50,7 @@ impl Modes {
     /// None if nothing has modes.
     pub fn new(equations: &mut Equations) -> Option<Self> {
         let mechanism = equations.system.mechanism.clone();
-        let edges = edges(equations, &mechanism.unilaterals);
+        let edges = edges(equations, &mechanism.contacts);
         let mut modes = Modes { all: Vec::new(), levels: Vec::new(), strikes: false, rubs: false };
         for edge in edges {
             let own = match &edge.own.slip {
@@ -166,19 +166,19 @@ impl Modes {
     }
 }
 
-impl UnilateralRow<'_> {
+impl ContactRow<'_> {
     /// Open, closed; of a freewheel: free, caught.
     fn of_one_side(&self, equations: &mut Equations) -> Vec<HoldingMode> {
         let (own, name) = (self.own, &self.own.name);
         let closed = discrete(equations, own.state.closed);
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
         let presses = Lasts::While(relation("<=", lambda.clone(), FormulaTree::zero()));
-        let share = equations.system.value(&own.held.restitution);
+        let share = equations.system.value(&own.gap.restitution);
         let share = plain(equations, &[share]).pop().unwrap_or_else(FormulaTree::zero);
-        let what = if own.held.of_rate { rate_name(name) } else { gap_name(name) };
+        let what = if own.gap.of_rate { rate_name(name) } else { gap_name(name) };
         let quantity = FormulaTree::Name(what);
         let after = match share {
-            _ if own.held.of_rate => FormulaTree::zero(),
+            _ if own.gap.of_rate => FormulaTree::zero(),
             share if share == FormulaTree::zero() => share,
             share => FormulaTree::Sum(vec![(
                 true,
@@ -186,7 +186,7 @@ impl UnilateralRow<'_> {
             )]),
         };
         let strikes = relation("=", FormulaTree::Name(instant(name, "after")), after);
-        let ends = if own.held.of_rate {
+        let ends = if own.gap.of_rate {
             vec![Piece::words("it engages at the current angle; with an impact: "), Piece::Math(strikes)]
         } else {
             vec![Piece::words("impact: "), Piece::Math(strikes)]
@@ -200,7 +200,7 @@ impl UnilateralRow<'_> {
             HoldingMode {
                 holds: vec![is(closed, 1.0), is(quantity, 0.0)],
                 lasts: presses,
-                then: vec![Piece::words(if own.held.of_rate { "it disengages" } else { "it opens" })],
+                then: vec![Piece::words(if own.gap.of_rate { "it disengages" } else { "it opens" })],
             },
         ]
     }
@@ -239,7 +239,7 @@ impl UnilateralRow<'_> {
                 then: ends("on"),
             },
         ];
-        let on = slip.on.map(|on| equations.system.mechanism.unilaterals[on].name.clone());
+        let on = slip.on.map(|on| equations.system.mechanism.contacts[on].name.clone());
         modes.extend(on.map(|on| HoldingMode {
             holds: holds(0.0, 0.0, lambda),
             lasts: Lasts::Open(on),
@@ -250,18 +250,18 @@ impl UnilateralRow<'_> {
 }
 
 /// Those that have a loop equation.
-fn edges<'m>(equations: &Equations, all: &'m [Unilateral]) -> Vec<UnilateralRow<'m>> {
-    let rows = all.iter().enumerate().filter_map(|(index, own)| Some((own, equations.row_of_unilateral(index)?)));
-    rows.map(|(own, row)| UnilateralRow { own, row }).collect()
+fn edges<'m>(equations: &Equations, all: &'m [Contact]) -> Vec<ContactRow<'m>> {
+    let rows = all.iter().enumerate().filter_map(|(index, own)| Some((own, equations.row_of_contact(index)?)));
+    rows.map(|(own, row)| ContactRow { own, row }).collect()
 }
 
 /// The gaps, and the rates of what slides or turns freely.
 pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let mechanism = equations.system.mechanism.clone();
     let (mut gaps, mut rates) = (Vec::new(), Vec::new());
-    for UnilateralRow { own, row } in edges(equations, &mechanism.unilaterals) {
-        let Some(gap) = equations.constraints[row].one_sided.clone() else { continue };
-        if own.slip.is_none() && !own.held.of_rate {
+    for ContactRow { own, row } in edges(equations, &mechanism.contacts) {
+        let Some(gap) = equations.constraints[row].contact.clone() else { continue };
+        if own.slip.is_none() && !own.gap.of_rate {
             gaps.push((gap_name(&own.name), gap.value));
             continue;
         }
@@ -280,7 +280,7 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
 }
 
 /// coulomb + mu x what presses, in the scene's names.
-fn level(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> FormulaTree {
+fn level(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> FormulaTree {
     let coulomb = equations.formula(&slip.law.coulomb);
     let free = equations.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
     let mut factors = vec![equations.system.value(&slip.law.mu)];
@@ -300,7 +300,7 @@ fn level(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Formul
 }
 
 /// What presses: a size, or a sum of two.
-fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Option<FormulaTree> {
+fn pressing(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> Option<FormulaTree> {
     let size = |tree: FormulaTree| FormulaTree::Call("abs", vec![tree]);
     let variable = |equations: &Equations, quantity| {
         let variable = Variable { owner: edge.own.owner, quantity };
@@ -327,7 +327,7 @@ fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Opt
         },
         Pressed::Reaction(quantity) => size(variable(equations, quantity)),
         Pressed::Contact => {
-            let row = equations.row_of_unilateral(slip.on?)?;
+            let row = equations.row_of_contact(slip.on?)?;
             let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(row)));
             size(lambda)
         }
@@ -337,19 +337,19 @@ fn pressing(equations: &mut Equations, edge: &UnilateralRow, slip: &Slip) -> Opt
 /// What a discrete variable of a mode is that equations read; none if no equation does, and of sampled values and events.
 pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static str> {
     let mechanism = &equations.system.mechanism;
-    for unilateral in &mechanism.unilaterals {
-        if unilateral.state.closed == id {
-            return Some(match (&unilateral.slip, unilateral.held.of_rate) {
+    for contact in &mechanism.contacts {
+        if contact.state.closed == id {
+            return Some(match (&contact.slip, contact.gap.of_rate) {
                 (Some(_), _) => "1 while it sticks, else 0",
                 (None, true) => "1 while it is engaged, else 0",
                 (None, false) => "1 while it is closed, else 0",
             });
         }
-        if unilateral.state.direction == Some(id) {
+        if contact.state.direction == Some(id) {
             return Some("1 while it slides, -1 while it slides back, else 0");
         }
-        if unilateral.state.place == Some(id) {
-            return Some(if unilateral.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
+        if contact.state.place == Some(id) {
+            return Some(if contact.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
         }
     }
     match mechanism.discrete[id.0].kind {

@@ -93,7 +93,7 @@ pub fn written(formulated: &mut Formulated, notation: EquationFormat) -> Result<
 /// Whether equations can be written.
 fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
     check_written(equations)?;
-    let Some(own) = equations.first_led().map(|index| &equations.system.mechanism.unilaterals[index]) else {
+    let Some(own) = equations.first_led().map(|index| &equations.system.mechanism.contacts[index]) else {
         return Ok(());
     };
     let message = format!(
@@ -106,14 +106,12 @@ fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
 
 /// Why there is no code: that of driven mechanisms solves for positions, and knows no states; and friction that sticks has no place in {Q}.
 fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
-    if let Some(unilaterals) =
-        equations.system.mechanism.unilaterals.iter().find(|unilateral| unilateral.slip.is_some())
-    {
+    if let Some(contacts) = equations.system.mechanism.contacts.iter().find(|contact| contact.slip.is_some()) {
         let message = format!(
             "`{}` sticks or slides depending on the reactions: functions of positions and rates cannot give its part of Q",
-            unilaterals.name
+            contacts.name
         );
-        let fault = Fault::new("equations::friction", message, unilaterals.span).label("dry friction that sticks");
+        let fault = Fault::new("equations::friction", message, contacts.span).label("dry friction that sticks");
         return Some(fault.help(
             "print the equations as `text`, `latex`, `html` or `json`, which list the modes, or export an FMU; with a `velocity` friction is a function of the rates",
         ));
@@ -157,13 +155,13 @@ pub fn reduced(
     symbols: bool,
 ) -> Result<Result<String, crate::SingularStart>, Vec<Fault>> {
     check(&formulated.equations)?;
-    if let Some(unilaterals) = formulated.equations.system.mechanism.unilaterals.first() {
-        let what = if unilaterals.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
+    if let Some(contacts) = formulated.equations.system.mechanism.contacts.first() {
+        let what = if contacts.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
         let message = format!(
             "`{}` {what}: how many coordinates are independent depends on the mode, and so do the reduced equations",
-            unilaterals.name
+            contacts.name
         );
-        let fault = Fault::new("equations::modes", message, unilaterals.span).label("it has modes");
+        let fault = Fault::new("equations::modes", message, contacts.span).label("it has modes");
         return Err(vec![fault.help("print the equations without `--minimal`: these include a table of the modes")]);
     }
     if formulated.equations.reads_the_motion() {

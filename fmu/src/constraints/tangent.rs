@@ -18,7 +18,7 @@ pub struct Tangent {
     corrections: Vec<f64>,
     /// Of a, then lambda.
     solved: Vec<f64>,
-    /// Of what held values begin with.
+    /// Of what discrete variables begin with.
     begin: Vec<f64>,
     outputs: Vec<f64>,
 }

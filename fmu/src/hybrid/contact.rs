@@ -4,7 +4,7 @@
 //! the program serve all modes, and a change of mode is a number in the state. Nothing here remembers anything but storage.
 //!
 //! A freewheel is a contact of rates: what must not be negative is the rate of its gap. Open it has no gap (it touches wherever it is), and its rate is its indicator; closed it is held where it
-//! stands, for which its gap counts from a held value that is set anew at every instant at which it is open; what sticks is held in the same way. So a closed freewheel is a closed contact, which
+//! stands, for which its gap counts from a discrete variable that is set anew at every instant at which it is open; what sticks is held in the same way. So a closed freewheel is a closed contact, which
 //! drifts no more than others, an open one counts in no projection, and being caught is an impact without a rebound.
 
 use super::ahead::{Ahead, LOOKS};

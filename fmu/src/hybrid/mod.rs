@@ -1,6 +1,6 @@
 //! Instants at which something happens: ticks, known beforehand, and events, when a comparison begins to hold.
 //!
-//! What happens changes held values only; between instants they are constant, so that every method integrates as if they were inputs at rest. Nothing here remembers anything.
+//! What happens changes discrete variables only; between instants they are constant, so that every method integrates as if they were inputs at rest. Nothing here remembers anything.
 
 mod ahead;
 pub(crate) mod contact;

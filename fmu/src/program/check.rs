@@ -204,7 +204,7 @@ impl Program {
         }
         let is_masked = |row: &u32| {
             let row = self.constraints.get(*row as usize);
-            row.is_some_and(|row| row.role == Role::OneSided)
+            row.is_some_and(|row| row.role == Role::Contact)
         };
         let masks = self.instants.masks.iter().all(|(row, mask)| is_masked(row) && is_discrete(*mask));
         let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|removed| is_discrete(*removed));
@@ -220,7 +220,7 @@ impl Program {
                     && slip.on.is_none_or(|on| (on as usize) < self.instants.contacts().len())
                     && self.instants.contacts.as_ref().is_some_and(|all| sums <= all.pressing.results.len())
             });
-            if row.is_none_or(|row| row.role != Role::OneSided) || !contact.has_its_state(&is_discrete) || !slips {
+            if row.is_none_or(|row| row.role != Role::Contact) || !contact.has_its_state(&is_discrete) || !slips {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }
         }

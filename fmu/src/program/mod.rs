@@ -81,7 +81,7 @@ pub struct Instants {
     pub written: Tape,
     /// Both sides of the comparison of each event, the one that is then larger first. Reads as `written`.
     pub sides: Tape,
-    /// Loop equations of the role [`Role::OneSided`], each with the discrete variable that is 1 while it holds, else 0.
+    /// Loop equations of the role [`Role::Contact`], each with the discrete variable that is 1 while it holds, else 0.
     pub masks: Vec<(u32, u32)>,
     /// What the mechanism holds on one side only.
     pub contacts: Option<Contacts>,
@@ -114,7 +114,7 @@ pub struct Contacts {
 pub struct Contact {
     /// The user's name, such as `hinge.max`.
     pub name: String,
-    /// Its loop equation, of the role [`Role::OneSided`].
+    /// Its loop equation, of the role [`Role::Contact`].
     pub constraint: u32,
     /// Its discrete variables.
     pub state: ContactState,
@@ -318,7 +318,7 @@ pub enum Role {
     /// One of as many as are independent.
     Imposed,
     /// Imposed while it is closed: what it holds, it holds on one side only.
-    OneSided,
+    Contact,
     /// Of a driven mechanism, redundant: it helps to determine the motion where those that are imposed depend on each other.
     Repeating,
 }
@@ -583,7 +583,7 @@ impl Constraint {
 
     /// True for one of the independent ones: what is held on one side only counts as one in every mode.
     pub fn is_imposed(&self) -> bool {
-        matches!(self.role, Role::Imposed | Role::OneSided)
+        matches!(self.role, Role::Imposed | Role::Contact)
     }
 }
 

@@ -51,7 +51,7 @@ pub(crate) const BELT: Component = Component {
     variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
     rubs: Rubs::joint(Pressed::Nothing, relation),
     reactions: &[Q::Torque],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation,
     undriven: ["a belt", "name the joint in which a pulley turns"],
     ..Component::joint("belt", rows, placed, icon)

@@ -1,7 +1,7 @@
 //! Cam (j): the guide of a follower is moved by a law of the cam's angle theta against the carrier, s = start + law(theta) for a sliding
 //! follower, psi = start -+ law(theta) for a turning one. The reaction is the force or torque on the follower; the cam gets law'(theta)
 //! times as much, and the contact a normal force that is never a pull only as long as the follower does not lift off; a groove or a conjugate cam
-//! (`closure = "form"`) also pulls. With `unilateral` the relation holds on one side only: the follower lifts off where it would have to be pulled.
+//! (`closure = "form"`) also pulls. With `contact` the relation holds on one side only: the follower lifts off where it would have to be pulled.
 
 mod breaks;
 mod check;
@@ -17,7 +17,7 @@ use crate::component::key::{BODY_AND_POINT, Form, Key, Record};
 use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::{ANGLE, LENGTH};
-use crate::model::{Formula, JointId, Mechanism, OneSided, Part, Quantity as Q, Range};
+use crate::model::{Formula, GapLaw, JointId, Mechanism, Part, Quantity as Q, Range};
 use crate::network::{Bearing, Coupling, CouplingTerm, Curve, Direction, Port, Rows, System};
 use crate::scene::{Joint, Quantity, Vector};
 use geometry::{CamContact, CamGeometry};
@@ -94,7 +94,7 @@ pub(crate) const CAM: Component = Component {
     reactions: &[Q::Fn, Q::Torque],
     pose: &[Q::Angle, Q::PressureAngle],
     undriven: ["a cam", "name the joint in which the cam turns"],
-    one_sided,
+    gaps,
     gap_lever,
     relation,
     check: check::check,
@@ -126,10 +126,10 @@ fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
 }
 
 /// A follower that is only pressed lifts off the way that it rises.
-fn one_sided(part: &Part, mechanism: &Mechanism) -> Vec<OneSided> {
+fn gaps(part: &Part, mechanism: &Mechanism) -> Vec<GapLaw> {
     let (Some(limits), Ok(mounting)) = (part.limits(), Mounting::of(part, mechanism)) else { return Vec::new() };
     let sign = geometry::sense(part, &mounting);
-    vec![OneSided {
+    vec![GapLaw {
         word: "",
         sign,
         bound: Formula::Number(0.0),

@@ -7,7 +7,7 @@ use crate::component::{Component, Icon, IconStroke, Rubs};
 use crate::diagnostic::Fault;
 use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, NUMBER, VELOCITY};
-use crate::model::{Formula, Mechanism, OneSided, Part, Pressed, Quantity as Q, Range};
+use crate::model::{Formula, GapLaw, Mechanism, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, CouplingTerm, Direction, Port, Rows, System};
 use crate::scene::{Joint, Quantity, Vector, constant};
 
@@ -51,7 +51,7 @@ pub(crate) const CONTACT: Component = Component {
     variables: &[Q::Gap, Q::S, Q::V, Q::A, Q::Fn, Q::Ft, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[],
     undriven: ["a contact", "a driver moves a revolute or prismatic joint"],
-    one_sided,
+    gaps,
     relation,
     rubs: Rubs::joint(Pressed::Contact, slip),
     check,
@@ -107,14 +107,14 @@ fn icon(part: &Part) -> Icon {
     Icon::Rolling { axis, radius: part.formula("radius").clone() }
 }
 
-fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
+fn gaps(part: &Part, _: &Mechanism) -> Vec<GapLaw> {
     let (radius, circle, restitution) = (part.key("radius"), part.key("circle"), part.key("restitution"));
     let (sign, bound) = match (is_circle(part), is_inside(part)) {
         (false, _) => (1.0, radius),
         (true, false) => (1.0, sum(radius, circle)),
         (true, true) => (-1.0, minus(circle, radius)),
     };
-    vec![OneSided { word: "", sign, bound, restitution, of_rate: false }]
+    vec![GapLaw { word: "", sign, bound, restitution, of_rate: false }]
 }
 
 /// n.r, or |r|

@@ -33,7 +33,7 @@ pub(crate) const GEAR: Component = Component {
     variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: first_turn, pressed: Pressed::Reaction(Q::Torque), law }),
     reactions: &[Q::Torque],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
     ..Component::joint("gear", rows, placed, |part| Icon::Gears {

@@ -4,7 +4,7 @@
 use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_BODIES, Form, Key};
 use crate::component::{Component, Icon, IconStroke, Room};
-use crate::model::{Formula, Mechanism, OneSided, Part, Quantity as Q};
+use crate::model::{Formula, GapLaw, Mechanism, Part, Quantity as Q};
 use crate::network::{Coupling, Port, Rows, System};
 use crate::scene::Joint;
 
@@ -25,7 +25,7 @@ pub(crate) const ONE_WAY: Component = Component {
     variables: &[Q::Torque, Q::StopTorque, Q::AngularImpulse, Q::Mode],
     room: Room::Turning,
     undriven: ["a freewheel", "name the joint in which a body turns"],
-    one_sided,
+    gaps,
     relation,
     ..Component::joint("one_way", |_, _| Rows { letter: "f", ..Rows::default() }, placed, |_| Icon::Round(ratchet))
 };
@@ -35,10 +35,10 @@ fn placed(placed: &mut Placed<'_>) {
     placed.side("direction", WAYS);
 }
 
-fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
+fn gaps(part: &Part, _: &Mechanism) -> Vec<GapLaw> {
     let sign = if part.choice("direction") == Some(WAYS[1]) { -1.0 } else { 1.0 };
     let zero = || Formula::Number(0.0);
-    vec![OneSided { word: "", sign, bound: zero(), restitution: zero(), of_rate: true }]
+    vec![GapLaw { word: "", sign, bound: zero(), restitution: zero(), of_rate: true }]
 }
 
 fn relation(part: &Part, system: &mut System) -> Option<Coupling> {

@@ -25,7 +25,7 @@ pub(crate) const PRISMATIC: Component = Component {
     room: Room::Needless("remove it: every mass slides along x anyway"),
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],
     drivers: &["displacement"],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation: limits::slide,
     rubs: Rubs::joint(Pressed::Guide { holds_angle: true }, limits::slide),
     ..Component::joint("prismatic", rows, placed, |part| Icon::Slider(part.vector("axis")))

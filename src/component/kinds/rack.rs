@@ -28,7 +28,7 @@ pub(crate) const RACK: Component = Component {
     ],
     variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode],
     reactions: &[Q::Force, Q::Torque],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],
     ..Component::joint("rack", rows, placed, |part| Icon::Rack {

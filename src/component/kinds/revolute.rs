@@ -43,7 +43,7 @@ pub(crate) const REVOLUTE: Component = Component {
     room: Room::Turning,
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],
     drivers: &["angle"],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation: limits::angle,
     rubs: Rubs::joint(Pressed::Pin, limits::angle),
     ..Component::joint("revolute", rows, placed, |_| Icon::Pin)

@@ -5,7 +5,7 @@ use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
 use crate::component::{Component, Icon, IconStroke};
 use crate::model::measure::{LENGTH, NUMBER};
-use crate::model::{Mechanism, OneSided, Part, Quantity as Q, Range};
+use crate::model::{GapLaw, Mechanism, Part, Quantity as Q, Range};
 use crate::network::{Coupling, Port, Rows, System};
 use crate::scene::{Joint, Quantity};
 
@@ -28,7 +28,7 @@ pub(crate) const ROPE: Component = Component {
     ],
     variables: &[Q::Gap, Q::Force, Q::StopForce, Q::Impulse, Q::Mode],
     undriven: ["a rope", "a driver with `position` moves a point"],
-    one_sided,
+    gaps,
     relation,
     ..Component::joint("rope", |_, _| Rows { letter: "y", ..Rows::default() }, anywhere, |_| Icon::Line(thread))
 };
@@ -38,8 +38,8 @@ fn thread(length: f64) -> Vec<IconStroke> {
     vec![IconStroke::open(vec![[0.0, 0.0], [length, 0.0]])]
 }
 
-fn one_sided(part: &Part, _: &Mechanism) -> Vec<OneSided> {
-    vec![OneSided {
+fn gaps(part: &Part, _: &Mechanism) -> Vec<GapLaw> {
+    vec![GapLaw {
         word: "max",
         sign: -1.0,
         bound: part.key("length"),

@@ -35,7 +35,7 @@ pub(crate) const SCREW: Component = Component {
     variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: thread_slide, pressed: Pressed::Reaction(Q::Force), law }),
     reactions: &[Q::Force, Q::Torque],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation,
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],
     ..Component::joint("screw", rows, placed, |_| Icon::Line(thread))

@@ -30,7 +30,7 @@ pub(crate) const SLOT: Component = Component {
     pose: &[Q::S, Q::Angle],
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],
-    one_sided: limits::one_sided,
+    gaps: limits::gaps,
     relation: limits::slide,
     rubs: Rubs::joint(Pressed::Guide { holds_angle: false }, limits::slide),
     ..Component::joint("slot", rows, placed, |part| Icon::Slot(part.vector("axis")))

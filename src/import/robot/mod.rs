@@ -27,7 +27,7 @@ pub struct SpatialModel {
     /// The first is the world; parents come before their children.
     pub bodies: Vec<SpatialBody>,
     pub joints: Vec<SpatialJoint>,
-    pub closures: Vec<Closure>,
+    pub statuses: Vec<ContactStatus>,
     pub followers: Vec<Follower>,
     pub tendons: Vec<Tendon>,
     pub springs: Vec<PointSpring>,
@@ -60,7 +60,7 @@ impl SpatialModel {
             gravity,
             bodies: vec![world],
             joints: Vec::new(),
-            closures: Vec::new(),
+            statuses: Vec::new(),
             followers: Vec::new(),
             tendons: Vec::new(),
             springs: Vec::new(),
@@ -210,7 +210,7 @@ pub struct BodyPoint {
 
 /// What closes a loop.
 #[derive(Clone, Debug)]
-pub struct Closure {
+pub struct ContactStatus {
     pub name: String,
     pub place: FilePlace,
     pub kind: ClosureKind,

@@ -2,7 +2,7 @@
 
 use cotree::component::Icon;
 use cotree::expr::{Symbol, Values};
-use cotree::model::{BodyId, Mechanism, ParameterId, Part, Place, Quantity, Unilateral, Variable};
+use cotree::model::{BodyId, Contact, Mechanism, ParameterId, Part, Place, Quantity, Variable};
 
 use super::PoseValues;
 use crate::alike::Alike;
@@ -12,38 +12,38 @@ impl PoseValues<'_> {
     /// The stops and marks of everything that has modes.
     pub(super) fn held(&mut self, drawing: &mut Drawing) {
         let mechanism = &*self.equations.system.mechanism.clone();
-        for (index, unilateral) in mechanism.unilaterals.iter().enumerate() {
-            let Some(part) = mechanism.parts().find(|part| part.owner == unilateral.owner) else { continue };
+        for (index, contact) in mechanism.contacts.iter().enumerate() {
+            let Some(part) = mechanism.parts().find(|part| part.owner == contact.owner) else { continue };
             let icon = (part.component().icon)(part);
-            drawing.stops.extend(self.stop(part, &icon, (index, unilateral)));
+            drawing.stops.extend(self.stop(part, &icon, (index, contact)));
             let spot = self.spot(part, &icon, drawing);
-            let is_first = mechanism.unilaterals_of(unilateral.owner).next().is_some_and(|(first, _)| first == index);
-            let named = |quantity: Quantity| mechanism.variable_name(Variable { owner: unilateral.owner, quantity });
+            let is_first = mechanism.gaps_of(contact.owner).next().is_some_and(|(first, _)| first == index);
+            let named = |quantity: Quantity| mechanism.variable_name(Variable { owner: contact.owner, quantity });
             let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
             let impulse =
                 impulses.into_iter().find(|impulse| part.component().variables.contains(impulse)).filter(|_| is_first);
             drawing.held.push(HeldPart {
-                name: unilateral.name.clone(),
+                name: contact.name.clone(),
                 spot,
-                sticks: unilateral.slip.is_some(),
-                now: self.state.value(Symbol::Discrete(unilateral.state.closed.0)) == 1.0,
-                while_held: while_held(mechanism, unilateral, &named),
+                sticks: contact.slip.is_some(),
+                now: self.state.value(Symbol::Discrete(contact.state.closed.0)) == 1.0,
+                while_held: while_held(mechanism, contact, &named),
                 impulse: impulse.map(named),
             });
         }
     }
 
     /// Where a limit ends the motion of a joint that slides or turns.
-    fn stop(&mut self, part: &Part, icon: &Icon, (index, unilateral): (usize, &Unilateral)) -> Option<Stop> {
-        if unilateral.slip.is_some() || part.limits().is_none() {
+    fn stop(&mut self, part: &Part, icon: &Icon, (index, contact): (usize, &Contact)) -> Option<Stop> {
+        if contact.slip.is_some() || part.limits().is_none() {
             return None;
         }
-        let row = self.equations.row_of_unilateral(index)?;
-        let gap = self.equations.constraints[row].one_sided.as_ref()?.value;
+        let row = self.equations.row_of_contact(index)?;
+        let gap = self.equations.constraints[row].contact.as_ref()?.value;
         let gap = self.values(&[gap])[0];
         let moving = usize::from(part.between[1].body().is_some());
         // In which sense the moving body goes towards the stop.
-        let sense = -unilateral.held.sign * if moving == 1 { 1.0 } else { -1.0 };
+        let sense = -contact.gap.sign * if moving == 1 { 1.0 } else { -1.0 };
         let on = part.between[1 - moving].body().map(|body| body.0);
         let at = self.at(part.between[moving]);
         let (at, towards, course) = match icon {
@@ -128,15 +128,11 @@ impl PoseValues<'_> {
 }
 
 /// The variables that say that it holds, each with its value then.
-fn while_held(
-    mechanism: &Mechanism,
-    unilateral: &Unilateral,
-    named: &dyn Fn(Quantity) -> String,
-) -> Vec<(String, f64)> {
-    let Some(slip) = &unilateral.slip else {
-        let value = if unilateral.held.word.is_empty() { 1.0 } else { -unilateral.held.sign };
+fn while_held(mechanism: &Mechanism, contact: &Contact, named: &dyn Fn(Quantity) -> String) -> Vec<(String, f64)> {
+    let Some(slip) = &contact.slip else {
+        let value = if contact.gap.word.is_empty() { 1.0 } else { -contact.gap.sign };
         return vec![(named(Quantity::Mode), value)];
     };
-    let presses = slip.on.map(|on| &mechanism.unilaterals[on]).map(|_| (named(Quantity::Mode), 1.0));
+    let presses = slip.on.map(|on| &mechanism.contacts[on]).map(|_| (named(Quantity::Mode), 1.0));
     [(named(Quantity::Sliding), 0.0)].into_iter().chain(presses).collect()
 }

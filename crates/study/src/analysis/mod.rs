@@ -1,6 +1,7 @@
 //! Analysis without simulation: equilibria and their stability, linearisation, natural vibrations. All derivatives are exact: the equations are
 //! differentiated symbolically.
 
+mod contacts;
 pub(crate) mod decompose;
 mod driven;
 mod equilibrium;
@@ -9,7 +10,6 @@ mod kept;
 mod local;
 mod matrix;
 mod modes;
-mod one_sided;
 mod point;
 pub mod report;
 mod requested;
@@ -30,11 +30,11 @@ use cotree_fmu::program::check::Fault;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
+pub use contacts::{ContactStatus, at_start};
 pub use driven::InputTableError;
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
 pub use modes::{Mode, modes};
-pub use one_sided::{Closure, at_start};
 pub use point::OperatingPoint;
 pub use requested::{ModeError, RequestedMode, WantedMode};
 pub use rest::at_rest;

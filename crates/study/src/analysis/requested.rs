@@ -4,13 +4,13 @@ use cotree::diagnostic::suggest;
 use cotree::equations::Pressing;
 use cotree::expr::Expr;
 use cotree::formulate::Formulated;
-use cotree::model::{Mechanism, Unilateral};
+use cotree::model::{Contact, Mechanism};
 use cotree_fmu::integrator::accelerations::Accelerations;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use thiserror::Error;
 
-use super::one_sided::{Closure, OneSidedKind, closures, told};
+use super::contacts::{ContactKind, ContactStatus, statuses, told};
 use super::supports::is_held_twice;
 use super::variation::Variation;
 use super::{AnalysisFailure, OperatingPoint};
@@ -66,8 +66,8 @@ const IDLE: HeldMode = HeldMode { closed: false, direction: 0.0 };
 const STICKS: HeldMode = HeldMode { closed: true, direction: 0.0 };
 
 /// What a part can be asked to be: the words, and what they mean.
-fn words(unilateral: &Unilateral) -> &'static [(&'static str, WantedMode)] {
-    match (&unilateral.slip, unilateral.held.of_rate) {
+fn words(contact: &Contact) -> &'static [(&'static str, WantedMode)] {
+    match (&contact.slip, contact.gap.of_rate) {
         (Some(_), _) => &[
             ("sticks", WantedMode::Holds),
             ("slides", WantedMode::Slides(None)),
@@ -89,10 +89,9 @@ pub(super) fn requested(mechanism: &Mechanism, modes: &[(String, String)]) -> Re
 }
 
 fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<RequestedMode, ModeError> {
-    let all = &mechanism.unilaterals;
-    let is_named = |unilateral: &Unilateral| {
-        unilateral.name == name || unilateral.name.rsplit_once('.').is_some_and(|(part, _)| part == name)
-    };
+    let all = &mechanism.contacts;
+    let is_named =
+        |contact: &Contact| contact.name == name || contact.name.rsplit_once('.').is_some_and(|(part, _)| part == name);
     let named: Vec<usize> = (0..all.len()).filter(|&index| is_named(&all[index])).collect();
     let known = || suggest::known(name, all.iter().map(|candidate| candidate.name.as_str()));
     if named.is_empty() {
@@ -131,7 +130,7 @@ pub(super) fn put(
     requested: &[RequestedMode],
 ) -> Result<OperatingPoint, AnalysisFailure> {
     let point = OperatingPoint::moving(model, state)?;
-    let sticks = closures(formulated, &point).iter().any(|closure| closure.most().is_some());
+    let sticks = statuses(formulated, &point).iter().any(|status| status.most().is_some());
     if requested.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
         return Err(AnalysisFailure::Modes(format!(
             "at t = {} s several sticking frictions are redundant (statically indeterminate); set those that carry no load by `--mode NAME=idle`",
@@ -141,75 +140,75 @@ pub(super) fn put(
     if requested.is_empty() {
         return Ok(point);
     }
-    let here = closures(formulated, &point);
+    let here = statuses(formulated, &point);
     let mechanism = &*formulated.equations.system.mechanism;
     let target = target(mechanism, &here, requested)
         .map_err(|why| AnalysisFailure::Modes(format!("at t = {} s {why}; choose another time", point.time())))?;
-    for (closure, holding) in here.iter().zip(target) {
-        hold(mechanism, state, closure, holding);
+    for (status, holding) in here.iter().zip(target) {
+        hold(mechanism, state, status, holding);
     }
     with_signs((formulated, variation), model, state)
 }
 
 /// What everything is once some of it is what is asked for, or why it cannot be.
-fn target(mechanism: &Mechanism, here: &[Closure], requested: &[RequestedMode]) -> Result<Vec<HeldMode>, Unfit> {
-    let fastest = here.iter().fold(0.0, |most: f64, closure| most.max(closure.rate.abs()));
+fn target(mechanism: &Mechanism, here: &[ContactStatus], requested: &[RequestedMode]) -> Result<Vec<HeldMode>, Unfit> {
+    let fastest = here.iter().fold(0.0, |most: f64, status| most.max(status.rate.abs()));
     let wanted =
-        |closure: &Closure| requested.iter().rev().find(|part| part.index == closure.index).map(|part| part.wanted);
+        |status: &ContactStatus| requested.iter().rev().find(|part| part.index == status.index).map(|part| part.wanted);
     let mut target: Vec<HeldMode> = here
         .iter()
         .map(|here| HeldMode { closed: here.closed, direction: here.direction().unwrap_or_default() })
         .collect();
-    let is_friction = |closure: &Closure| matches!(closure.kind, OneSidedKind::Friction { .. });
-    for (place, closure) in here.iter().enumerate().filter(|(_, closure)| !is_friction(closure)) {
-        let Some(wanted) = wanted(closure) else { continue };
+    let is_friction = |status: &ContactStatus| matches!(status.kind, ContactKind::Friction { .. });
+    for (place, status) in here.iter().enumerate().filter(|(_, status)| !is_friction(status)) {
+        let Some(wanted) = wanted(status) else { continue };
         let holds = wanted == WantedMode::Holds;
         target[place].closed = holds;
-        if let Some(why) = why_open(mechanism, closure, fastest).filter(|_| holds) {
-            let word = if closure.kind == OneSidedKind::Freewheel { "caught" } else { "closed" };
-            return Err(Unfit::Other(format!("`{name}` cannot be {word}: it {why}", name = closure.name)));
+        if let Some(why) = why_open(mechanism, status, fastest).filter(|_| holds) {
+            let word = if status.kind == ContactKind::Freewheel { "caught" } else { "closed" };
+            return Err(Unfit::Other(format!("`{name}` cannot be {word}: it {why}", name = status.name)));
         }
     }
-    for (place, closure) in here.iter().enumerate().filter(|(_, closure)| is_friction(closure)) {
-        let on = mechanism.unilaterals[closure.index].slip.as_ref().and_then(|slip| slip.on);
-        let on = on.and_then(|on| here.iter().position(|closure| closure.index == on));
+    for (place, status) in here.iter().enumerate().filter(|(_, status)| is_friction(status)) {
+        let on = mechanism.contacts[status.index].slip.as_ref().and_then(|slip| slip.on);
+        let on = on.and_then(|on| here.iter().position(|status| status.index == on));
         if let Some(on) = on.filter(|&on| !target[on].closed) {
-            if wanted(closure).is_some_and(|wanted| wanted != WantedMode::Idle) {
-                return Err(Unfit::NothingPresses { name: closure.name.clone(), on: here[on].name.clone() });
+            if wanted(status).is_some_and(|wanted| wanted != WantedMode::Idle) {
+                return Err(Unfit::NothingPresses { name: status.name.clone(), on: here[on].name.clone() });
             }
             target[place] = IDLE;
             continue;
         }
         let begins = on.is_some_and(|on| !here[on].closed);
-        target[place] = rubs(mechanism, (closure, target[place]), (wanted(closure), begins), fastest)?;
+        target[place] = rubs(mechanism, (status, target[place]), (wanted(status), begins), fastest)?;
     }
     Ok(target)
 }
 
 /// Why a stop or a freewheel cannot be closed.
-fn why_open(mechanism: &Mechanism, closure: &Closure, fastest: f64) -> Option<String> {
-    let rate = || told(mechanism, closure.rate, closure.unit_of_rate());
-    if closure.kind == OneSidedKind::Freewheel {
-        return (!closure.closed && closure.moves(fastest)).then(|| format!("turns by {}", rate()));
+fn why_open(mechanism: &Mechanism, status: &ContactStatus, fastest: f64) -> Option<String> {
+    let rate = || told(mechanism, status.rate, status.unit_of_rate());
+    if status.kind == ContactKind::Freewheel {
+        return (!status.closed && status.moves(fastest)).then(|| format!("turns by {}", rate()));
     }
-    if !closure.touches() {
-        return Some(format!("is open by {}", told(mechanism, closure.gap, closure.units()[0])));
+    if !status.touches() {
+        return Some(format!("is open by {}", told(mechanism, status.gap, status.units()[0])));
     }
-    closure.moves(fastest).then(|| format!("touches, but its gap changes by {}", rate()))
+    status.moves(fastest).then(|| format!("touches, but its gap changes by {}", rate()))
 }
 
 /// How something rubs that can: as asked, or as it does; what `begins` to be pressed sticks if it stands.
 fn rubs(
     mechanism: &Mechanism,
-    (closure, natural): (&Closure, HeldMode),
+    (status, natural): (&ContactStatus, HeldMode),
     (wanted, begins): (Option<WantedMode>, bool),
     fastest: f64,
 ) -> Result<HeldMode, Unfit> {
-    let (name, moves) = (closure.name.clone(), closure.moves(fastest));
-    let rate = || told(mechanism, closure.rate, closure.unit_of_rate());
+    let (name, moves) = (status.name.clone(), status.moves(fastest));
+    let rate = || told(mechanism, status.rate, status.unit_of_rate());
     let slides = |direction: f64| HeldMode { closed: false, direction };
     match wanted {
-        None if begins => Ok(if moves { slides(closure.rate.signum()) } else { STICKS }),
+        None if begins => Ok(if moves { slides(status.rate.signum()) } else { STICKS }),
         None => Ok(natural),
         Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
             Err(Unfit::Other(format!("`{name}` cannot stick: it slides at {rate}", rate = rate())))
@@ -219,11 +218,11 @@ fn rubs(
             Err(Unfit::Other(format!("`{name}` slides at {rate}, so its friction cannot be idle", rate = rate())))
         }
         Some(WantedMode::Idle) => Ok(IDLE),
-        Some(WantedMode::Slides(None)) if moves => Ok(slides(closure.rate.signum())),
+        Some(WantedMode::Slides(None)) if moves => Ok(slides(status.rate.signum())),
         Some(WantedMode::Slides(None)) => Err(Unfit::Other(format!(
             "`{name}` is at rest: write slides+ or slides- for the direction in which it starts to slide"
         ))),
-        Some(WantedMode::Slides(Some(direction))) if moves && closure.rate * direction < 0.0 => {
+        Some(WantedMode::Slides(Some(direction))) if moves && status.rate * direction < 0.0 => {
             Err(Unfit::Other(format!("`{name}` slides in the other direction, at {rate}", rate = rate())))
         }
         Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
@@ -231,15 +230,15 @@ fn rubs(
 }
 
 /// Holds one part so in a state: what begins to be held is held where it stands.
-fn hold(mechanism: &Mechanism, state: &mut State, closure: &Closure, holding: HeldMode) {
-    let unilateral = &mechanism.unilaterals[closure.index];
+fn hold(mechanism: &Mechanism, state: &mut State, status: &ContactStatus, holding: HeldMode) {
+    let contact = &mechanism.contacts[status.index];
     let discrete = state.discrete_mut();
-    discrete[unilateral.state.closed.0] = f64::from(u8::from(holding.closed));
-    if let Some(direction) = unilateral.state.direction {
+    discrete[contact.state.closed.0] = f64::from(u8::from(holding.closed));
+    if let Some(direction) = contact.state.direction {
         discrete[direction.0] = holding.direction;
     }
-    if let Some(place) = unilateral.state.place.filter(|_| !closure.closed) {
-        discrete[place.0] += closure.gap;
+    if let Some(place) = contact.state.place.filter(|_| !status.closed) {
+        discrete[place.0] += status.gap;
     }
 }
 
@@ -253,8 +252,8 @@ fn with_signs(
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
         return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }
-    let unilaterals = &formulated.equations.system.mechanism.unilaterals;
-    let rubbing = variation.rubbing().iter().map(|rubbing| &unilaterals[rubbing.place]);
+    let contacts = &formulated.equations.system.mechanism.contacts;
+    let rubbing = variation.rubbing().iter().map(|rubbing| &contacts[rubbing.place]);
     let signs: Vec<usize> = rubbing.flat_map(|friction| friction.state.signs.iter().map(|sign| sign.0)).collect();
     if signs.len() > MOST_SIGNS {
         return Err(refused(state.time(), "has too many combinations of signs of normal forces to be tried"));

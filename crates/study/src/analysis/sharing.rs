@@ -9,7 +9,7 @@ use cotree::model::Mechanism;
 use cotree::scene::constant;
 use nalgebra::DMatrix;
 
-use super::one_sided::{OneSidedKind, closures};
+use super::contacts::{ContactKind, statuses};
 use super::search::null_space;
 use super::supports::{ELSEWHERE, Outcome, Rest, attempt, mask, not_determined, ranked, rows};
 use super::variation::Variation;
@@ -71,12 +71,12 @@ pub(super) fn sharing(
         point
     };
     let mut concerned = Vec::new();
-    for closure in closures(formulated, point).into_iter().filter(|closure| closure.closed) {
-        if ranked(formulated, variation, &without(&[closure.index]))?[1] == all {
-            concerned.push(closure);
+    for status in statuses(formulated, point).into_iter().filter(|status| status.closed) {
+        if ranked(formulated, variation, &without(&[status.index]))?[1] == all {
+            concerned.push(status);
         }
     }
-    let rubbing = concerned.iter().filter(|concerned| matches!(concerned.kind, OneSidedKind::Friction { .. }));
+    let rubbing = concerned.iter().filter(|concerned| matches!(concerned.kind, ContactKind::Friction { .. }));
     let rubbing: Vec<usize> = rubbing.map(|rubbing| rubbing.index).collect();
     let others = without(&rubbing);
     let freedoms = all - ranked(formulated, variation, &others)?[1];
@@ -98,7 +98,7 @@ fn along(
     rubbing: &[usize],
 ) -> Result<DMatrix<f64>, AnalysisFailure> {
     let ((all, places), (without, _)) = (rows(formulated, variation, point)?, rows(formulated, variation, others)?);
-    let rows = rubbing.iter().filter_map(|&index| formulated.equations.row_of_unilateral(index));
+    let rows = rubbing.iter().filter_map(|&index| formulated.equations.row_of_contact(index));
     let rows: Vec<usize> = rows.filter_map(|row| places.iter().position(|place| *place == row)).collect();
     Ok(all.select_rows(&rows) * null_space(&without, DETERMINED)?)
 }
@@ -143,12 +143,10 @@ pub(super) fn share(
             Outcome::Rests(rest) => return Ok(Outcome::Rests(Rest { shared: sharing.names, ..rest })),
             Outcome::Fails(failure) => return Ok(Outcome::Fails(failure)),
         };
-        let here = closures(formulated, &found);
+        let here = statuses(formulated, &found);
         let overloaded = |group: &SharedFreedom| {
-            let closure = here.iter().find(|closure| closure.index == group.rubbing[group.full].0);
-            closure
-                .filter(|closure| closure.carries_too_much())
-                .map(|closure| closure.force * group.rubbing[group.full].1)
+            let status = here.iter().find(|status| status.index == group.rubbing[group.full].0);
+            status.filter(|status| status.carries_too_much()).map(|status| status.force * group.rubbing[group.full].1)
         };
         let next = sharing.groups.iter_mut().find_map(|group| overloaded(group).map(|force| (group, force)));
         // What slides shares nothing.
@@ -179,7 +177,7 @@ pub(super) fn carry_all(formulated: &Formulated, point: &mut OperatingPoint, ind
     let mechanism = &*formulated.equations.system.mechanism;
     let parameters: Vec<f64> =
         (0..mechanism.parameters.len()).map(|place| point.value(Symbol::Parameter(place))).collect();
-    let friction = &mechanism.unilaterals[index];
+    let friction = &mechanism.contacts[index];
     let (Some(slip), Some(direction)) = (&friction.slip, friction.state.direction) else { return };
     // Its level at rest.
     point.set_discrete((direction.0, way * constant::evaluate(&slip.law.ratio, &parameters)));
@@ -189,14 +187,14 @@ pub(super) fn carry_all(formulated: &Formulated, point: &mut OperatingPoint, ind
 /// Lets something no longer hold.
 fn let_go(formulated: &Formulated, point: &mut OperatingPoint, index: usize) {
     point.set_discrete(mask(&formulated.equations.system.mechanism, index, false));
-    if let Some(row) = formulated.equations.row_of_unilateral(index) {
+    if let Some(row) = formulated.equations.row_of_contact(index) {
         point.reactions_mut()[row] = 0.0;
     }
 }
 
 /// All that they can is not enough.
 fn too_little(mechanism: &Mechanism, group: &SharedFreedom) -> AnalysisFailure {
-    let name = |(index, _): &(usize, f64)| format!("`{}`", mechanism.unilaterals[*index].name);
+    let name = |(index, _): &(usize, f64)| format!("`{}`", mechanism.contacts[*index].name);
     let why = match &group.rubbing.iter().map(name).collect::<Vec<_>>()[..] {
         [one] => format!("{one} would exceed its friction limit"),
         all => format!("{} would exceed their friction limits together", all.join(", ")),

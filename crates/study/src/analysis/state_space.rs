@@ -11,8 +11,8 @@ use cotree::model::{DiscreteKind, Unit};
 use cotree_fmu::program::FollowerOrder;
 use nalgebra::DMatrix;
 
+use super::contacts::{ContactStatus, statuses};
 use super::independent::{Partition, SingularCoordinate};
-use super::one_sided::{Closure, closures};
 use super::search::scales;
 use super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
 use super::{AnalysisFailure, OperatingPoint};
@@ -49,7 +49,7 @@ pub struct StateSpace {
     /// How all coordinates follow the independent ones.
     pub shape: DMatrix<f64>,
     /// What is held on one side only, as it is at the point.
-    pub closures: Vec<Closure>,
+    pub statuses: Vec<ContactStatus>,
     pub(super) partition: Partition,
 }
 
@@ -100,7 +100,7 @@ impl StateSpace {
             c,
             d,
             shape,
-            closures: closures(formulated, point),
+            statuses: statuses(formulated, point),
             partition,
         })
     }

@@ -370,7 +370,7 @@ fn vibration(
 ) -> Result<VibrationModes, AnalysisFailure> {
     let system = StateSpace::new(formulated, variation, point, None)?;
     let sticking: Vec<&str> =
-        system.closures.iter().filter(|closure| closure.most().is_some()).map(|closure| &*closure.name).collect();
+        system.statuses.iter().filter(|status| status.most().is_some()).map(|status| &*status.name).collect();
     if let Some(first) = sticking.first().filter(|_| system.states.is_empty()) {
         let sticking = match &sticking[..] {
             [one] => format!("`{one}` sticks"),
@@ -384,7 +384,7 @@ fn vibration(
         resting,
         coordinates: formulated.lowered.program.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
         states: formulated.equations.states.len(),
-        closures: system.closures.clone(),
+        statuses: system.statuses.clone(),
         modes: modes(formulated, &system)?,
     })
 }

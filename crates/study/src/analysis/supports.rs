@@ -9,8 +9,8 @@ use cotree::formulate::Formulated;
 use cotree::model::{DiscreteId, Mechanism};
 use nalgebra::DMatrix;
 
+use super::contacts::{ContactKind, ContactStatus, TOUCHING, statuses, told};
 use super::decompose::svd;
-use super::one_sided::{Closure, OneSidedKind, TOUCHING, closures, told};
 use super::requested::{RequestedMode, WantedMode};
 use super::search::{Misfit, scales, search};
 use super::sharing::{carry_all, share, sharing};
@@ -55,7 +55,7 @@ pub(super) fn rest(
     lasts: impl Fn(&OperatingPoint) -> Result<bool, AnalysisFailure>,
 ) -> Result<Rest, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
-    if mechanism.unilaterals.is_empty() {
+    if mechanism.contacts.is_empty() {
         let point = search(formulated, variation, guess.clone(), |_| None)?;
         return Ok(Rest { point, shared: Vec::new() });
     }
@@ -101,7 +101,7 @@ pub(super) fn rest(
 /// What could hold more is idle because that was asked for.
 fn without_idle(mechanism: &Mechanism, requested: &[RequestedMode], failure: AnalysisFailure) -> AnalysisFailure {
     let idle = requested.iter().filter(|part| part.wanted == WantedMode::Idle);
-    let idle: Vec<String> = idle.map(|idle| format!("`{}`", mechanism.unilaterals[idle.index].name)).collect();
+    let idle: Vec<String> = idle.map(|idle| format!("`{}`", mechanism.contacts[idle.index].name)).collect();
     match failure {
         AnalysisFailure::Unfit { why } if !idle.is_empty() => {
             AnalysisFailure::Unfit { why: format!("without {}, which `--mode` makes idle, {why}", idle.join(", ")) }
@@ -156,10 +156,10 @@ fn verge(
     verges.iter().for_each(|&(index, way)| carry_all(formulated, &mut point, index, way));
     let mut outcome = attempt(formulated, variation, point);
     if let Outcome::Rests(Rest { point, .. }) = &mut outcome {
-        let here = closures(formulated, point);
-        for closure in here.iter().filter(|here| verges.iter().any(|(index, _)| *index == here.index)) {
+        let here = statuses(formulated, point);
+        for status in here.iter().filter(|here| verges.iter().any(|(index, _)| *index == here.index)) {
             let mut stuck = point.clone();
-            stick(formulated, &mut stuck, closure);
+            stick(formulated, &mut stuck, status);
             if !is_held_twice(formulated, variation, &stuck)? {
                 *point = stuck;
             }
@@ -169,15 +169,15 @@ fn verge(
 }
 
 /// Lets what carries all that it can stick where it is, with the same force.
-fn stick(formulated: &Formulated, point: &mut OperatingPoint, closure: &Closure) {
-    let unilateral = &formulated.equations.system.mechanism.unilaterals[closure.index];
-    point.set_discrete((unilateral.state.closed.0, 1.0));
-    if let (Some(place), Some(direction)) = (unilateral.state.place, unilateral.state.direction) {
-        point.set_discrete((place.0, point.value(Symbol::Discrete(place.0)) + closure.gap));
+fn stick(formulated: &Formulated, point: &mut OperatingPoint, status: &ContactStatus) {
+    let contact = &formulated.equations.system.mechanism.contacts[status.index];
+    point.set_discrete((contact.state.closed.0, 1.0));
+    if let (Some(place), Some(direction)) = (contact.state.place, contact.state.direction) {
+        point.set_discrete((place.0, point.value(Symbol::Discrete(place.0)) + status.gap));
         point.set_discrete((direction.0, 0.0));
     }
-    if let Some(row) = formulated.equations.row_of_unilateral(closure.index) {
-        point.reactions_mut()[row] = -closure.force;
+    if let Some(row) = formulated.equations.row_of_contact(status.index) {
+        point.reactions_mut()[row] = -status.force;
     }
 }
 
@@ -199,18 +199,18 @@ pub(super) fn attempt(formulated: &Formulated, variation: &Variation, point: Ope
 
 /// The discrete variable by which a part is open or closed, and its value.
 pub(super) fn mask(mechanism: &Mechanism, index: usize, closed: bool) -> (usize, f64) {
-    (mechanism.unilaterals[index].state.closed.0, f64::from(u8::from(closed)))
+    (mechanism.contacts[index].state.closed.0, f64::from(u8::from(closed)))
 }
 
 /// A point at which what is held wherever it stands is held where it stands, and nothing slides.
 fn standing(formulated: &Formulated, guess: &OperatingPoint) -> OperatingPoint {
     let mut point = guess.clone();
-    for closure in closures(formulated, guess) {
-        let unilateral = &formulated.equations.system.mechanism.unilaterals[closure.index];
-        if let Some(place) = unilateral.state.place {
-            point.set_discrete((place.0, guess.value(Symbol::Discrete(place.0)) + closure.gap));
+    for status in statuses(formulated, guess) {
+        let contact = &formulated.equations.system.mechanism.contacts[status.index];
+        if let Some(place) = contact.state.place {
+            point.set_discrete((place.0, guess.value(Symbol::Discrete(place.0)) + status.gap));
         }
-        if let Some(direction) = unilateral.state.direction {
+        if let Some(direction) = contact.state.direction {
             point.set_discrete((direction.0, 0.0));
         }
     }
@@ -223,7 +223,7 @@ fn levelled(formulated: &Formulated, variation: &Variation, point: &OperatingPoi
     for rubbing in variation.rubbing() {
         let (level, sums) = level(formulated, rubbing, point);
         found.reactions_mut()[rubbing.level.row] = level;
-        let friction = &formulated.equations.system.mechanism.unilaterals[rubbing.place];
+        let friction = &formulated.equations.system.mechanism.contacts[rubbing.place];
         for (sign, sum) in friction.state.signs.iter().zip(sums) {
             found.set_discrete((sign.0, if sum < 0.0 { -1.0 } else { 1.0 }));
         }
@@ -246,22 +246,22 @@ fn modes(
     requested: &[RequestedMode],
 ) -> Result<Vec<Vec<bool>>, AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
-    let count = mechanism.unilaterals.len();
+    let count = mechanism.contacts.len();
     let mut start = vec![false; count];
     // A freewheel stands still at rest, and so touches.
-    closures(formulated, guess)
+    statuses(formulated, guess)
         .iter()
-        .for_each(|closure| start[closure.index] = closure.touches() || closure.kind == OneSidedKind::Freewheel);
+        .for_each(|status| start[status.index] = status.touches() || status.kind == ContactKind::Freewheel);
     for request in requested {
         start[request.index] = request.wanted == WantedMode::Holds;
         if request.wanted == WantedMode::Slides(None) {
             return Err(AnalysisFailure::Modes(format!(
                 "`{}` does not slide at an equilibrium; request this mode at a time of the motion (`--at`)",
-                mechanism.unilaterals[request.index].name
+                mechanism.contacts[request.index].name
             )));
         }
     }
-    let rubs = |index: usize| mechanism.unilaterals[index].slip.is_some();
+    let rubs = |index: usize| mechanism.contacts[index].slip.is_some();
     let is_free = |index: &usize| !rubs(*index) && requested.iter().all(|part| part.index != *index);
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
@@ -277,13 +277,13 @@ fn modes(
         let mut mode = start.clone();
         free.iter().enumerate().for_each(|(place, &index)| mode[index] ^= change >> place & 1 == 1);
         for index in (0..count).filter(|&index| rubs(index)) {
-            let on = mechanism.unilaterals[index].slip.as_ref().and_then(|slip| slip.on);
+            let on = mechanism.contacts[index].slip.as_ref().and_then(|slip| slip.on);
             mode[index] = on.is_none_or(|on| mode[on]) && !is_idle(index);
         }
         mode
     };
     // A joint is not at both of its limits, and what is to stick is pressed.
-    let owner = |index: usize| mechanism.unilaterals[index].owner;
+    let owner = |index: usize| mechanism.contacts[index].owner;
     let is_possible = |mode: &Vec<bool>| {
         let closed = || (0..count).filter(|&index| mode[index] && !rubs(index));
         closed().all(|one| closed().all(|other| one == other || owner(one) != owner(other)))
@@ -313,46 +313,44 @@ fn unfit(
     point: &OperatingPoint,
 ) -> Option<Misfit> {
     let mechanism = &formulated.equations.system.mechanism;
-    let here = closures(formulated, point);
+    let here = statuses(formulated, point);
     let reactions = (0..formulated.equations.constraints.len()).map(|row| point.value(Symbol::Reaction(row)).abs());
     let least = TOUCHING * reactions.fold(0.0, f64::max);
     let noise = noise(formulated, variation, point);
-    let stops = here.iter().find_map(|closure| {
-        let ([length, force], name) = (closure.units(), &closure.name);
-        match closure.kind {
-            OneSidedKind::Stop if closure.closed && closure.force < -least => {
-                Some(format!("`{name}` would pull with {}", told(mechanism, -closure.force, force)))
+    let stops = here.iter().find_map(|status| {
+        let ([length, force], name) = (status.units(), &status.name);
+        match status.kind {
+            ContactKind::Stop if status.closed && status.force < -least => {
+                Some(format!("`{name}` would pull with {}", told(mechanism, -status.force, force)))
             }
-            OneSidedKind::Freewheel
-                if closure.closed && closure.force < -least - noise[usize::from(!closure.angular)] =>
-            {
-                Some(format!("`{name}` would resist with {}", told(mechanism, -closure.force, force)))
+            ContactKind::Freewheel if status.closed && status.force < -least - noise[usize::from(!status.angular)] => {
+                Some(format!("`{name}` would resist with {}", told(mechanism, -status.force, force)))
             }
-            OneSidedKind::Stop if closure.is_passed() => {
-                Some(format!("`{name}` is exceeded by {}", told(mechanism, -closure.gap, length)))
+            ContactKind::Stop if status.is_passed() => {
+                Some(format!("`{name}` is exceeded by {}", told(mechanism, -status.gap, length)))
             }
-            OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => None,
+            ContactKind::Stop | ContactKind::Freewheel | ContactKind::Friction { .. } | ContactKind::Led => None,
         }
     });
-    let slides = here.iter().find_map(|closure| {
-        let (needed, most, unit) = (closure.force.abs(), closure.most()?, closure.units()[1]);
-        (needed > most + least + noise[usize::from(!closure.angular)]).then(|| {
+    let slides = here.iter().find_map(|status| {
+        let (needed, most, unit) = (status.force.abs(), status.most()?, status.units()[1]);
+        (needed > most + least + noise[usize::from(!status.angular)]).then(|| {
             let [needed, most] = [needed, most].map(|value| told(mechanism, value, unit));
             format!(
                 "`{}` would need {needed}, but its friction limit is {most}: it slides from this configuration; {ELSEWHERE}",
-                closure.name
+                status.name
             )
         })
     });
-    let turned = here.iter().find_map(|closure| {
-        let state = &mechanism.unilaterals[closure.index].state;
+    let turned = here.iter().find_map(|status| {
+        let state = &mechanism.contacts[status.index].state;
         let acts = point.value(Symbol::Discrete(state.direction?.0)) != 0.0;
         let same = |sign: &DiscreteId| {
             let sign = Symbol::Discrete(sign.0);
             searched.value(sign) == point.value(sign)
         };
         (acts && !state.signs.iter().all(same))
-            .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", closure.name))
+            .then(|| format!("the normal force of `{}` has the opposite sign of the one assumed", status.name))
     });
     let slides = slides.map(|why| Misfit { why, slides: true });
     stops.or(turned).map(|why| Misfit { why, slides: false }).or(slides)
@@ -407,29 +405,29 @@ fn check_determined(
     point: &OperatingPoint,
 ) -> Result<(), AnalysisFailure> {
     let mechanism = &*formulated.equations.system.mechanism;
-    let here = closures(formulated, point);
-    let rubs = |closure: &Closure| matches!(closure.kind, OneSidedKind::Friction { .. });
-    let sticks = |closure: &Closure| {
-        rubs(closure) && point.value(Symbol::Discrete(mechanism.unilaterals[closure.index].state.closed.0)) != 0.0
+    let here = statuses(formulated, point);
+    let rubs = |status: &ContactStatus| matches!(status.kind, ContactKind::Friction { .. });
+    let sticks = |status: &ContactStatus| {
+        rubs(status) && point.value(Symbol::Discrete(mechanism.contacts[status.index].state.closed.0)) != 0.0
     };
-    let stops = |closure: &Closure| !rubs(closure) && (closure.closed || closure.touches());
-    let all = |closure: &Closure| if rubs(closure) { sticks(closure) } else { closure.closed };
-    let ranked = |held: &dyn Fn(&Closure) -> bool| {
+    let stops = |status: &ContactStatus| !rubs(status) && (status.closed || status.touches());
+    let all = |status: &ContactStatus| if rubs(status) { sticks(status) } else { status.closed };
+    let ranked = |held: &dyn Fn(&ContactStatus) -> bool| {
         let mut point = point.clone();
-        here.iter().for_each(|closure| point.set_discrete(mask(mechanism, closure.index, held(closure))));
+        here.iter().for_each(|status| point.set_discrete(mask(mechanism, status.index, held(status))));
         ranked(formulated, variation, &point)
     };
     let always = ranked(&|_| false)?;
-    for holds in [&stops as &dyn Fn(&Closure) -> bool, &all] {
+    for holds in [&stops as &dyn Fn(&ContactStatus) -> bool, &all] {
         let held = ranked(holds)?;
         if held[1] - always[1] == held[0] - always[0] {
             continue;
         }
         // Those without which the others hold as much.
         let mut names = Vec::new();
-        for closure in here.iter().filter(|here| holds(here)) {
-            if ranked(&|other| holds(other) && other.index != closure.index)?[1] == held[1] {
-                names.push(closure.name.clone());
+        for status in here.iter().filter(|here| holds(here)) {
+            if ranked(&|other| holds(other) && other.index != status.index)?[1] == held[1] {
+                names.push(status.name.clone());
             }
         }
         return Err(not_determined(&names));

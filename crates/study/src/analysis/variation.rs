@@ -158,7 +158,7 @@ impl Variation {
             }
         }
         let lines = lines(equations);
-        let mask = |&row: &usize| equations.constraints[row].one_sided.as_ref().map(|gap| gap.closed);
+        let mask = |&row: &usize| equations.constraints[row].contact.as_ref().map(|gap| gap.closed);
         let masks = active.iter().map(mask).collect();
         let outputs = Vec::new();
         Variation {
@@ -370,7 +370,7 @@ impl Variation {
             }
         } else if let Some(level) = within(RowBlock::Levels) {
             match self.levels.get(level) {
-                Some(friction) => equations.system.mechanism.unilaterals[friction.place].name.clone(),
+                Some(friction) => equations.system.mechanism.contacts[friction.place].name.clone(),
                 None => {
                     let row = self.loads[level - self.levels.len()].row;
                     equations.system.element(equations.constraints[row].element).name.clone()
@@ -423,7 +423,7 @@ fn rubbing(equations: &mut Equations) -> Vec<Rubbing> {
     let levels = equations.levels();
     let mechanism = equations.system.mechanism.clone();
     let of = |(place, level): (usize, Level)| {
-        let direction = mechanism.unilaterals[place].state.direction?;
+        let direction = mechanism.contacts[place].state.direction?;
         let direction = equations.system.arena.symbol(Symbol::Discrete(direction.0));
         Some(Rubbing { place, level, direction })
     };

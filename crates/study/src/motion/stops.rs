@@ -2,7 +2,7 @@
 //! beyond is not reached, and the motion is that without them.
 
 use cotree::diagnostic::suggest;
-use cotree::model::{Formula, JointId, Mechanism, Output, Part, Quantity, Unilateral, Unit, Units, Variable};
+use cotree::model::{Contact, Formula, JointId, Mechanism, Output, Part, Quantity, Unit, Units, Variable};
 use cotree::report::data::shown;
 use cotree::scene::constant::evaluate;
 use cotree::scene::key::Form;
@@ -90,9 +90,9 @@ pub(super) struct Obstacles {
 }
 
 /// None of what couples: that holds always while the drive moves it.
-fn gap(mechanism: &Mechanism, unilateral: &Unilateral, part: &Part) -> Result<Option<StopGap>, MotionError> {
-    let name = unilateral.name.clone();
-    if unilateral.held.of_rate {
+fn gap(mechanism: &Mechanism, contact: &Contact, part: &Part) -> Result<Option<StopGap>, MotionError> {
+    let name = contact.name.clone();
+    if contact.gap.of_rate {
         return Err(MotionError::Request(format!(
             "whether freewheel `{name}` is engaged depends on the direction of the drive, not on its position: remove it, or use `simulate` with a force or a torque instead of a driver"
         )));
@@ -106,13 +106,13 @@ fn gap(mechanism: &Mechanism, unilateral: &Unilateral, part: &Part) -> Result<Op
         _ if part.component().variables.contains(&Quantity::Gap) => (variable(Quantity::Gap), false),
         Some(turns) => {
             let motion = variable(if turns { Quantity::Angle } else { Quantity::S });
-            let off = motion + Formula::Number(-1.0) * unilateral.held.bound.clone();
-            (Formula::Number(unilateral.held.sign) * off, turns)
+            let off = motion + Formula::Number(-1.0) * contact.gap.bound.clone();
+            (Formula::Number(contact.gap.sign) * off, turns)
         }
         None => return Ok(None),
     };
     let unit = if turns { Unit::angle() } else { Unit::length() };
-    let bound = evaluate(&unilateral.held.bound, &mechanism.parameter_values());
+    let bound = evaluate(&contact.gap.bound, &mechanism.parameter_values());
     let requested = mechanism.output(Variable { owner: part.owner, quantity: Quantity::Gap });
     let output = Output { name: format!("cotree_gap.{name}"), unit: unit.clone(), value, ..requested };
     Ok(Some(StopGap { name, unit, bound, output }))
@@ -122,7 +122,7 @@ impl Obstacles {
     /// # Errors
     /// Freewheels: what they hold is no place.
     pub fn of(mechanism: &Mechanism) -> Result<Obstacles, MotionError> {
-        let stops = mechanism.unilaterals.iter().filter(|unilateral| unilateral.slip.is_none());
+        let stops = mechanism.contacts.iter().filter(|contact| contact.slip.is_none());
         let parts = stops.filter_map(|stop| Some((stop, mechanism.parts().find(|part| part.owner == stop.owner)?)));
         let gaps =
             parts.filter_map(|(joint, part)| gap(mechanism, joint, part).transpose()).collect::<Result<_, _>>()?;

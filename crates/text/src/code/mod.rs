@@ -367,7 +367,7 @@ fn legend(equations: &Equations) -> Vec<String> {
     });
     let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
     let reactions = equations.loops().map(|(_, row)| system.name(row.element).to_owned()).collect();
-    let factors = mechanism.unilaterals.iter().map(|own| &mechanism.discrete[own.state.closed.0].name);
+    let factors = mechanism.contacts.iter().map(|own| &mechanism.discrete[own.state.closed.0].name);
     let factors: Vec<&str> = factors.map(String::as_str).collect();
     let modes = (!factors.is_empty()).then(|| {
         format!(

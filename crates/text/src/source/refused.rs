@@ -39,7 +39,7 @@ pub(super) fn check(
     source: &Source,
     step: FixedStep,
 ) -> Result<(), Faults> {
-    let mut list = unilateral(mechanism);
+    let mut list = contact(mechanism);
     list.extend(jumping(program, mechanism));
     list.extend(unsampled(program, mechanism, start, step));
     list.extend(mechanism.events.iter().filter(removes_constraints).map(|event| {
@@ -112,18 +112,18 @@ fn without_series(program: &Program, start: &Start) -> Option<Fault> {
     None
 }
 
-fn unilateral(mechanism: &Mechanism) -> Vec<Fault> {
-    let of = |unilateral: &cotree::model::Unilateral| {
-        let kind = match (&unilateral.slip, unilateral.held.of_rate) {
+fn contact(mechanism: &Mechanism) -> Vec<Fault> {
+    let of = |contact: &cotree::model::Contact| {
+        let kind = match (&contact.slip, contact.gap.of_rate) {
             (Some(_), _) => "friction that sticks",
             (None, true) => "a freewheel",
             (None, false) => "a unilateral constraint (contact, hard stop, rope or backlash)",
         };
-        let message = format!("`{}` is {kind}, which C sources do not support", unilateral.name);
-        Fault::new(CODE, message, unilateral.span)
+        let message = format!("`{}` is {kind}, which C sources do not support", contact.name);
+        Fault::new(CODE, message, contact.span)
             .help("export the FMU without `--sources` and without `--c`, or replace it by a spring and a damper")
     };
-    mechanism.unilaterals.iter().map(of).collect()
+    mechanism.contacts.iter().map(of).collect()
 }
 
 /// An input is constant during a step: what it drives would move in jumps.

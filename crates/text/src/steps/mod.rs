@@ -118,7 +118,7 @@ impl<'a> Lesson<'a> {
 /// The discrete variables with which the motion begins; nothing if there are no modes.
 fn modes_at_start(source: &Formulated) -> Result<Vec<f64>, AnalysisFailure> {
     let mechanism = &source.equations.system.mechanism;
-    if mechanism.unilaterals.is_empty() {
+    if mechanism.contacts.is_empty() {
         return Ok(Vec::new());
     }
     let state = state_at(source, source.lowered.program.experiment.start)?;

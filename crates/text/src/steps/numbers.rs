@@ -143,8 +143,8 @@ impl Lesson<'_> {
     /// The start with other rates and everything closed, so that nothing vanishes because it is at rest or open.
     pub fn moving(&self) -> Moment {
         let mut values = self.start();
-        for unilateral in &self.equations.system.mechanism.unilaterals {
-            values.discrete[unilateral.state.closed.0] = 1.0;
+        for contact in &self.equations.system.mechanism.contacts {
+            values.discrete[contact.state.closed.0] = 1.0;
         }
         values.rates = (0..values.rates.len()).map(|index| 1.3 + 0.7 * (2.1 * index as f64).sin()).collect();
         values

@@ -113,14 +113,14 @@ impl Lesson<'_> {
             Origin::Joint(id) => {
                 mechanism.joints[id.0].visit_parameters(&mut visit);
                 let elsewhere =
-                    mechanism.unilaterals.iter().filter(|unilateral| unilateral.owner == mechanism.joints[id.0].owner);
+                    mechanism.contacts.iter().filter(|contact| contact.owner == mechanism.joints[id.0].owner);
                 let mut theirs = Vec::new();
                 elsewhere.for_each(|own| own.visit_parameters(&mut |id| theirs.push(id.0)));
                 found.retain(|own| !theirs.contains(own));
             }
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
-            Origin::Unilateral(index) => mechanism.unilaterals[index].visit_parameters(&mut visit),
+            Origin::Contact(index) => mechanism.contacts[index].visit_parameters(&mut visit),
             Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
         }
         found.dedup();
@@ -215,8 +215,8 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
         Origin::Implied(_) => "implied relation",
-        Origin::Unilateral(_) if element.slip.is_some() => "dry friction",
-        Origin::Unilateral(_) => "contact",
+        Origin::Contact(_) if element.slip.is_some() => "dry friction",
+        Origin::Contact(_) => "contact",
         Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => "coupling",
         Origin::Joint(_) if element.coupling.is_some() => "rolling disc",
         Origin::Joint(_) => match &element.translation {

@@ -448,7 +448,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The run begins anew at the present state, whose held values have changed.
+    /// The run begins anew at the present state, whose discrete variables have changed.
     fn go_on_anew(&mut self) {
         self.computed = Computed::default();
         if let Some(instants) = &mut self.instants {

@@ -72,7 +72,7 @@ impl Instance {
         record.map(std::mem::take).unwrap_or_default()
     }
 
-    /// The same motion, in which nothing happens from now on: what is open stays open, what is closed stays closed, and held values stay as they are.
+    /// The same motion, in which nothing happens from now on: what is open stays open, what is closed stays closed, and discrete variables stay as they are.
     #[must_use]
     pub fn without_instants(&self) -> Self {
         Self { instants: None, ..self.clone() }

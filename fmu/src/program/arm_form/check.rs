@@ -49,7 +49,7 @@ impl ArmForm {
             holds(arms && unknowns && signals && is_valid, "a loop equation")?;
         }
         let is_row = |(row, open): &(u32, u32)| (*row as usize) < self.rows.len() && coefficient(open);
-        holds(self.one_sided.iter().all(is_row), "a loop equation that holds on one side")?;
+        holds(self.contacts.iter().all(is_row), "a loop equation that holds on one side")?;
         for load in &self.loads {
             let value = load.value.is_none_or(|slot| written.get(slot as usize) == Some(&true));
             holds(self.is_arm(load.arm) && value && load.along.iter().all(coefficient), "a load")?;

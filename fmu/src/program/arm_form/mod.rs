@@ -54,7 +54,7 @@ pub struct ArmForm {
     /// Loop equations.
     pub rows: Vec<LoopEquation>,
     /// Loop equations that hold on one side only, and what stands on the diagonal of their reactions: 0 while they are closed, else -1.
-    pub one_sided: Vec<(u32, Coefficient)>,
+    pub contacts: Vec<(u32, Coefficient)>,
     /// Loads along arms.
     pub loads: Vec<Load>,
     /// Loads on unknowns.

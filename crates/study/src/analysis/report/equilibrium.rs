@@ -8,8 +8,8 @@ use cotree::{line, row};
 use serde_json::{Value, json};
 
 use super::{GROUPS, at, closures_of};
-use crate::analysis::one_sided::closures;
-use crate::analysis::{Closure, Equilibrium, OperatingPoint, Stability};
+use crate::analysis::contacts::statuses;
+use crate::analysis::{ContactStatus, Equilibrium, OperatingPoint, Stability};
 
 /// What holds as much as it can but for this share is about to slide: an equilibrium is found to about as much.
 const VERGE: f64 = 1e-9;
@@ -53,9 +53,9 @@ impl Statics {
             groups.extend(efforts.map(|(title, variables)| reader.read(title, variables)));
         }
         groups.push(reader.loads());
-        let closures = closures(formulated, &equilibrium.point);
-        groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&closures, title) }));
-        groups.push(margins(&closures, &equilibrium.shared));
+        let statuses = statuses(formulated, &equilibrium.point);
+        groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&statuses, title) }));
+        groups.push(margins(&statuses, &equilibrium.shared));
         groups.retain(|group| !group.values.is_empty());
         Statics {
             name: mechanism.name.clone(),
@@ -64,9 +64,9 @@ impl Statics {
             by_motion: equilibrium.by_motion,
             stiffness: equilibrium.stiffness.clone(),
             groups,
-            verging: verging(&closures, &equilibrium.shared),
+            verging: verging(&statuses, &equilibrium.shared),
             shared: equilibrium.shared.clone(),
-            standing: closures.iter().filter(|closure| closure.stands()).map(|closure| closure.name.clone()).collect(),
+            standing: statuses.iter().filter(|status| status.stands()).map(|status| status.name.clone()).collect(),
             weightless,
         }
     }
@@ -212,16 +212,16 @@ impl PointReader<'_> {
 }
 
 /// What sticks alone with all that it can.
-fn verging(closures: &[Closure], shared: &[String]) -> Vec<String> {
-    let alone = closures.iter().filter(|closure| !shared.contains(&closure.name));
+fn verging(statuses: &[ContactStatus], shared: &[String]) -> Vec<String> {
+    let alone = statuses.iter().filter(|status| !shared.contains(&status.name));
     let verges =
         alone.filter(|alone| alone.most().is_some_and(|most| most > 0.0 && alone.force.abs() >= (1.0 - VERGE) * most));
     verges.map(|verge| verge.name.clone()).collect()
 }
 
 /// The loads that may be added along what sticks, one at a time, until it slides. Its own friction takes all of such a load, so that nothing else changes.
-fn margins(closures: &[Closure], shared: &[String]) -> Group {
-    let alone = closures.iter().filter(|closure| !shared.contains(&closure.name));
+fn margins(statuses: &[ContactStatus], shared: &[String]) -> Group {
+    let alone = statuses.iter().filter(|status| !shared.contains(&status.name));
     let values = alone.filter_map(|support| {
         let (most, [_, force]) = (support.most()?, support.units());
         let end = |word: &str, load: f64| (format!("{}.{word}", support.name), load, force.to_owned());

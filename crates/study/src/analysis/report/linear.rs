@@ -65,7 +65,7 @@ impl StateSpace {
         for (name, matrix, ..) in self.matrices(held) {
             data[name] = rows(matrix);
         }
-        closure_data(&self.closures, &mut data);
+        closure_data(&self.statuses, &mut data);
         data
     }
 
@@ -100,7 +100,7 @@ impl StateSpace {
             Table::matrix(name, &beside, &above, entry)
         });
         let signals = signals.into_iter().filter(|table| !table.rows.is_empty());
-        let shown = signals.chain(rates).chain(closure_tables(&self.closures)).chain(matrices);
+        let shown = signals.chain(rates).chain(closure_tables(&self.statuses)).chain(matrices);
         std::iter::once(Table { heading: Some(at(self.time)), ..Table::default() }).chain(shown).collect()
     }
 
@@ -174,7 +174,7 @@ impl Linearization {
         };
         let mut text = format!("% {}: {}; at t = {:?} s, in SI units\n", self.name, self.law(), point.time);
         text += &self.step.map(|step| format!("h = {step:?}; % s from k to k + 1\n")).unwrap_or_default();
-        text += &point.closures.iter().map(|closure| format!("% {}\n", closure.sentence())).collect::<String>();
+        text += &point.statuses.iter().map(|status| format!("% {}\n", status.sentence())).collect::<String>();
         text += &names("states", &point.states);
         text += &names("inputs", &point.inputs);
         text += &names("outputs", &point.outputs);

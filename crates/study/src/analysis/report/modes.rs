@@ -5,7 +5,7 @@ use cotree::{line, row};
 use serde_json::json;
 
 use super::{at, closure_data, closure_tables, exact};
-use crate::analysis::{Closure, Mode};
+use crate::analysis::{ContactStatus, Mode};
 
 /// Parts of a shape below this do not show in the table.
 const STILL: f64 = 1e-9;
@@ -22,7 +22,7 @@ pub struct VibrationModes {
     /// How many of them are states: their sizes are others.
     pub states: usize,
     /// What is held on one side only, as it is there.
-    pub closures: Vec<Closure>,
+    pub statuses: Vec<ContactStatus>,
     pub modes: Vec<Mode>,
 }
 
@@ -52,7 +52,7 @@ impl VibrationModes {
                 "shape": shape,
             }));
         }
-        let held = match self.closures.iter().any(|closure| closure.closed) {
+        let held = match self.statuses.iter().any(|status| status.closed) {
             true => "\nDrivers, closed contacts and engaged freewheels leave 0 degrees of freedom: there are no modes.",
             false => "\nThe drivers determine the motion: there are no modes.",
         };
@@ -63,9 +63,9 @@ impl VibrationModes {
             "about a point of its motion, with frozen coefficients"
         };
         let mut tables = if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] };
-        tables.extend(closure_tables(&self.closures));
+        tables.extend(closure_tables(&self.statuses));
         let mut data = json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes});
-        closure_data(&self.closures, &mut data);
+        closure_data(&self.statuses, &mut data);
         Report {
             tables,
             notes: still.into_iter().collect(),

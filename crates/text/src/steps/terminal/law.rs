@@ -62,7 +62,7 @@ fn variable(equations: &Equations, letters: Letters, variable: Variable) -> Form
         (Aspect::Along(..) | Aspect::Slide(_) | Aspect::PressureAngle | Aspect::Curvature | Aspect::State, _) => {
             named()
         }
-        (Aspect::Effort(_) | Aspect::OneSided(_) | Aspect::Whole(_), _) => named(),
+        (Aspect::Effort(_) | Aspect::Contact(_) | Aspect::Whole(_), _) => named(),
     }
 }
 

@@ -61,8 +61,8 @@ impl Lesson<'_> {
         let list = |rows: Rows| Piece::list(";  ", rows.into_iter().map(equation));
         let mut rows = self.says(id);
         let when = match (element.origin, &element.slip) {
-            (Origin::Unilateral(_), Some(_)) => "while it sticks: ",
-            (Origin::Unilateral(_), None) => "while it is closed: ",
+            (Origin::Contact(_), Some(_)) => "while it sticks: ",
+            (Origin::Contact(_), None) => "while it is closed: ",
             _ => return list(rows),
         };
         let loads = if self.dynamic { element.coupling.as_ref().map_or(0, |own| own.terms.len()) } else { 0 };
@@ -73,7 +73,7 @@ impl Lesson<'_> {
 
     /// What is to be known of terminal equations that switch.
     fn switching(&self) -> Option<DocumentBlock> {
-        let modes = !self.equations.system.mechanism.unilaterals.is_empty();
+        let modes = !self.equations.system.mechanism.contacts.is_empty();
         modes.then(|| {
             words(
                 "A unilateral constraint or dry friction has another terminal equation in each mode: the one that is written holds in one \

@@ -1,7 +1,7 @@
 //! What a part holds on one side only: a gap that is never negative, and a reaction that only presses (Pfeiffer and Glocker 1996, section 5.1).
 //!
 //! Each is a relation between across variables, a chord in every tree. Closed, it is a loop equation; open, its reaction is zero. Which of the two it is, is a
-//! held value: events alone change it.
+//! discrete variable: events alone change it.
 
 use super::{
     BodyId, Discrete, DiscreteId, DiscreteKind, Formula, Initial, KeyValue, Mechanism, Owner, ParameterId, Part,
@@ -21,7 +21,7 @@ pub struct Limits {
 
 /// What a component holds on one side: sign x (what its relation is off by - bound) is never negative.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OneSided {
+pub struct GapLaw {
     /// What distinguishes it from others of its part; may be empty.
     pub word: &'static str,
     /// 1 or -1
@@ -35,13 +35,13 @@ pub struct OneSided {
 
 /// What a part holds on one side only, in its mechanism.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unilateral {
+pub struct Contact {
     pub owner: Owner,
     /// Such as `hinge.max`, or the name of its part.
     pub name: String,
-    pub held: OneSided,
+    pub gap: GapLaw,
     pub state: ContactState,
-    /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `held.bound`.
+    /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `gap.bound`.
     pub slip: Option<Slip>,
     /// Where its part stands in the file.
     pub span: Span,
@@ -64,11 +64,11 @@ pub struct ContactState {
 
 impl Limits {
     /// The limits as relations on one side.
-    pub fn one_sided(&self) -> Vec<OneSided> {
+    pub fn gaps(&self) -> Vec<GapLaw> {
         let ends = self.ends.iter().zip([("min", 1.0), ("max", -1.0)]);
         let of = |(end, (word, sign)): (&Option<Formula>, _)| {
             let (bound, restitution) = (end.clone()?, self.restitution.clone());
-            Some(OneSided { word, sign, bound, restitution, of_rate: false })
+            Some(GapLaw { word, sign, bound, restitution, of_rate: false })
         };
         ends.filter_map(of).collect()
     }
@@ -83,13 +83,13 @@ impl Limits {
     }
 }
 
-impl Unilateral {
+impl Contact {
     /// What its modes are called: that in which nothing holds it first, or that in which it sticks.
     pub fn modes(&self) -> Vec<&'static str> {
         match &self.slip {
             Some(Slip { on: Some(_), .. }) => vec!["sticks", "slides", "slides back", "apart"],
             Some(_) => vec!["sticks", "slides", "slides back"],
-            None if self.held.of_rate => vec!["free", "caught"],
+            None if self.gap.of_rate => vec!["free", "caught"],
             None => vec!["open", "closed"],
         }
     }
@@ -97,7 +97,7 @@ impl Unilateral {
     /// Calls `visit` with every parameter in its bound, its restitution and its law of friction.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         let law = self.slip.iter().flat_map(|slip| slip.law.formulas());
-        [&self.held.bound, &self.held.restitution]
+        [&self.gap.bound, &self.gap.restitution]
             .into_iter()
             .chain(law)
             .for_each(|formula| formula.visit_parameters(visit));
@@ -106,28 +106,27 @@ impl Unilateral {
 
 impl Mechanism {
     /// Adds what components hold on one side only, with the discrete variables of each.
-    pub(crate) fn add_unilaterals(&mut self) {
+    pub(crate) fn add_contacts(&mut self) {
         let mut all = Vec::new();
         for part in self.parts() {
-            for held in (part.component().one_sided)(part, self) {
-                let name =
-                    if held.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, held.word) };
+            for gap in (part.component().gaps)(part, self) {
+                let name = if gap.word.is_empty() { part.name.clone() } else { format!("{}.{}", part.name, gap.word) };
                 let is_angular = part.component().variables.contains(&Quantity::AngularImpulse);
                 let measure = if is_angular { ANGULAR_IMPULSE } else { IMPULSE };
                 let begins = f64::from(u8::from(self.begins_on_its_cam(part)));
-                all.push((part.owner, name, (held, begins), Unit::of(&measure, None), part.span));
+                all.push((part.owner, name, (gap, begins), Unit::of(&measure, None), part.span));
             }
         }
-        for (owner, name, (mut held, begins), unit, span) in all {
+        for (owner, name, (mut gap, begins), unit, span) in all {
             let mut hold = |word: &str, value: f64, unit: Unit| self.hold(format!("{name}.{word}"), value, unit, span);
             let (closed, impulse) = (hold("closed", begins, Unit::default()), hold("impulse", 0.0, unit));
             // Sign x the value at which it was caught.
-            let place = held.of_rate.then(|| hold("caught", 0.0, Unit::of(&ANGLE, None)));
+            let place = gap.of_rate.then(|| hold("caught", 0.0, Unit::of(&ANGLE, None)));
             if let Some(caught) = place {
-                held.bound = Formula::Number(held.sign) * Formula::Discrete(caught);
+                gap.bound = Formula::Number(gap.sign) * Formula::Discrete(caught);
             }
             let state = ContactState { closed, impulse, place, direction: None, signs: Vec::new() };
-            self.unilaterals.push(Unilateral { owner, name, held, state, slip: None, span });
+            self.contacts.push(Contact { owner, name, gap, state, slip: None, span });
         }
         self.add_slips();
     }
@@ -165,9 +164,9 @@ impl Mechanism {
             let rubs = part.component().rubs?;
             let law = (rubs.law)(part)?;
             let on = self
-                .unilaterals
+                .contacts
                 .iter()
-                .position(|unilateral| rubs.pressed == Pressed::Contact && unilateral.owner == part.owner);
+                .position(|contact| rubs.pressed == Pressed::Contact && contact.owner == part.owner);
             let measures = if part.is_angular() { [ANGLE, ANGULAR_IMPULSE] } else { [LENGTH, IMPULSE] };
             Some((part.owner, part.name.clone(), (law, rubs.pressed, on), measures, part.span))
         });
@@ -187,42 +186,39 @@ impl Mechanism {
             };
             let signs = (0..signs).map(|side| hold(&format!("sign_{side}"), 1.0, Unit::default())).collect();
             let (bound, restitution) = (Formula::Discrete(place), Formula::Number(0.0));
-            let held = OneSided { word: "", sign: 1.0, bound, restitution, of_rate: false };
+            let gap = GapLaw { word: "", sign: 1.0, bound, restitution, of_rate: false };
             let slip = Some(Slip { law, pressed, on });
             let (place, direction) = (Some(place), Some(direction));
             let state = ContactState { closed, impulse, place, direction, signs };
-            self.unilaterals.push(Unilateral { owner, name, held, state, slip, span });
+            self.contacts.push(Contact { owner, name, gap, state, slip, span });
         }
     }
 
     /// Gives what is held on one side, and what rubs, the formulas of parts in which numbers have got names.
-    pub(crate) fn rename_unilaterals(&mut self) {
-        let mut all = std::mem::take(&mut self.unilaterals);
+    pub(crate) fn rename_contacts(&mut self) {
+        let mut all = std::mem::take(&mut self.contacts);
         for part in self.parts() {
-            let unilaterals =
-                all.iter_mut().filter(|unilateral| unilateral.owner == part.owner && unilateral.slip.is_none());
-            for (unilateral, held) in unilaterals.zip((part.component().one_sided)(part, self)) {
-                unilateral.held.restitution = held.restitution;
-                if !held.of_rate {
-                    unilateral.held.bound = held.bound;
+            let contacts = all.iter_mut().filter(|contact| contact.owner == part.owner && contact.slip.is_none());
+            for (contact, gap) in contacts.zip((part.component().gaps)(part, self)) {
+                contact.gap.restitution = gap.restitution;
+                if !gap.of_rate {
+                    contact.gap.bound = gap.bound;
                 }
             }
             let law = part.component().rubs.and_then(|rubs| (rubs.law)(part));
-            let slip = all
-                .iter_mut()
-                .filter(|unilateral| unilateral.owner == part.owner)
-                .find_map(|unilateral| unilateral.slip.as_mut());
+            let slip =
+                all.iter_mut().filter(|contact| contact.owner == part.owner).find_map(|contact| contact.slip.as_mut());
             if let Some((slip, law)) = slip.zip(law) {
                 slip.law = law;
             }
         }
-        self.unilaterals = all;
+        self.contacts = all;
     }
 
     /// What is 0 once a part has been removed: whether it is there, and all that its stops and its friction held.
     pub(crate) fn values_of_presence(&self, owner: Owner) -> Vec<DiscreteId> {
-        let contacts = self.unilaterals.iter().filter(|unilateral| unilateral.owner == owner);
-        let of = |unilateral: &Unilateral| [Some(unilateral.state.closed), unilateral.state.direction];
+        let contacts = self.contacts.iter().filter(|contact| contact.owner == owner);
+        let of = |contact: &Contact| [Some(contact.state.closed), contact.state.direction];
         self.there(owner).into_iter().chain(contacts.flat_map(of).flatten()).collect()
     }
 
@@ -235,29 +231,29 @@ impl Mechanism {
 
     /// The first of them that is not dry friction, as a message calls it.
     pub fn first_stop(&self) -> Option<String> {
-        self.called(self.unilaterals.iter().find(|unilateral| unilateral.slip.is_none())?)
+        self.called(self.contacts.iter().find(|contact| contact.slip.is_none())?)
     }
 
     /// The first whose dry friction sticks, as a message calls it.
     pub fn first_slip(&self) -> Option<String> {
-        self.called(self.unilaterals.iter().find(|unilateral| unilateral.slip.is_some())?)
+        self.called(self.contacts.iter().find(|contact| contact.slip.is_some())?)
     }
 
     /// What rubs or holds at this place, as a message calls it.
     pub fn what_holds(&self, index: usize) -> Option<String> {
-        self.called(self.unilaterals.get(index)?)
+        self.called(self.contacts.get(index)?)
     }
 
     /// The first of what is held wherever it stands, as a message calls it: friction that sticks, and freewheels.
     pub fn first_held_anywhere(&self) -> Option<String> {
-        self.called(self.unilaterals.iter().find(|unilateral| unilateral.slip.is_some() || unilateral.held.of_rate)?)
+        self.called(self.contacts.iter().find(|contact| contact.slip.is_some() || contact.gap.of_rate)?)
     }
 
-    fn called(&self, unilateral: &Unilateral) -> Option<String> {
-        let part = self.parts().find(|part| part.owner == unilateral.owner)?;
+    fn called(&self, contact: &Contact) -> Option<String> {
+        let part = self.parts().find(|part| part.owner == contact.owner)?;
         let key = part.values.iter().find(|(_, value)| matches!(value, KeyValue::Limits(_))).map(|(key, _)| *key);
         Some(match key {
-            _ if unilateral.slip.is_some() => {
+            _ if contact.slip.is_some() => {
                 format!("the dry friction of {} `{}`", part.component().words(), part.name)
             }
             Some(key) => format!("the {key} of joint `{}`", part.name),
@@ -266,18 +262,15 @@ impl Mechanism {
     }
 
     /// What one part holds on one side, with its place among all.
-    pub fn unilaterals_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Unilateral)> {
-        self.unilaterals
-            .iter()
-            .enumerate()
-            .filter(move |(_, unilateral)| unilateral.owner == owner && unilateral.slip.is_none())
+    pub fn gaps_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Contact)> {
+        self.contacts.iter().enumerate().filter(move |(_, contact)| contact.owner == owner && contact.slip.is_none())
     }
 
     /// How a part rubs, with its place among all.
-    pub fn slip_of(&self, owner: Owner) -> Option<(usize, &Unilateral, &Slip)> {
-        let mut all = self.unilaterals.iter().enumerate();
-        all.find_map(|(index, unilateral)| {
-            Some((index, unilateral, unilateral.slip.as_ref().filter(|_| unilateral.owner == owner)?))
+    pub fn slip_of(&self, owner: Owner) -> Option<(usize, &Contact, &Slip)> {
+        let mut all = self.contacts.iter().enumerate();
+        all.find_map(|(index, contact)| {
+            Some((index, contact, contact.slip.as_ref().filter(|_| contact.owner == owner)?))
         })
     }
 }

@@ -4,7 +4,7 @@
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::{Mechanism, Unilateral};
+use cotree::model::{Contact, Mechanism};
 use cotree::network::Held;
 use cotree::report::data::shown;
 use cotree::scene::constant;
@@ -17,14 +17,14 @@ pub(super) const TOUCHING: f64 = 1e-9;
 
 /// What one part holds, at a point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Closure {
+pub struct ContactStatus {
     /// Such as `hinge.max`.
     pub name: String,
     /// True if it is closed, caught, or sticks.
     pub closed: bool,
     /// Its place among the mechanism's.
     pub(super) index: usize,
-    pub(super) kind: OneSidedKind,
+    pub(super) kind: ContactKind,
     /// By how much it is open, SI.
     pub gap: f64,
     /// With what it presses or drives; of what rubs its friction, on the second part along the motion; SI.
@@ -39,7 +39,7 @@ pub struct Closure {
 
 /// What kind of thing it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum OneSidedKind {
+pub(super) enum ContactKind {
     /// A limit, a contact, a rope.
     Stop,
     Freewheel,
@@ -54,20 +54,20 @@ pub(super) enum OneSidedKind {
 }
 
 /// What is held on one side only, as it is at a point.
-pub(super) fn closures(formulated: &Formulated, point: &OperatingPoint) -> Vec<Closure> {
-    let all = formulated.equations.system.mechanism.unilaterals.iter().enumerate();
-    all.filter_map(|(index, unilateral)| closure(formulated, point, (index, unilateral))).collect()
+pub(super) fn statuses(formulated: &Formulated, point: &OperatingPoint) -> Vec<ContactStatus> {
+    let all = formulated.equations.system.mechanism.contacts.iter().enumerate();
+    all.filter_map(|(index, contact)| status(formulated, point, (index, contact))).collect()
 }
 
-fn closure(
+fn status(
     formulated: &Formulated,
     point: &OperatingPoint,
-    (index, unilateral): (usize, &Unilateral),
-) -> Option<Closure> {
+    (index, contact): (usize, &Contact),
+) -> Option<ContactStatus> {
     let equations = &formulated.equations;
-    let row = equations.row_of_unilateral(index)?;
+    let row = equations.row_of_contact(index)?;
     let constraint = &equations.constraints[row];
-    let gap = constraint.one_sided.as_ref()?;
+    let gap = constraint.contact.as_ref()?;
     let columns = gap.jacobian.iter();
     let (rates, entries): (Vec<f64>, Vec<_>) =
         columns.map(|&(column, entry)| (point.value(Symbol::Coordinate(column, Order::Velocity)), entry)).unzip();
@@ -75,26 +75,26 @@ fn closure(
     let values = equations.system.arena.evaluate(&wanted, point);
     let rate = values[2..].iter().zip(rates).fold(values[1], |sum, (entry, rate)| sum + entry * rate);
     let held = -point.value(Symbol::Reaction(row));
-    let mut closed = point.value(Symbol::Discrete(unilateral.state.closed.0)) != 0.0;
-    let (kind, force) = match &unilateral.slip {
-        Some(_) if equations.is_led(index) => (OneSidedKind::Led, held),
+    let mut closed = point.value(Symbol::Discrete(contact.state.closed.0)) != 0.0;
+    let (kind, force) = match &contact.slip {
+        Some(_) if equations.is_led(index) => (ContactKind::Led, held),
         Some(slip) => {
             let parameters = equations.system.mechanism.parameters.len();
             let parameters: Vec<f64> = (0..parameters).map(|place| point.value(Symbol::Parameter(place))).collect();
-            let direction = unilateral.state.direction.map_or(0.0, |way| point.value(Symbol::Discrete(way.0)));
-            let level = point.value(Symbol::Reaction(row + 1));
+            let direction = contact.state.direction.map_or(0.0, |way| point.value(Symbol::Discrete(way.0)));
+            let level = equations.row_of_level(index).map_or(0.0, |row| point.value(Symbol::Reaction(row)));
             let most = constant::evaluate(&slip.law.ratio, &parameters) * level;
             // No sign of a zero.
             let force = held - direction * level + 0.0;
             // At rest it sticks with all that it can.
             closed |= point.rests() && direction != 0.0;
-            (OneSidedKind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
+            (ContactKind::Friction { direction: if point.rests() { 0.0 } else { direction }, most }, force)
         }
-        None if unilateral.held.of_rate => (OneSidedKind::Freewheel, held),
-        None => (OneSidedKind::Stop, held),
+        None if contact.gap.of_rate => (ContactKind::Freewheel, held),
+        None => (ContactKind::Stop, held),
     };
-    Some(Closure {
-        name: unilateral.name.clone(),
+    Some(ContactStatus {
+        name: contact.name.clone(),
         closed,
         index,
         kind,
@@ -107,8 +107,8 @@ fn closure(
 }
 
 /// What is held on one side only, as the motion begins with it; nothing if it does not begin.
-pub fn at_start(formulated: &Formulated) -> Vec<Closure> {
-    if formulated.equations.system.mechanism.unilaterals.is_empty() {
+pub fn at_start(formulated: &Formulated) -> Vec<ContactStatus> {
+    if formulated.equations.system.mechanism.contacts.is_empty() {
         return Vec::new();
     }
     let start = formulated.lowered.program.experiment.start;
@@ -116,44 +116,44 @@ pub fn at_start(formulated: &Formulated) -> Vec<Closure> {
         let model = Model::new(formulated.lowered.program.clone())?;
         OperatingPoint::moving(&model, &state)
     });
-    found.map_or_else(|_| Vec::new(), |point| closures(formulated, &point))
+    found.map_or_else(|_| Vec::new(), |point| statuses(formulated, &point))
 }
 
-impl Closure {
+impl ContactStatus {
     /// What it is at the start, and what may come of it.
     pub fn told(&self, mechanism: &Mechanism) -> String {
         let ([length, force], name) = (self.units(), &self.name);
         let [gap, rate, force] = [(self.gap, length), (self.rate, self.unit_of_rate()), (self.force, force)]
             .map(|(value, si)| told(mechanism, value, si));
         match (self.kind, self.closed) {
-            (OneSidedKind::Stop, true) => {
+            (ContactKind::Stop, true) => {
                 format!("`{name}`: closed at the start, with a force of {force}")
             }
-            (OneSidedKind::Stop, false) => {
+            (ContactKind::Stop, false) => {
                 let from = if name.ends_with(".min") || name.ends_with(".max") { "the stop" } else { "contact" };
                 format!("`{name}`: open at the start, {gap} from {from}")
             }
-            (OneSidedKind::Freewheel, true) => {
+            (ContactKind::Freewheel, true) => {
                 format!("`{name}`: engaged at the start, with a torque of {force}")
             }
-            (OneSidedKind::Freewheel, false) => {
+            (ContactKind::Freewheel, false) => {
                 format!("`{name}`: disengaged at the start, with a relative speed of {rate}")
             }
-            (OneSidedKind::Friction { most, .. }, true) => {
+            (ContactKind::Friction { most, .. }, true) => {
                 let most = told(mechanism, most, self.units()[1]);
                 format!("`{name}`: sticks at the start, with {force} of at most {most}")
             }
-            (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 && !self.moves(0.0) => {
+            (ContactKind::Friction { direction, .. }, false) if direction != 0.0 && !self.moves(0.0) => {
                 format!("`{name}`: begins to slide at the start")
             }
-            (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 => {
+            (ContactKind::Friction { direction, .. }, false) if direction != 0.0 => {
                 format!("`{name}`: slides at the start, at {rate}")
             }
-            (OneSidedKind::Led, _) if !self.moves(0.0) => {
+            (ContactKind::Led, _) if !self.moves(0.0) => {
                 format!("`{name}`: kept at rest by drivers at the start, so its friction force is not determined")
             }
-            (OneSidedKind::Led, _) => format!("`{name}`: slides at the start, at {rate}, prescribed by drivers"),
-            (OneSidedKind::Friction { .. }, false) => {
+            (ContactKind::Led, _) => format!("`{name}`: slides at the start, at {rate}, prescribed by drivers"),
+            (ContactKind::Friction { .. }, false) => {
                 format!(
                     "`{name}`: no friction at the start: the normal force is zero, or another constraint carries the load"
                 )
@@ -164,9 +164,9 @@ impl Closure {
     /// What it is, in the word by which a mode is asked for.
     pub fn word(&self) -> &'static str {
         match self.kind {
-            OneSidedKind::Friction { direction, .. } if direction > 0.0 => "slides+",
-            OneSidedKind::Friction { direction, .. } if direction < 0.0 => "slides-",
-            OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Friction { .. } | OneSidedKind::Led => {
+            ContactKind::Friction { direction, .. } if direction > 0.0 => "slides+",
+            ContactKind::Friction { direction, .. } if direction < 0.0 => "slides-",
+            ContactKind::Stop | ContactKind::Freewheel | ContactKind::Friction { .. } | ContactKind::Led => {
                 self.group()
             }
         }
@@ -181,22 +181,22 @@ impl Closure {
     /// What it is, in a word that is the same whichever way it slides.
     pub(crate) fn group(&self) -> &'static str {
         match (self.kind, self.closed) {
-            (OneSidedKind::Stop, true) => "closed",
-            (OneSidedKind::Stop, false) => "open",
-            (OneSidedKind::Freewheel, true) => "caught",
-            (OneSidedKind::Freewheel, false) => "free",
-            (OneSidedKind::Friction { .. }, true) => "sticks",
-            (OneSidedKind::Friction { direction, .. }, false) if direction != 0.0 => "slides",
-            (OneSidedKind::Led, _) => "slides",
-            (OneSidedKind::Friction { .. }, false) => "idle",
+            (ContactKind::Stop, true) => "closed",
+            (ContactKind::Stop, false) => "open",
+            (ContactKind::Freewheel, true) => "caught",
+            (ContactKind::Freewheel, false) => "free",
+            (ContactKind::Friction { .. }, true) => "sticks",
+            (ContactKind::Friction { direction, .. }, false) if direction != 0.0 => "slides",
+            (ContactKind::Led, _) => "slides",
+            (ContactKind::Friction { .. }, false) => "idle",
         }
     }
 
     /// If it sticks: the force that it holds at most, SI.
     pub fn most(&self) -> Option<f64> {
         match self.kind {
-            OneSidedKind::Friction { most, .. } if self.closed => Some(most),
-            OneSidedKind::Friction { .. } | OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Led => None,
+            ContactKind::Friction { most, .. } if self.closed => Some(most),
+            ContactKind::Friction { .. } | ContactKind::Stop | ContactKind::Freewheel | ContactKind::Led => None,
         }
     }
 
@@ -208,14 +208,14 @@ impl Closure {
     /// 1 or -1 for what slides that way.
     pub fn direction(&self) -> Option<f64> {
         match self.kind {
-            OneSidedKind::Friction { direction, .. } => Some(direction).filter(|direction| *direction != 0.0),
-            OneSidedKind::Stop | OneSidedKind::Freewheel | OneSidedKind::Led => None,
+            ContactKind::Friction { direction, .. } => Some(direction).filter(|direction| *direction != 0.0),
+            ContactKind::Stop | ContactKind::Freewheel | ContactKind::Led => None,
         }
     }
 
     /// True for what holds where it was put: what sticks or is caught.
     pub(crate) fn stands(&self) -> bool {
-        self.closed && self.kind != OneSidedKind::Stop
+        self.closed && self.kind != ContactKind::Stop
     }
 
     /// The units of its gap and of its force.
@@ -229,12 +229,12 @@ impl Closure {
 
     /// True for a stop that is closed, or could be where it is.
     pub(super) fn touches(&self) -> bool {
-        self.kind == OneSidedKind::Stop && self.gap.abs() <= TOUCHING * self.scale
+        self.kind == ContactKind::Stop && self.gap.abs() <= TOUCHING * self.scale
     }
 
     /// True if what is open has been passed.
     pub(super) fn is_passed(&self) -> bool {
-        self.kind == OneSidedKind::Stop && !self.closed && self.gap < -TOUCHING * self.scale
+        self.kind == ContactKind::Stop && !self.closed && self.gap < -TOUCHING * self.scale
     }
 
     /// True if it moves, beside the fastest of all.
