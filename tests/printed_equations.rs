@@ -227,8 +227,7 @@ fn modes(equations: &mut Equations) -> Vec<(String, Expr)> {
         };
         let level = equations.row_of_level(index).unwrap();
         let arena = &mut equations.system.arena;
-        let [direction, level] =
-            [Symbol::Discrete(direction.0), Symbol::Reaction(level)].map(|own| arena.symbol(own));
+        let [direction, level] = [Symbol::Discrete(direction.0), Symbol::Reaction(level)].map(|own| arena.symbol(own));
         let force = arena.multiply(direction, level);
         let mut rate = gap.time_rate;
         for (column, entry) in gap.jacobian {

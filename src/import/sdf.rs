@@ -8,7 +8,7 @@ use super::Includes;
 use super::refusal::{Fallible, Refusal};
 use super::report::ImportReport;
 use super::robot::{
-    BodyMass, BodyPoint, ClosureKind, ContactStatus, Follower, JointLaws, JointMotion, SpatialBody, SpatialJoint,
+    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, SpatialBody, SpatialJoint,
     SpatialModel,
 };
 use super::xml::{self, Element};
@@ -513,7 +513,7 @@ impl<'a> SdfReader<'a> {
         };
         let short = name.rsplit("::").next().unwrap_or(name).to_owned();
         let laws = element.child("axis").map_or(Ok(JointLaws::default()), axis_laws)?;
-        model.statuses.push(ContactStatus { name: short, place: element.place.clone(), kind, ends, laws });
+        model.closures.push(Closure { name: short, place: element.place.clone(), kind, ends, laws });
         Ok(())
     }
 

@@ -8,7 +8,7 @@ use super::options::ImportOptions;
 use super::refusal::{Fallible, Refusal};
 use super::report::ImportReport;
 use super::robot::{
-    Activation, BodyMass, BodyPoint, ClosureKind, ContactStatus, Follower, JointLaws, JointMotion, SpatialActuator,
+    Activation, BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, SpatialActuator,
     SpatialBody, SpatialBushing, SpatialJoint, SpatialModel, Transmission,
 };
 use super::sdf;
@@ -36,7 +36,7 @@ pub fn read(root: &Element, options: &ImportOptions, report: &mut ImportReport) 
     reader.report.note("URDF has no gravity: 9.81 m/s2 along -z is assumed");
     reader.tree()?;
     reader.mimics()?;
-    reader.statuses()?;
+    reader.closures()?;
     reader.inputs()?;
     reader.others(root);
     Ok(reader.model)
@@ -243,7 +243,7 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// What closes loops, by each convention.
-    fn statuses(&mut self) -> Fallible<()> {
+    fn closures(&mut self) -> Fallible<()> {
         let root = self.root;
         for gazebo in root.all("gazebo") {
             for joint in gazebo.all("joint") {
@@ -271,7 +271,7 @@ impl<'a> UrdfReader<'a> {
 
     fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2], laws: JointLaws) {
         let name = element.get("name").unwrap_or_default().to_owned();
-        self.model.statuses.push(ContactStatus { name, place: element.place.clone(), kind, ends, laws });
+        self.model.closures.push(Closure { name, place: element.place.clone(), kind, ends, laws });
     }
 
     /// A joint as in SDF: its pose in the frame of its child.
@@ -440,7 +440,7 @@ impl<'a> UrdfReader<'a> {
             let bodies = (self.bodies.get(first).copied(), self.bodies.get(second.as_str()).copied());
             if let (Some(first), Some(second)) = bodies {
                 let ends = [first, second].map(|body| BodyPoint { body, at: Point3::origin() });
-                self.model.statuses.push(ContactStatus {
+                self.model.closures.push(Closure {
                     name: name.to_owned(),
                     place: link.place.clone(),
                     kind: ClosureKind::Point,

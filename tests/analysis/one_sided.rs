@@ -98,9 +98,9 @@ fn what_is_closed_is_a_loop_equation_and_what_is_open_is_not_there() {
     };
     let closed = of(&limited, &[]);
     same(&closed, &of(&driven, &[]));
-    let words: Vec<(&str, bool)> = closed.closures.iter().map(|own| (own.name.as_str(), own.closed)).collect();
+    let words: Vec<(&str, bool)> = closed.statuses.iter().map(|own| (own.name.as_str(), own.closed)).collect();
     assert_eq!(words, [("elbow.min", false), ("elbow.max", true)]);
-    assert!(closed.closures[1].force > 0.0 && (closed.closures[0].gap - 1.2).abs() < 1e-12);
+    assert!(closed.statuses[1].force > 0.0 && (closed.statuses[0].gap - 1.2).abs() < 1e-12);
     let open = of(&limited, &[("elbow.max", "open")]);
     same(&open, &of(&free, &[]));
     assert_ne!(open.a.shape(), closed.a.shape());

@@ -37,7 +37,7 @@ fn told(statics: &Statics, title: &str) -> Vec<(String, f64)> {
 }
 
 fn words(system: &StateSpace) -> Vec<(&str, &str)> {
-    system.closures.iter().map(|own| (own.name.as_str(), own.word())).collect()
+    system.statuses.iter().map(|own| (own.name.as_str(), own.word())).collect()
 }
 
 fn same_matrix(name: &str, found: &DMatrix<f64>, expected: &[&[f64]]) {
@@ -93,7 +93,7 @@ fn a_level_that_nothing_presses_for_is_a_constant_force() {
         assert_eq!(words(&system), [("guide.friction", word)]);
         close("force", system.outputs[1].value, force, 1e-14, 1.0);
         close("acceleration", system.rates[1], (-12.0 + force) / 3.0, 1e-13, 1.0);
-        assert_eq!(system.closures[0].direction(), Some(rate.signum()));
+        assert_eq!(system.statuses[0].direction(), Some(rate.signum()));
         let modes = study(&oscillator(0.1, rate), &[]).modes(Some(0.0)).unwrap().modes;
         close("frequency", modes[0].frequency(), 40.0_f64.sqrt() / std::f64::consts::TAU, 1e-12, 1.0);
     }
@@ -106,8 +106,8 @@ fn what_sticks_takes_its_freedom_away() {
     assert_eq!((system.states.len(), words(&system)), (0, vec![("guide.friction", "sticks")]));
     // The friction answers a push alone.
     same_matrix("D", &system.d, &[&[0.0], &[-1.0]]);
-    close("holds", system.closures[0].force, 2.4, 1e-12, 1.0);
-    close("at most", system.closures[0].most().unwrap(), 2.5, 1e-12, 1.0);
+    close("holds", system.statuses[0].force, 2.4, 1e-12, 1.0);
+    close("at most", system.statuses[0].most().unwrap(), 2.5, 1e-12, 1.0);
     for at in [Some(0.0), None] {
         let message = study(&text, &[]).modes(at).unwrap_err().to_string();
         assert!(message.contains("`guide.friction` sticks") && message.contains("slides+"), "{message}");
@@ -1163,5 +1163,5 @@ fn contacts_and_freewheels_are_asked_for_too() {
     because(&TRAIN.replace("RING", "9.0"), &[("ratchet", "caught")], "`ratchet` cannot be caught: it turns by 9 rad/s");
     let train = TRAIN.replace("RING", "0.0");
     let [caught, free] = ["caught", "free"].map(|word| linear(&train, 0.0, &[("ratchet", word)]).unwrap());
-    assert_eq!((caught.states.len() + 2, free.closures[0].word()), (free.states.len(), "free"));
+    assert_eq!((caught.states.len() + 2, free.statuses[0].word()), (free.states.len(), "free"));
 }

@@ -4,9 +4,7 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::MjcfReader;
 use crate::import::refusal::{Fallible, Refusal};
-use crate::import::robot::{
-    BodyPoint, ClosureKind, ContactStatus, Follower, JointLaws, JointMotion, PointSpring, Tendon,
-};
+use crate::import::robot::{BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, PointSpring, Tendon};
 use crate::import::xml::Element;
 
 /// A site: the index of its body, and its pose in it.
@@ -131,7 +129,7 @@ impl<'a> MjcfReader<'a> {
 
     fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2]) {
         let name = element.get("name").unwrap_or_default().to_owned();
-        self.model.statuses.push(ContactStatus {
+        self.model.closures.push(Closure {
             name,
             place: element.place.clone(),
             kind,

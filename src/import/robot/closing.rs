@@ -73,11 +73,11 @@ pub fn residuals(model: &PlanarModel, values: &[f64]) -> Vec<f64> {
     let poses = poses(model, values);
     let at = |&(link, at): &LinkPoint| place_of(&poses[link], model.links[link].origin, at);
     let mut rows = Vec::new();
-    for status in &model.statuses {
-        let ends = status.ends();
+    for closure in &model.closures {
+        let ends = closure.ends();
         let gap = difference(at(&ends[1]), at(&ends[0])).map(|part| part / model.size);
         let angle = poses[ends[1].0].1 - poses[ends[0].0].1;
-        match *status {
+        match *closure {
             PlanarClosure::Pin(_) => rows.extend(gap),
             PlanarClosure::Weld(_, held) => rows.extend([gap[0], gap[1], angle - held]),
             PlanarClosure::Slide(_, along) => {
@@ -95,7 +95,7 @@ pub fn residuals(model: &PlanarModel, values: &[f64]) -> Vec<f64> {
 
 /// The Jacobian by columns, with central differences: it picks coordinates and leads Newton's method, whose residuals are exact.
 fn columns(model: &PlanarModel, values: &[f64]) -> Vec<Vec<f64>> {
-    if model.statuses.is_empty() && model.followers.is_empty() {
+    if model.closures.is_empty() && model.followers.is_empty() {
         return vec![Vec::new(); values.len()];
     }
     let mut values = values.to_vec();

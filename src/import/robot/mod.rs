@@ -27,7 +27,7 @@ pub struct SpatialModel {
     /// The first is the world; parents come before their children.
     pub bodies: Vec<SpatialBody>,
     pub joints: Vec<SpatialJoint>,
-    pub statuses: Vec<ContactStatus>,
+    pub closures: Vec<Closure>,
     pub followers: Vec<Follower>,
     pub tendons: Vec<Tendon>,
     pub springs: Vec<PointSpring>,
@@ -60,7 +60,7 @@ impl SpatialModel {
             gravity,
             bodies: vec![world],
             joints: Vec::new(),
-            statuses: Vec::new(),
+            closures: Vec::new(),
             followers: Vec::new(),
             tendons: Vec::new(),
             springs: Vec::new(),
@@ -210,7 +210,7 @@ pub struct BodyPoint {
 
 /// What closes a loop.
 #[derive(Clone, Debug)]
-pub struct ContactStatus {
+pub struct Closure {
     pub name: String,
     pub place: FilePlace,
     pub kind: ClosureKind,

@@ -116,7 +116,7 @@ pub struct PlanarModel<'a> {
     pub coordinates: Vec<PlanarCoordinate>,
     /// Values and rates at the start, of the file.
     pub starts: Vec<(f64, f64)>,
-    pub statuses: Vec<PlanarClosure>,
+    pub closures: Vec<PlanarClosure>,
     /// Their places in the file's list.
     pub closure_sources: Vec<usize>,
     pub followers: Vec<PlanarFollower>,
@@ -299,7 +299,7 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
     }
     let used = |point: &BodyPoint| point.body == 0 || inside[point.body];
     let joints: Vec<bool> = model.joints.iter().map(|joint| inside[joint.body] && joint.body != root).collect();
-    model.statuses.retain(|status| status.ends.iter().all(used));
+    model.closures.retain(|closure| closure.ends.iter().all(used));
     model.springs.retain(|spring| spring.ends.iter().all(used));
     model.bushings.retain(|bushing| bushing.ends.iter().all(used));
     model.followers.retain(|follower| joints[follower.joint] && follower.leader.is_none_or(|leader| joints[leader]));
@@ -366,7 +366,7 @@ fn reduce<'a>(
         links: vec![Link { name: "ground".to_owned(), ..Link::default() }],
         coordinates: Vec::new(),
         starts: Vec::new(),
-        statuses: Vec::new(),
+        closures: Vec::new(),
         closure_sources: Vec::new(),
         followers: Vec::new(),
         coordinate_of: vec![None; model.joints.len()],
@@ -647,28 +647,28 @@ impl PlanarModel<'_> {
 
     /// Closures and couplings.
     fn join(&mut self, report: &mut ImportReport) {
-        for (source, status) in self.file.statuses.iter().enumerate() {
-            let [Some(first), Some(second)] = status.ends.each_ref().map(|end| self.point(end)) else { continue };
+        for (source, closure) in self.file.closures.iter().enumerate() {
+            let [Some(first), Some(second)] = closure.ends.each_ref().map(|end| self.point(end)) else { continue };
             if first.0 == second.0 {
-                report.note(format!("`{}` joins parts of one body and is left out", status.name));
+                report.note(format!("`{}` joins parts of one body and is left out", closure.name));
                 continue;
             }
             let ends = [first, second];
             self.closure_sources.push(source);
-            self.statuses.push(match &status.kind {
+            self.closures.push(match &closure.kind {
                 ClosureKind::Point | ClosureKind::Hinge(_) => PlanarClosure::Pin(ends),
                 ClosureKind::Slide(axis) => {
-                    let [x, y] = self.plane.components(&(self.world[status.ends[0].body] * axis));
+                    let [x, y] = self.plane.components(&(self.world[closure.ends[0].body] * axis));
                     let length = x.hypot(y);
                     PlanarClosure::Slide(ends, [x / length, y / length])
                 }
                 ClosureKind::Weld(pose) => {
-                    let bodies = status.ends.each_ref().map(|end| self.world[end.body].rotation);
+                    let bodies = closure.ends.each_ref().map(|end| self.world[end.body].rotation);
                     let turn = (bodies[0] * pose.rotation * bodies[1].inverse()) * self.plane.x;
                     PlanarClosure::Weld(ends, self.plane.y.dot(&turn).atan2(self.plane.x.dot(&turn)))
                 }
             });
-            self.report_offset(status, report);
+            self.report_offset(closure, report);
         }
         for (source, follower) in self.file.followers.iter().enumerate() {
             let leader = follower.leader.and_then(|leader| self.coordinate_of(leader));
@@ -680,13 +680,13 @@ impl PlanarModel<'_> {
     }
 
     /// Points that are apart along the normal are no gap in the plane, but MuJoCo pulls them together.
-    fn report_offset(&self, status: &super::ContactStatus, report: &mut ImportReport) {
-        let [a, b] = status.ends.each_ref().map(|end| self.world[end.body] * end.at);
+    fn report_offset(&self, closure: &super::Closure, report: &mut ImportReport) {
+        let [a, b] = closure.ends.each_ref().map(|end| self.world[end.body] * end.at);
         let beside = self.plane.normal.dot(&(b - a)).abs();
         if beside > OPEN * self.size {
             report.approximated(format!(
                 "`{}` joins points that are {beside:.4} m apart along the normal, which loads the hinges in space and not in the plane",
-                status.name
+                closure.name
             ));
         }
     }
@@ -728,8 +728,8 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
     let poses = closing::poses(planar, &reference);
     for (index, gap) in nearest.iter().enumerate().filter(|(_, gap)| **gap > 1e-9 * planar.size) {
         let at = |(link, at): LinkPoint| closing::place_of(&poses[link], planar.links[link].origin, at);
-        let [a, b] = planar.statuses[index].ends().map(at);
-        let file = &planar.file.statuses[planar.closure_sources[index]];
+        let [a, b] = planar.closures[index].ends().map(at);
+        let file = &planar.file.closures[planar.closure_sources[index]];
         let ([ax, ay], [bx, by]) = (a, b);
         report.refuse(
             Refusal::new(format!(
@@ -753,13 +753,13 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
 fn gaps(planar: &PlanarModel, values: &[f64]) -> Vec<f64> {
     let poses = closing::poses(planar, values);
     let at = |(link, at): LinkPoint| closing::place_of(&poses[link], planar.links[link].origin, at);
-    let gap = |status: &PlanarClosure| {
-        let [a, b] = status.ends().map(at);
+    let gap = |closure: &PlanarClosure| {
+        let [a, b] = closure.ends().map(at);
         let gap = [b[0] - a[0], b[1] - a[1]];
-        match status {
+        match closure {
             PlanarClosure::Slide(_, along) => (gap[1] * along[0] - gap[0] * along[1]).abs(),
             PlanarClosure::Pin(_) | PlanarClosure::Weld(..) => gap[0].hypot(gap[1]),
         }
     };
-    planar.statuses.iter().map(gap).collect()
+    planar.closures.iter().map(gap).collect()
 }

@@ -157,15 +157,15 @@ pub fn outside(
             refused.push(Refusal::new(message).at(&joint.place).help(format!("{ball}{}", lock(&joint.name))));
         }
     }
-    for status in &model.statuses {
-        let ClosureKind::Hinge(axis) = &status.kind else { continue };
-        let tilt = plane.tilt(&(world[status.ends[0].body] * axis));
+    for closure in &model.closures {
+        let ClosureKind::Hinge(axis) = &closure.kind else { continue };
+        let tilt = plane.tilt(&(world[closure.ends[0].body] * axis));
         if tilt.to_radians() > PARALLEL {
             let message = format!(
                 "joint `{}`, which closes a loop, turns {tilt:.2} deg off the normal of the plane",
-                status.name
+                closure.name
             );
-            refused.push(Refusal::new(message).at(&status.place).help("--root BODY imports a part of the robot"));
+            refused.push(Refusal::new(message).at(&closure.place).help("--root BODY imports a part of the robot"));
         }
     }
     refused

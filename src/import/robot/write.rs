@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::closing::{self, ClosedStart};
 use super::planar::{LinkPoint, PlanarClosure, PlanarCoordinate, PlanarModel};
-use super::{ClosureKind, ContactStatus, JointLaws, JointMotion, SpatialJoint};
+use super::{Closure, ClosureKind, JointLaws, JointMotion, SpatialJoint};
 use crate::import::options::ImportOptions;
 use crate::import::refusal::Refusal;
 use crate::import::report::ImportReport;
@@ -81,7 +81,7 @@ pub fn scene(
         }
     }
     (0..planar.coordinates.len()).for_each(|index| writer.tree_joint(index));
-    (0..planar.statuses.len()).for_each(|index| writer.status(index));
+    (0..planar.closures.len()).for_each(|index| writer.closure(index));
     planar.followers.iter().for_each(|follower| writer.follower(follower));
     writer.forces(options);
     writer.head_lines(start);
@@ -207,12 +207,12 @@ impl RobotWriter<'_> {
         self.outputs.push(format!("{output} = \"{value}\""));
     }
 
-    fn status(&mut self, index: usize) {
+    fn closure(&mut self, index: usize) {
         let planar = self.planar;
-        let file: &ContactStatus = &planar.file.statuses[planar.closure_sources[index]];
+        let file: &Closure = &planar.file.closures[planar.closure_sources[index]];
         let name = self.fresh(&file.name, "joint", "closure");
-        let ends = planar.statuses[index].ends().map(|(link, at)| self.place(link, &name, at));
-        let (kind, more, word) = match planar.statuses[index] {
+        let ends = planar.closures[index].ends().map(|(link, at)| self.place(link, &name, at));
+        let (kind, more, word) = match planar.closures[index] {
             PlanarClosure::Pin(_) => ("revolute", String::new(), "loop closed by a revolute joint"),
             PlanarClosure::Weld(_, angle) => {
                 ("weld", format!("angle   = {}\n", number(angle)), "loop closed by a weld")
@@ -237,7 +237,7 @@ impl RobotWriter<'_> {
         let Some([stiffness, relaxed]) = file.laws.spring.filter(|[stiffness, _]| *stiffness != 0.0) else { return };
         match kind {
             "revolute" => {
-                let links = planar.statuses[index].ends().map(|(link, _)| link);
+                let links = planar.closures[index].ends().map(|(link, _)| link);
                 self.torsion_spring(&name, links, stiffness, sign * relaxed);
             }
             _ => self.report.refuse(
@@ -273,7 +273,7 @@ impl RobotWriter<'_> {
             "{}: {bodies}, {}, {}, {degrees}, {}",
             planar.file.format,
             count(joints, "joint"),
-            count(planar.statuses.len(), "loop"),
+            count(planar.closures.len(), "loop"),
             count(inputs, "input")
         ));
         let signs = planar.coordinates.iter().filter_map(|coordinate| match coordinate {

@@ -7,7 +7,7 @@ use cotree::report::data::{Report, Table, number, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{GROUPS, at, closures_of};
+use super::{GROUPS, at, contact_groups};
 use crate::analysis::contacts::statuses;
 use crate::analysis::{ContactStatus, Equilibrium, OperatingPoint, Stability};
 
@@ -54,7 +54,7 @@ impl Statics {
         }
         groups.push(reader.loads());
         let statuses = statuses(formulated, &equilibrium.point);
-        groups.extend(GROUPS.map(|title| Group { title, values: closures_of(&statuses, title) }));
+        groups.extend(GROUPS.map(|title| Group { title, values: contact_groups(&statuses, title) }));
         groups.push(margins(&statuses, &equilibrium.shared));
         groups.retain(|group| !group.values.is_empty());
         Statics {

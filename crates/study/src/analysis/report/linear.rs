@@ -6,7 +6,7 @@ use cotree::row;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
-use super::{at, closure_data, closure_tables, exact};
+use super::{at, contact_data, contact_tables, exact};
 use crate::analysis::{AnalysisFailure, StateSpace, StateSpaceSignal};
 
 #[derive(Clone, Debug)]
@@ -65,7 +65,7 @@ impl StateSpace {
         for (name, matrix, ..) in self.matrices(held) {
             data[name] = rows(matrix);
         }
-        closure_data(&self.statuses, &mut data);
+        contact_data(&self.statuses, &mut data);
         data
     }
 
@@ -100,7 +100,7 @@ impl StateSpace {
             Table::matrix(name, &beside, &above, entry)
         });
         let signals = signals.into_iter().filter(|table| !table.rows.is_empty());
-        let shown = signals.chain(rates).chain(closure_tables(&self.statuses)).chain(matrices);
+        let shown = signals.chain(rates).chain(contact_tables(&self.statuses)).chain(matrices);
         std::iter::once(Table { heading: Some(at(self.time)), ..Table::default() }).chain(shown).collect()
     }
 

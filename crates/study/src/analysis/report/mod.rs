@@ -30,7 +30,7 @@ fn exact(value: f64) -> Cell {
 pub(crate) const GROUPS: [&str; 7] = ["closed", "open", "caught", "free", "sticks", "slides", "idle"];
 
 /// The values and units of what is held so. What sticks has a second one: the most that it could hold.
-fn closures_of(statuses: &[ContactStatus], group: &str) -> Vec<(String, f64, String)> {
+fn contact_groups(statuses: &[ContactStatus], group: &str) -> Vec<(String, f64, String)> {
     let values = |status: &ContactStatus| {
         let [length, force] = status.units();
         let (value, si) = match status.group() {
@@ -49,9 +49,9 @@ fn closures_of(statuses: &[ContactStatus], group: &str) -> Vec<(String, f64, Str
 }
 
 /// How everything is held that need not be, one table each.
-fn closure_tables(statuses: &[ContactStatus]) -> impl Iterator<Item = Table> + '_ {
+fn contact_tables(statuses: &[ContactStatus]) -> impl Iterator<Item = Table> + '_ {
     let table = |group| {
-        let rows = closures_of(statuses, group);
+        let rows = contact_groups(statuses, group);
         (!rows.is_empty())
             .then(|| Table::list(group, rows.iter().map(|(name, value, si)| row![name, number(*value, si), unit(si)])))
     };
@@ -59,10 +59,10 @@ fn closure_tables(statuses: &[ContactStatus]) -> impl Iterator<Item = Table> + '
 }
 
 /// The same as data; of stops both words, which of them are open or closed is asked for most.
-fn closure_data(statuses: &[ContactStatus], data: &mut Value) {
+fn contact_data(statuses: &[ContactStatus], data: &mut Value) {
     let is_stop = |status: &ContactStatus| GROUPS[..2].contains(&status.group());
     for group in GROUPS {
-        let values = closures_of(statuses, group);
+        let values = contact_groups(statuses, group);
         if !values.is_empty() || GROUPS[..2].contains(&group) && statuses.iter().any(is_stop) {
             data[group] = values.into_iter().map(|(name, value, _)| (name, json!(value))).collect();
         }

@@ -4,7 +4,7 @@ use cotree::report::data::{Cell, Report, Table, plain};
 use cotree::{line, row};
 use serde_json::json;
 
-use super::{at, closure_data, closure_tables, exact};
+use super::{at, contact_data, contact_tables, exact};
 use crate::analysis::{ContactStatus, Mode};
 
 /// Parts of a shape below this do not show in the table.
@@ -63,9 +63,9 @@ impl VibrationModes {
             "about a point of its motion, with frozen coefficients"
         };
         let mut tables = if modes.is_empty() { Vec::new() } else { vec![table, self.shapes()] };
-        tables.extend(closure_tables(&self.statuses));
+        tables.extend(contact_tables(&self.statuses));
         let mut data = json!({"name": self.name, "time": self.time, "at_rest": self.resting, "modes": modes});
-        closure_data(&self.statuses, &mut data);
+        contact_data(&self.statuses, &mut data);
         Report {
             tables,
             notes: still.into_iter().collect(),
