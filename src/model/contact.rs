@@ -1,7 +1,7 @@
-//! What a part holds on one side only: a gap that is never negative, and a reaction that only presses (Pfeiffer and Glocker 1996, section 5.1).
+//! Contacts: unilateral constraints, whose gap is never negative and whose reaction acts in one direction (Pfeiffer and Glocker 1996, section 5.1), and friction that sticks.
 //!
-//! Each is a relation between across variables, a chord in every tree. Closed, it is a loop equation; open, its reaction is zero. Which of the two it is, is a
-//! discrete variable: events alone change it.
+//! Each is a relation between across variables, a chord in every tree. Closed or sticking, it is a loop equation; open, its reaction is zero. Which of the two it is, is a discrete variable:
+//! events alone change it.
 
 use super::{
     BodyId, Discrete, DiscreteId, DiscreteKind, Formula, Initial, KeyValue, Mechanism, Owner, ParameterId, Part,
@@ -19,7 +19,7 @@ pub struct Limits {
     pub restitution: Formula,
 }
 
-/// What a component holds on one side: sign x (what its relation is off by - bound) is never negative.
+/// The gap of a contact, as its component gives it: sign x (what its relation is off by - bound) is never negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GapLaw {
     /// What distinguishes it from others of its part; may be empty.
@@ -33,7 +33,7 @@ pub struct GapLaw {
     pub of_rate: bool,
 }
 
-/// What a part holds on one side only, in its mechanism.
+/// A contact of a part: a unilateral constraint, or dry friction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     pub owner: Owner,
@@ -41,7 +41,7 @@ pub struct Contact {
     pub name: String,
     pub gap: GapLaw,
     pub state: ContactState,
-    /// If it is no stop but sticks: how it slips. Then it is held on both sides, at `gap.bound`.
+    /// Of friction: how it slides. While it sticks, its relation holds on both sides, at `gap.bound`.
     pub slip: Option<Slip>,
     /// Where its part stands in the file.
     pub span: Span,
@@ -54,7 +54,7 @@ pub struct ContactState {
     pub closed: DiscreteId,
     /// The impulse of the last impact.
     pub impulse: DiscreteId,
-    /// From where its gap counts, of what is held wherever it stands: friction that sticks, and freewheels.
+    /// From where its gap counts: of friction and freewheels, which stick or engage wherever they are.
     pub place: Option<DiscreteId>,
     /// 1 or -1 while it slides that way, else 0: of friction.
     pub direction: Option<DiscreteId>,
@@ -105,7 +105,7 @@ impl Contact {
 }
 
 impl Mechanism {
-    /// Adds what components hold on one side only, with the discrete variables of each.
+    /// Adds the contacts of all parts, with the discrete variables of each.
     pub(crate) fn add_contacts(&mut self) {
         let mut all = Vec::new();
         for part in self.parts() {
@@ -194,7 +194,7 @@ impl Mechanism {
         }
     }
 
-    /// Gives what is held on one side, and what rubs, the formulas of parts in which numbers have got names.
+    /// Gives contacts the formulas of parts in which numbers have got names.
     pub(crate) fn rename_contacts(&mut self) {
         let mut all = std::mem::take(&mut self.contacts);
         for part in self.parts() {
@@ -215,7 +215,7 @@ impl Mechanism {
         self.contacts = all;
     }
 
-    /// What is 0 once a part has been removed: whether it is there, and all that its stops and its friction held.
+    /// What is 0 once a part has been removed: whether it is there, and the states of its contacts.
     pub(crate) fn values_of_presence(&self, owner: Owner) -> Vec<DiscreteId> {
         let contacts = self.contacts.iter().filter(|contact| contact.owner == owner);
         let of = |contact: &Contact| [Some(contact.state.closed), contact.state.direction];
@@ -239,7 +239,7 @@ impl Mechanism {
         self.called(self.contacts.iter().find(|contact| contact.slip.is_some())?)
     }
 
-    /// What rubs or holds at this place, as a message calls it.
+    /// The contact at this place, as a message calls it.
     pub fn what_holds(&self, index: usize) -> Option<String> {
         self.called(self.contacts.get(index)?)
     }
@@ -261,12 +261,12 @@ impl Mechanism {
         })
     }
 
-    /// What one part holds on one side, with its place among all.
+    /// The unilateral constraints of a part, with their places among all contacts.
     pub fn gaps_of(&self, owner: Owner) -> impl Iterator<Item = (usize, &Contact)> {
         self.contacts.iter().enumerate().filter(move |(_, contact)| contact.owner == owner && contact.slip.is_none())
     }
 
-    /// How a part rubs, with its place among all.
+    /// The friction of a part, with its place among all contacts.
     pub fn slip_of(&self, owner: Owner) -> Option<(usize, &Contact, &Slip)> {
         let mut all = self.contacts.iter().enumerate();
         all.find_map(|(index, contact)| {

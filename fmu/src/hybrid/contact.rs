@@ -1,6 +1,6 @@
 //! What is held on one side only or sticks, at an instant: who touches, what an impact does, and what is open or closed, sticks or slips after it.
 //!
-//! Every mode is the same symmetric matrix: the parameter that is 1 while a contact is closed, or something sticks, multiplies its loop equation (see [`crate::program::Contacts`]). So the tapes of
+//! Every mode is the same symmetric matrix: the discrete variable that is 1 while a contact is closed, or something sticks, multiplies its loop equation (see [`crate::program::Contacts`]). So the tapes of
 //! the program serve all modes, and a change of mode is a number in the state. Nothing here remembers anything but storage.
 //!
 //! A freewheel is a contact of rates: what must not be negative is the rate of its gap. Open it has no gap (it touches wherever it is), and its rate is its indicator; closed it is held where it
@@ -58,7 +58,7 @@ pub(crate) struct ContactValues {
     /// Rates before the impact.
     before: Vec<f64>,
     rest: Vec<f64>,
-    /// The parameters, with all modes, before something was tried, and before all.
+    /// The discrete variables, with all modes, before something was tried, and before all.
     kept: Vec<f64>,
     began: Vec<f64>,
     /// The tolerance of the motion.

@@ -87,7 +87,7 @@ pub struct Instants {
     pub contacts: Option<Contacts>,
 }
 
-/// Everything that is held on one side only: gaps that are never negative, with reactions that only press.
+/// All contacts: unilateral constraints, whose gap is never negative and whose reaction acts in one direction, and friction that sticks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Contacts {
     /// One for each.
@@ -109,7 +109,7 @@ pub struct Contacts {
     pub locks: Tape,
 }
 
-/// Something that is held on one side only.
+/// A contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// The user's name, such as `hinge.max`.
@@ -120,7 +120,7 @@ pub struct Contact {
     pub state: ContactState,
     /// True for a freewheel, whose rate is what is never negative.
     pub of_rate: bool,
-    /// If it is held on both sides while it is closed, and rubs while it is open.
+    /// Of friction: its relation holds on both sides while it sticks, and it slides while it is open.
     pub slip: Option<Slip>,
 }
 
@@ -131,7 +131,7 @@ pub struct ContactState {
     pub closed: u32,
     /// The impulse of the last impact.
     pub impulse: u32,
-    /// From where its gap counts: of friction and freewheels, which are held wherever they stand.
+    /// From where its gap counts: of friction and freewheels, which stick or engage wherever they are.
     pub place: Option<u32>,
     /// 1 or -1 while it slides that way, else 0: of friction.
     pub direction: Option<u32>,
@@ -200,7 +200,7 @@ impl Instants {
         self.events.len() + self.contacts().len() + turns
     }
 
-    /// What is held on one side only.
+    /// All contacts.
     pub fn contacts(&self) -> &[Contact] {
         self.contacts.as_ref().map_or(&[], |contacts| &contacts.all)
     }

@@ -1,4 +1,4 @@
-//! What is held on one side only, or sticks, at a point: open or closed, caught or free, sticking or sliding.
+//! Contacts at an operating point: open or closed, caught or free, sticking or sliding.
 //!
 //! Each mode is a mechanism of its own: what is closed, caught or sticks is a loop equation, what is open or free does not count, what slides is a force against its motion.
 
@@ -15,7 +15,7 @@ use super::OperatingPoint;
 /// What is open by no more than this share of its scale touches, and what pulls by no more than this share of the largest force does not: an equilibrium is found to about as much.
 pub(super) const TOUCHING: f64 = 1e-9;
 
-/// What one part holds, at a point.
+/// A contact at an operating point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactStatus {
     /// Such as `hinge.max`.
