@@ -27,8 +27,8 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
 
 fn input_words(equations: &Equations, input: usize, order: Order) -> Vec<Piece> {
     let mechanism = &equations.system.mechanism;
-    let own = &mechanism.inputs[input];
-    let unit = unit(&own.unit.si, order);
+    let variable = &mechanism.inputs[input];
+    let unit = unit(&variable.unit.si, order);
     let held = mechanism.held_inputs().find(|(id, ..)| id.0 == input).map(|(.., held)| held.what);
     let what = match held {
         None => derived(order as i32),
@@ -39,13 +39,13 @@ fn input_words(equations: &Equations, input: usize, order: Order) -> Vec<Piece> 
             return vec![Piece::words(unit), Piece::words("1 while the load is there:"), load];
         }
     };
-    vec![Piece::words(unit), Piece::words(what), Piece::Code(own.name.clone())]
+    vec![Piece::words(unit), Piece::words(what), Piece::Code(variable.name.clone())]
 }
 
 fn state_words(equations: &Equations, state: usize, order: Order) -> Vec<Piece> {
-    let own = &equations.system.mechanism.states[state];
+    let variable = &equations.system.mechanism.states[state];
     let what = if order == Order::Position { "state" } else { "rate of the state" };
-    vec![Piece::words(unit(&own.unit.si, order)), Piece::words(what), Piece::Code(own.name.clone())]
+    vec![Piece::words(unit(&variable.unit.si, order)), Piece::words(what), Piece::Code(variable.name.clone())]
 }
 
 fn follower_words(equations: &Equations, follower: usize, order: Order) -> Vec<Piece> {

@@ -93,14 +93,14 @@ pub fn written(formulated: &mut Formulated, notation: EquationFormat) -> Result<
 /// Whether equations can be written.
 fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
     check_written(equations)?;
-    let Some(own) = equations.first_led().map(|index| &equations.system.mechanism.unilaterals[index]) else {
+    let Some(unilateral) = equations.first_led().map(|index| &equations.system.mechanism.unilaterals[index]) else {
         return Ok(());
     };
     let message = format!(
         "`{}` slides, prescribed by drivers: its friction depends on the reactions, and printed equations of a driven motion do not include it",
-        own.name
+        unilateral.name
     );
-    let fault = Fault::new("equations::friction", message, own.span).label("dry friction in a driven motion");
+    let fault = Fault::new("equations::friction", message, unilateral.span).label("dry friction in a driven motion");
     Err(vec![fault.help("print the equations without this friction; `simulate`, `motion` and FMUs include it")])
 }
 

@@ -115,15 +115,15 @@ impl Lesson<'_> {
                 let elsewhere =
                     mechanism.unilaterals.iter().filter(|unilateral| unilateral.owner == mechanism.joints[id.0].owner);
                 let mut theirs = Vec::new();
-                elsewhere.for_each(|own| own.visit_parameters(&mut |id| theirs.push(id.0)));
-                found.retain(|own| !theirs.contains(own));
+                elsewhere.for_each(|formula| formula.visit_parameters(&mut |id| theirs.push(id.0)));
+                found.retain(|parameter| !theirs.contains(parameter));
             }
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
             Origin::Unilateral(index) => mechanism.unilaterals[index].visit_parameters(&mut visit),
             Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
         }
-        found.retain(|&own| !mechanism.parameters[own].held);
+        found.retain(|&parameter| !mechanism.parameters[parameter].held);
         found.dedup();
         found
     }
