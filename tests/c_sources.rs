@@ -137,6 +137,29 @@ fn taylor_series_of_order_8_are_right_at_five_milliseconds() {
 }
 
 #[test]
+fn a_series_that_does_not_converge_within_the_step_is_an_error() {
+    for (model, coordinates) in [("bench_slider_crank", 2), ("four_bar", 3), ("motor_four_bar", 3)] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = sources_with(&scene(model), folder.path(), "10 ms", &["--order", "8"]).unwrap();
+        let ended = run(&file, coordinates, 200);
+        assert!(ended.as_ref().is_err_and(|failed| failed.contains("does not converge")), "{model}: {ended:?}");
+    }
+}
+
+#[test]
+fn a_law_without_a_series_at_the_start_is_refused_for_order_8() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("root.toml");
+    fs::write(&scene, LAWS.replace("(roots + angles + powers + sides)", "sqrt(t/1[s])")).unwrap();
+    let refused = sources_with(&scene, folder.path(), "1 ms", &["--order", "8"]).unwrap_err();
+    assert!(refused.contains("infinite slope") && refused.contains("`wheel.angle`"), "{refused}");
+    assert!(sources(&scene, folder.path(), "1 ms").is_ok());
+    // A moment later it has one.
+    fs::write(&scene, LAWS.replace("(roots + angles + powers + sides)", "sqrt(t/1[s] + 0.1)")).unwrap();
+    assert!(sources_with(&scene, folder.path(), "1 ms", &["--order", "8"]).is_ok());
+}
+
+#[test]
 fn single_precision_is_as_near_to_double_as_compensated_sums_allow() {
     for (model, variables) in [("bench_slider_crank", SLIDER_CRANK), ("four_bar", FOUR_BAR), ("cart_pole", CART_POLE)] {
         for order in ["4", "8"] {

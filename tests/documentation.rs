@@ -128,11 +128,26 @@ fn what_is_released_is_tried_and_has_the_runtime_for_browsers() {
     };
     in_order(
         "archives",
-        &["tools/release.sh", "tools/test-release.sh", "upload-artifact", "path: target/release-files"],
+        &[
+            "apple-darwin",
+            "tools/release.sh",
+            "tools/test-release.sh",
+            "path: target/release-files",
+            "cotree export",
+            "path: fmus",
+        ],
     );
     in_order(
         "macos",
-        &["macos-aarch64", "macos-x86_64", "tools/build-runtimes.sh web", "cp -r target/runtimes", "upload-artifact"],
+        &[
+            "needs: archives",
+            "macos-aarch64",
+            "macos-x86_64",
+            "name: fmus",
+            "tests/fmpy/run.py \"$fmu\"",
+            "cp -r linux/runtimes",
+            "upload-artifact",
+        ],
     );
     in_order(
         "wheels",

@@ -477,6 +477,39 @@ fn every_platform_has_its_folder() {
     assert_eq!(content(&mut archive, &binaries[1]), b"dll");
 }
 
+/// A stand-in for a library of macOS: its header alone.
+fn mac(platform: &str, processor: u8) -> Runtime {
+    let library = [[0xcf, 0xfa, 0xed, 0xfe], [processor, 0, 0, 1], [3, 0, 0, 0]].concat();
+    Runtime { platform: Platform::named(platform).unwrap(), library: library.into() }
+}
+
+#[test]
+fn macs_of_both_processors_find_their_library_in_the_one_folder_of_fmi_2() {
+    let (intel, apple) = (mac("darwin64", 7), mac("aarch64-darwin", 12));
+    let in_binaries = |version, runtimes: &[Runtime]| {
+        let parts = Parts { runtimes: runtimes.to_vec(), ..Parts::new() };
+        let package = Package { version, ..parts.package() };
+        let mut archive = Archive::new(Cursor::new(pack(&package).unwrap())).unwrap();
+        let names: Vec<String> = names(&archive).into_iter().filter(|name| name.starts_with("binaries/")).collect();
+        names.into_iter().map(|name| (name.clone(), content(&mut archive, &name))).collect::<Vec<_>>()
+    };
+    let at = |folder: &str, library: &[u8]| (format!("binaries/{folder}/pendulum.dylib"), library.to_vec());
+    let both = [intel.clone(), apple.clone()];
+    assert_eq!(
+        in_binaries(FmiVersion::V3, &both),
+        [at("aarch64-darwin", &apple.library), at("x86_64-darwin", &intel.library)]
+    );
+    assert_eq!(in_binaries(FmiVersion::V2, &both[..1]), [at("darwin64", &intel.library)]);
+    assert_eq!(
+        in_binaries(FmiVersion::V2, &both[1..]),
+        [at("aarch64-darwin", &apple.library), at("darwin64", &apple.library)]
+    );
+    let [alone, (name, universal)] = in_binaries(FmiVersion::V2, &both).try_into().unwrap();
+    assert_eq!((alone, &*name), (at("aarch64-darwin", &apple.library), "binaries/darwin64/pendulum.dylib"));
+    assert!(universal.starts_with(&[0xca, 0xfe, 0xba, 0xbe, 0, 0, 0, 2, 1, 0, 0, 7]));
+    assert!([intel, apple].iter().all(|own| universal.windows(12).any(|bytes| bytes == &*own.library)));
+}
+
 #[test]
 fn the_icon_is_a_small_picture_that_is_not_blank() {
     let icon = content(&mut packed(&Parts::new()), "model.png");

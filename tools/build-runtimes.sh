@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Builds the runtimes that `cotree export --platform` packs, <folder>/<platform>/cotree_runtime.{so,dll}, and the one that
+# Builds the runtimes that `cotree export --platform` packs, <folder>/<platform>/cotree_runtime.{so,dll,dylib}, and the one that
 # `cotree view` puts into its pages, <folder>/web/cotree_runtime.wasm, with what `cotree draw` needs beside it, <folder>/web/cotree_front.wasm.
 #
-# usage: tools/build-runtimes.sh [-o FOLDER] [PLATFORM...]     default: -o target/runtimes linux64 aarch64-linux win64 web
+# usage: tools/build-runtimes.sh [-o FOLDER] [PLATFORM...]     default: -o target/runtimes linux64 aarch64-linux win64 darwin64 aarch64-darwin web
 #
-# Needs Rust, and but for web Python 3 and PyPI (zig, as a linker that knows old C libraries); for win64 also mingw-w64;
-# for web, if the toolchain is Debian's, also lld-19.
+# Needs Rust, and but for web Python 3 and PyPI (zig, as a linker that knows old C libraries, and for its list of the functions of macOS); for win64 also
+# mingw-w64; for Macs and web, if the toolchain is Debian's, also lld-19.
 # Rust's standard library for a platform comes from `rustup target add`, or is built from its sources: those of the
 # toolchain (`rustup component add rust-src`) or Debian's (packages rustc-web, cargo-web, rust-web-src). See docs/platforms.md.
 set -euo pipefail
@@ -15,8 +15,8 @@ cd "$(dirname "$0")/.."
 
 folder=target/runtimes
 
-built_file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_web.wasm ;; *) echo libcotree_runtime.so ;; esac; }
-file() { case $1 in win64) echo cotree_runtime.dll ;; web) echo cotree_runtime.wasm ;; *) echo cotree_runtime.so ;; esac; }
+built_file() { case $1 in win64) echo cotree_runtime.dll ;; darwin64 | aarch64-darwin) echo libcotree_runtime.dylib ;; web) echo cotree_web.wasm ;; *) echo libcotree_runtime.so ;; esac; }
+file() { case $1 in win64) echo cotree_runtime.dll ;; darwin64 | aarch64-darwin) echo cotree_runtime.dylib ;; web) echo cotree_runtime.wasm ;; *) echo cotree_runtime.so ;; esac; }
 
 # The way from a scene to its FMU. It goes into one page, whose size counts more than its speed; bits do not depend on that.
 build_front() {
@@ -40,14 +40,17 @@ build() {
     build_for "$platform" "tools/$package/Cargo.toml" "${options[@]}"
     mkdir -p "$folder/$platform"
     cp "$work/$(triple "$platform")/release/$(built_file "$platform")" "$folder/$platform/$(file "$platform")"
-    [ "$platform" = win64 ] || [ "$platform" = web ] || check_glibc "$folder/$platform/$(file "$platform")"
-    if [ "$platform" = web ]; then build_front; fi
+    case $platform in
+        *linux*) check_glibc "$folder/$platform/$(file "$platform")" ;;
+        *darwin*) check_macos "$folder/$platform/$(file "$platform")" "$platform" ;;
+        web) build_front ;;
+    esac
 }
 
 if [ "${1-}" = -o ]; then
     folder=${2:?-o needs a folder}
     shift 2
 fi
-[ $# -gt 0 ] || set -- linux64 aarch64-linux win64 web
+[ $# -gt 0 ] || set -- linux64 aarch64-linux win64 darwin64 aarch64-darwin web
 for platform; do build "$platform"; done
 say "done: $folder"

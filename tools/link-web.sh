@@ -10,18 +10,10 @@ while [ $# -gt 0 ]; do
             case $2 in front_* | cotree_*) kept+=("$1" "$2") ;; esac
             shift
             ;;
-        # Said by its name where it is called by that.
         -flavor) shift ;;
         *) kept+=("$1") ;;
     esac
     shift
 done
 
-rustc=${RUSTC:-rustc}
-own=$("$rustc" --print sysroot)/lib/rustlib/$("$rustc" -vV | sed -n 's/^host: //p')/bin/rust-lld
-if [ -x "$own" ]; then exec "$own" -flavor wasm "${kept[@]}"; fi
-for linker in wasm-ld wasm-ld-19; do
-    if command -v "$linker" >/dev/null; then exec "$linker" "${kept[@]}"; fi
-done
-echo "error: there is no linker for WebAssembly (rust-lld of the toolchain, or the package lld-19)" >&2
-exit 1
+exec "$(dirname "$0")/lld.sh" -flavor wasm "${kept[@]}"

@@ -133,7 +133,7 @@ fi
 mkdir -p "$folder"
 rm -rf "$folder"/cotree* "$folder/SHA256SUMS"
 # Archives hold the runtimes of all platforms, and wheels that for browsers.
-case " $* " in *64* | *wheels*) tools/build-runtimes.sh -o "$runtimes" linux64 aarch64-linux win64 web ;; esac
+case " $* " in *64* | *wheels*) tools/build-runtimes.sh -o "$runtimes" linux64 aarch64-linux win64 darwin64 aarch64-darwin web ;; esac
 for part; do
     case $part in
         wheels | sdist | crates) "$part" ;;

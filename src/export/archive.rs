@@ -13,6 +13,7 @@ use zip::{CompressionMethod, DateTime, System, ZipArchive, ZipWriter};
 use super::description::Description;
 use super::runtime::{Platform, Runtime};
 use super::scene_text::SceneText;
+use super::universal::universal;
 use super::xml::related::Related;
 use super::{ExportError, FmiVersion, libraries, xml};
 use crate::files;
@@ -98,7 +99,7 @@ enum MemberContent<'a> {
 
 /// Every file of the FMU, by name.
 fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a>>, ExportError> {
-    let Package { version, description, extras, .. } = package;
+    let Package { description, extras, .. } = package;
     // Sources alone contain no library and read no program.
     let is_binary = !package.runtimes.is_empty() || description.sources.is_none();
     let notices = if is_binary { libraries::notices() } else { String::new() };
@@ -115,13 +116,7 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a
     entries.extend(extras.iter().map(|extra| (extra.name.clone(), MemberContent::Bytes((&*extra.bytes).into()))));
     let described = described(package)?.into_iter();
     entries.extend(described.map(|(name, bytes)| (name.to_owned(), MemberContent::Bytes(bytes.into()))));
-    for runtime in package.runtimes {
-        let (folder, Platform { extension, .. }) = (runtime.platform.folder(*version), runtime.platform);
-        let name = format!("binaries/{folder}/{}.{extension}", description.identifier);
-        let content =
-            if runtime.is_own() { MemberContent::OwnRuntime } else { MemberContent::Bytes((&*runtime.library).into()) };
-        entries.insert(name, content);
-    }
+    entries.extend(libraries(package)?);
     let scene = package.scene.map(SceneText::files).unwrap_or_default();
     let related = related(&scene, extras);
     if !related.is_empty() {
@@ -130,6 +125,37 @@ fn entries<'a>(package: &'a Package) -> Result<BTreeMap<String, MemberContent<'a
     }
     entries.extend(scene.into_iter().map(|(name, text)| (name, MemberContent::Bytes(text.into_bytes().into()))));
     Ok(entries)
+}
+
+/// The shared libraries, each in the folder where importers look for it.
+fn libraries<'a>(package: &'a Package) -> Result<Vec<(String, MemberContent<'a>)>, ExportError> {
+    let Package { version, description, runtimes, .. } = package;
+    let name = |folder, extension| format!("binaries/{folder}/{}.{extension}", description.identifier);
+    let content = |runtime: &'a Runtime| match runtime.is_own() {
+        true => MemberContent::OwnRuntime,
+        false => MemberContent::Bytes((&*runtime.library).into()),
+    };
+    let place = |own: &Runtime| name(own.platform.folder(*version), own.platform.extension);
+    let mut libraries: Vec<_> = runtimes.iter().map(|own| (place(own), content(own))).collect();
+    // Of FMI 2.0, importers on Apple silicon load what lies in the folder that the standard names for Macs; by its text they look in `aarch64-darwin`.
+    let macs: Vec<&Runtime> = runtimes.iter().filter(|own| own.platform.is_mac()).collect();
+    if let (FmiVersion::V2, Some(&first)) = (version, macs.first()) {
+        let all = match macs.len() {
+            1 => content(first),
+            _ => MemberContent::Bytes(for_all_macs(&macs)?.into()),
+        };
+        let place = name(Platform::MAC_FOLDER, first.platform.extension);
+        libraries.retain(|(other, _)| *other != place);
+        libraries.push((place, all));
+    }
+    Ok(libraries)
+}
+
+fn for_all_macs(macs: &[&Runtime]) -> Result<Vec<u8>, ExportError> {
+    let libraries: Vec<Cow<[u8]>> = macs.iter().map(|runtime| runtime.packed_library()).collect();
+    let libraries: Vec<&[u8]> = libraries.iter().map(|library| &**library).collect();
+    let failed = || ExportError::Other("the runtimes for macOS cannot be put into one library".to_owned());
+    universal(&libraries).ok_or_else(failed)
 }
 
 /// The files that others may want to know the role of.

@@ -7,6 +7,7 @@ mod libraries;
 pub mod runtime;
 pub mod scene_text;
 mod terminals;
+mod universal;
 pub mod xml;
 
 /// A version of FMI. Both have the same program and the same runtime inside.

@@ -52,7 +52,12 @@ pub static PLATFORMS: [Platform; 7] = [
     platform(["aarch64-linux", "aarch64-linux"], "so", ["linux", "aarch64"], (LibraryFormat::Elf, 183)),
     platform(["win64", "x86_64-windows"], "dll", ["windows", "x86_64"], (LibraryFormat::Pe, 0x8664)),
     platform(["win32", "x86-windows"], "dll", ["windows", "x86"], (LibraryFormat::Pe, 0x14c)),
-    platform(["darwin64", "x86_64-darwin"], "dylib", ["macos", "x86_64"], (LibraryFormat::MachO, 0x0100_0007)),
+    platform(
+        [Platform::MAC_FOLDER, "x86_64-darwin"],
+        "dylib",
+        ["macos", "x86_64"],
+        (LibraryFormat::MachO, 0x0100_0007),
+    ),
     platform(["aarch64-darwin", "aarch64-darwin"], "dylib", ["macos", "aarch64"], (LibraryFormat::MachO, 0x0100_000c)),
 ];
 
@@ -66,6 +71,9 @@ const fn platform(
 }
 
 impl Platform {
+    /// The folder for Macs in FMI 2.0, which knows one kind of them.
+    pub(super) const MAC_FOLDER: &str = "darwin64";
+
     /// The platform that cotree was built for, if importers have a name for it.
     pub fn host() -> Option<Self> {
         let host = [std::env::consts::OS, std::env::consts::ARCH];
@@ -78,6 +86,10 @@ impl Platform {
             FmiVersion::V2 => self.folder,
             FmiVersion::V3 => self.tuple,
         }
+    }
+
+    pub(super) fn is_mac(&self) -> bool {
+        self.format.0 == LibraryFormat::MachO
     }
 
     /// The platform of that name.
@@ -182,7 +194,7 @@ impl Runtime {
     /// The embedded library as FMUs have it. Its messages say where in the source something is impossible; dots stand there for the folder of whoever built
     /// cotree. Libraries of macOS are signed and stay as they are.
     pub(super) fn own_library() -> Cow<'static, [u8]> {
-        let signed = Platform::host().is_none_or(|platform| platform.format.0 == LibraryFormat::MachO);
+        let signed = Platform::host().is_none_or(|platform| platform.is_mac());
         if signed { LIBRARY.into() } else { without(LIBRARY, PACKAGES.as_bytes()) }
     }
 

@@ -4,6 +4,8 @@
 #include MODEL_FILE
 
 static model m;
+/* Read when the program runs, so that a program for another number of steps has the same instructions. */
+static volatile const long steps = STEPS;
 
 #ifdef COORDINATES
 static void print(double value)
@@ -16,9 +18,10 @@ static void print(double value)
 
 int main(void)
 {
+    const long end = steps;
     long i;
     model_reset(&m);
-    for (i = 0; i < STEPS; i++) {
+    for (i = 0; i < end; i++) {
         if (model_step(&m) != 0) {
             printf("%s: %s\n", model_place(&m), model_message(&m));
             return 1;

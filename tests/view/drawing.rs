@@ -270,13 +270,37 @@ fn a_served_page_draws_moves_and_exports() {
         const names = MODEL.touch.coordinates, pose = names.map(name => state.run.columns.get(name)[0]);
         state.loose.prepare([], 0);
         const grip = state.loose.grip(pose, [], MODEL.geometry.bodies[0].name), held = [...grip.values(names)];
-        return { last: state.run.last, error: state.run.error, apart: Math.max(...held.map((value, k) => Math.abs(value - pose[k]))),
+        const { requestAnimationFrame, PointerEvent, DOMPoint } = draw.motion.frame.contentWindow, inside = draw.motion.frame.contentDocument;
+        const stage = inside.querySelector('#stage'), body = MODEL.geometry.bodies.findIndex(({ name }) => name === 'coupler'), scale = MODEL.geometry.scale;
+        stage.setPointerCapture = () => {};
+        const shown = async (count) => { while (count-- > 0) await new Promise(done => requestAnimationFrame(done)); };
+        const touch = (kind, [x, y]) => {
+            const { x: clientX, y: clientY } = new DOMPoint(scale * x, -scale * y).matrixTransform(inside.querySelector('#scene').getScreenCTM());
+            stage.dispatchEvent(new PointerEvent(kind, { pointerId: 5, clientX, clientY, pointerType: 'mouse', bubbles: true }));
+        };
+        const [x, y] = inner.pose[body];
+        let seen = 0;
+        touch('pointerdown', [x, y]);
+        for (let k = 1; k <= 20; k++) {
+            const before = inner.pose[body][2];
+            touch('pointermove', [x + .002 * k, y]);
+            await shown(2);
+            if (inner.pose[body][2] !== before) seen++;
+        }
+        const steps = inner.touching.hold.steps;
+        touch('pointerup', [x + .04, y]);
+        await shown(2);
+        const moved = [inner.pose[body][0] - x, inner.pose[body][1] - y];
+        return { last: state.run.last, error: state.run.error, apart: Math.max(...held.map((value, k) => Math.abs(value - pose[k]))), seen, steps, moved,
             text: draw.drawing.text, fmu: base64((await draw.exportFmu(2)).bytes) };";
     let source = Source { page: "", server: &served.page, edit: &|_| () };
     let Seen { verdict, console } = browser.look_at(&source, &format!("{HANDS}{script}"));
     assert!(console.is_empty() && verdict["fault"].is_null(), "{verdict}\n{}", console.join("\n"));
     assert!(verdict["last"].as_u64().unwrap() > 100 && verdict["error"].is_null(), "{verdict}");
     assert!(verdict["apart"].as_f64().unwrap() < 1e-9, "{verdict}");
+    // The coupler follows the pointer while it is pulled, and stays where it was let go.
+    assert!(verdict["steps"].as_u64().unwrap() >= 5 && verdict["seen"].as_u64().unwrap() >= 5, "{verdict}");
+    assert!(verdict["moved"][0].as_f64().unwrap() > 0.005, "{verdict}");
     fs::write(folder.path().join("drawn.toml"), verdict["text"].as_str().unwrap()).unwrap();
     let output = cotree(folder.path(), &["export", "drawn.toml", "-o", "command.fmu", "--runtimes", "nowhere"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));

@@ -131,7 +131,7 @@ impl AtlasBars {
         let bars = [self.lengths[1] * size, self.lengths[3] * size];
         let shared = [a.re, a.im, b.re, b.im, c.re, c.im, d.re, d.im, bars[0], bars[1]];
         let sign = if mirrored { -1.0 } else { 1.0 };
-        Unknowns { shared, own: angles.into_iter().map(|angle| [sign * angle + k.arg()]).collect() }
+        Unknowns { shared, local: angles.into_iter().map(|angle| [sign * angle + k.arg()]).collect() }
     }
 }
 
@@ -150,7 +150,7 @@ fn along(points: &[Point]) -> Vec<f64> {
 /// Where a value is between ascending ones: the index before it and the share of the step.
 fn between(values: &[f64], value: f64) -> (usize, f64) {
     let last = values.len().saturating_sub(2);
-    let before = values.partition_point(|own| *own <= value).saturating_sub(1).min(last);
+    let before = values.partition_point(|other| *other <= value).saturating_sub(1).min(last);
     let step = values[before + 1] - values[before];
     (before, if step > 0.0 { (value - values[before]) / step } else { 0.0 })
 }
@@ -214,8 +214,8 @@ fn harmonics(points: &[Point; PLACES]) -> [f32; 2 * HARMONICS] {
     if all[HARMONICS] > all[0] {
         all.rotate_left(HARMONICS);
     }
-    let whole = all.iter().map(|own| own * own).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-    all.map(|own| (own / whole) as f32)
+    let whole = all.iter().map(|one| one * one).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    all.map(|one| (one / whole) as f32)
 }
 
 /// Even places along a closed curve, with the angles there.
@@ -341,8 +341,8 @@ pub(crate) fn closed_starts(path: &[Point], count: usize, room: Option<[f64; 2]>
     let whole = lengths.last().copied().unwrap_or(0.0);
     let even = smooth(&ring, &lengths, (0..PLACES).map(|i| whole * i as f64 / PLACES as f64));
     let Ok(even) = <[Point; PLACES]>::try_from(even) else { return Vec::new() };
-    let own = harmonics(&even);
-    let distance = |other: &[f32; 2 * HARMONICS]| own.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
+    let wanted = harmonics(&even);
+    let distance = |other: &[f32; 2 * HARMONICS]| wanted.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
     let atlas = closed();
     let distances: Vec<f32> = atlas.harmonics.iter().map(distance).collect();
     let middle = mean(&even);
@@ -369,13 +369,13 @@ fn placed(
     curve: &[Point; PLACES],
     angles: &[f64; PLACES],
 ) -> Vec<(f64, Start)> {
-    let own = mean(curve);
+    let centre = mean(curve);
     let size = path.iter().map(Point::norm_sqr).sum::<f64>();
     let whole = lengths.last().copied().unwrap_or(0.0);
     let turned = ((angles[PLACES - 1] - angles[0]) / TAU).round() * TAU;
     let mut all = Vec::new();
     for mirrored in [false, true] {
-        let image = curve.map(|point| if mirrored { (point - own).conj() } else { point - own });
+        let image = curve.map(|point| if mirrored { (point - centre).conj() } else { point - centre });
         let square = image.iter().map(Point::norm_sqr).sum::<f64>();
         let mut best = (0.0, 0, false, Point::new(0.0, 0.0));
         for back in [false, true] {
@@ -401,7 +401,7 @@ fn placed(
             let place = length / whole * PLACES as f64;
             linear(&ordered, ((place as usize).min(PLACES - 1), place - place.floor()))
         });
-        all.push((error, bars.start(mirrored, k / square, own, middle, at.collect())));
+        all.push((error, bars.start(mirrored, k / square, centre, middle, at.collect())));
     }
     all
 }
@@ -412,13 +412,13 @@ pub(crate) fn open_starts(path: &[Point], count: usize, room: Option<[f64; 2]>) 
     let whole = lengths.last().copied().unwrap_or(0.0);
     let share = |i: usize| whole * i as f64 / (PIECE - 1) as f64;
     let Ok(even) = <[Point; PIECE]>::try_from(smooth(path, &lengths, (0..PIECE).map(share))) else { return Vec::new() };
-    let (own, middle, size) = shape(&even);
-    let own: [[f32; 2]; PIECE] = own.map(|point| [point.re as f32, point.im as f32]);
+    let (wanted, middle, size) = shape(&even);
+    let wanted: [[f32; 2]; PIECE] = wanted.map(|point| [point.re as f32, point.im as f32]);
     let atlas = open();
-    let distances: Vec<f32> = atlas.shapes.iter().map(|other| -likeness(&own, other).0).collect();
+    let distances: Vec<f32> = atlas.shapes.iter().map(|other| -likeness(&wanted, other).0).collect();
     let start = |index: usize| {
         let part = &atlas.pieces[index];
-        let [back, mirrored] = likeness(&own, &atlas.shapes[index]).1;
+        let [back, mirrored] = likeness(&wanted, &atlas.shapes[index]).1;
         let (points, angles) = part.bars.curve();
         let (mut curve, mut angles) = piece(&points, &angles, &along(&points), part);
         if back {
@@ -460,16 +460,16 @@ fn likeness(piece: &[[f32; 2]; PIECE], other: &[[f32; 2]; PIECE]) -> (f32, [bool
 }
 
 /// A start beside another one.
-pub(crate) fn beside(start: &Start, random: &mut Random) -> Start {
+pub(crate) fn variant(start: &Start, random: &mut Random) -> Start {
     let mut other = start.clone();
     for value in &mut other.shared {
         *value *= 1.0 + 0.3 * random.normal().re;
     }
     let turn = 0.2 * random.normal().re;
     let slope = 0.2 * random.normal().re;
-    let count = other.own.len().max(1) as f64;
-    for (index, own) in other.own.iter_mut().enumerate() {
-        own[0] += turn + slope * (PI * index as f64 / count).cos();
+    let count = other.local.len().max(1) as f64;
+    for (index, angle) in other.local.iter_mut().enumerate() {
+        angle[0] += turn + slope * (PI * index as f64 / count).cos();
     }
     other
 }

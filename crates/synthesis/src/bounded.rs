@@ -98,8 +98,8 @@ impl Search<'_> {
     fn foot(&self, x: &Slopes, tracer: usize, point: Point, input: &mut f64, places: &mut Places) {
         for _ in 0..4 {
             self.chain.place(x, *input, false, places);
-            let own = &places.all[tracer];
-            let step = dot(own.by_input, point - own.at) / own.by_input.norm_sqr().max(1e-12);
+            let traced = &places.all[tracer];
+            let step = dot(traced.by_input, point - traced.at) / traced.by_input.norm_sqr().max(1e-12);
             *input += step.clamp(-STRIDE, STRIDE);
             if step.abs() < 1e-10 {
                 break;
@@ -111,9 +111,9 @@ impl Search<'_> {
     fn pose_foot(&self, x: &Slopes, index: usize, input: &mut f64, places: &mut Places) {
         for _ in 0..4 {
             self.chain.place(x, *input, false, places);
-            let Some(own) = self.pose_miss(x, index, places) else { return };
-            let along = own.iter().map(|(value, by_input, _)| value * by_input).sum::<f64>();
-            let square = own.iter().map(|(_, by_input, _)| by_input * by_input).sum::<f64>().max(1e-12);
+            let Some(errors) = self.pose_miss(x, index, places) else { return };
+            let along = errors.iter().map(|(value, by_input, _)| value * by_input).sum::<f64>();
+            let square = errors.iter().map(|(_, by_input, _)| by_input * by_input).sum::<f64>().max(1e-12);
             *input -= (along / square).clamp(-STRIDE, STRIDE);
             if (along / square).abs() < 1e-10 {
                 break;
@@ -124,15 +124,15 @@ impl Search<'_> {
     /// How far the body is from a pose along x and y and in its angle, with the derivatives by the crank and by the dimensions.
     fn pose_miss(&self, x: &Slopes, index: usize, places: &Places) -> Option<[(f64, f64, Slopes); 3]> {
         let Goal::Poses { tracer, body: [from, to], zero, points, angles, weight } = self.goal else { return None };
-        let (own, from, to) = (&places.all[tracer], &places.all[from], &places.all[to]);
-        let (miss, arm) = (own.at - points[index], to.at - from.at);
+        let (traced, from, to) = (&places.all[tracer], &places.all[from], &places.all[to]);
+        let (miss, arm) = (traced.at - points[index], to.at - from.at);
         let square = arm.norm_sqr().max(f64::MIN_POSITIVE);
         let turn = |p: Point, q: Point| weight * cross(arm, q - p) / square;
         let mut angle: Slopes = std::array::from_fn(|i| turn(from.by[i], to.by[i]));
         angle[zero] += weight;
         Some([
-            (miss.re, own.by_input.re, own.by.map(|own| own.re)),
-            (miss.im, own.by_input.im, own.by.map(|own| own.im)),
+            (miss.re, traced.by_input.re, traced.by.map(|slope| slope.re)),
+            (miss.im, traced.by_input.im, traced.by.map(|slope| slope.im)),
             (weight * way(angles[index], arm.arg() + x[zero]), turn(from.by_input, to.by_input), angle),
         ])
     }
@@ -161,9 +161,9 @@ impl Search<'_> {
         self.whole_turn(trial, &mut normal, shifts, weight, &mut places);
         self.chain.place(&trial.x, trial.inputs.first().copied().unwrap_or(0.0), true, &mut places);
         for (node, region) in &self.inequalities.regions {
-            let own = &places.all[*node];
-            let (outside, along) = region.signed(own.at);
-            let slopes = std::array::from_fn(|i| dot(along, own.by[i]));
+            let joint = &places.all[*node];
+            let (outside, along) = region.signed(joint.at);
+            let slopes = std::array::from_fn(|i| dot(along, joint.by[i]));
             self.keep(outside, &slopes, &mut normal, shifts, weight);
         }
         for ([a, b], [low, high]) in &self.inequalities.distances {
@@ -192,24 +192,24 @@ impl Search<'_> {
                     None => self.foot(&x, tracer, points[index], &mut trial.inputs[index], places),
                 }
                 self.chain.place(&x, trial.inputs[index], true, places);
-                let own = &places.all[tracer];
-                let (miss, ahead) = (own.at - points[index], own.by_input);
+                let traced = &places.all[tracer];
+                let (miss, ahead) = (traced.at - points[index], traced.by_input);
                 if turns.is_none() {
                     let square = ahead.norm_sqr().max(1e-12);
-                    (0..count).for_each(|i| by_dimension[i] = -dot(ahead, own.by[i]) / square);
+                    (0..count).for_each(|i| by_dimension[i] = -dot(ahead, traced.by[i]) / square);
                 }
-                let moved: [Point; DIMENSIONS] = std::array::from_fn(|i| own.by[i] + ahead * by_dimension[i]);
+                let moved: [Point; DIMENSIONS] = std::array::from_fn(|i| traced.by[i] + ahead * by_dimension[i]);
                 normal.row(miss.re, &moved.map(|change| change.re), count);
                 normal.row(miss.im, &moved.map(|change| change.im), count);
             }
             Goal::Poses { .. } => {
                 self.pose_foot(&x, index, &mut trial.inputs[index], places);
                 self.chain.place(&x, trial.inputs[index], true, places);
-                let Some(own) = self.pose_miss(&x, index, places) else { return };
-                let square = own.iter().map(|(_, ahead, _)| ahead * ahead).sum::<f64>().max(1e-12);
-                let along = |i: usize| own.iter().map(|(_, ahead, by)| ahead * by[i]).sum::<f64>();
+                let Some(errors) = self.pose_miss(&x, index, places) else { return };
+                let square = errors.iter().map(|(_, ahead, _)| ahead * ahead).sum::<f64>().max(1e-12);
+                let along = |i: usize| errors.iter().map(|(_, ahead, by)| ahead * by[i]).sum::<f64>();
                 (0..count).for_each(|i| by_dimension[i] = -along(i) / square);
-                for (value, ahead, by) in own {
+                for (value, ahead, by) in errors {
                     let moved = std::array::from_fn(|i| by[i] + ahead * by_dimension[i]);
                     normal.row(value, &moved, count);
                 }
@@ -233,10 +233,11 @@ impl Search<'_> {
                 trial.inputs[index] = x[phase] + pairs[index].input;
                 by_dimension[phase] = 1.0;
                 self.chain.place(&x, trial.inputs[index], true, places);
-                let own = &places.all[pin];
-                let mut slopes: Slopes = std::array::from_fn(|i| own.by[i].re + own.by_input.re * by_dimension[i]);
+                let pinned = &places.all[pin];
+                let mut slopes: Slopes =
+                    std::array::from_fn(|i| pinned.by[i].re + pinned.by_input.re * by_dimension[i]);
                 slopes[zero] -= 1.0;
-                normal.row(own.at.re - x[zero] - pairs[index].output, &slopes, count);
+                normal.row(pinned.at.re - x[zero] - pairs[index].output, &slopes, count);
             }
         }
         normal.by_dimension.push(by_dimension);
@@ -280,7 +281,7 @@ impl Search<'_> {
 
     fn keep_cosine(&self, cosine: &Cosine, normal: &mut Normal, shifts: &[f64], weight: f64) {
         let sign = cosine.value.signum();
-        let slopes = cosine.by.map(|own| own * sign);
+        let slopes = cosine.by.map(|slope| slope * sign);
         self.keep(cosine.value.abs() - self.inequalities.cosine, &slopes, normal, shifts, weight);
     }
 
@@ -380,7 +381,7 @@ impl Search<'_> {
 
 impl Normal {
     fn excess_cost(&self, shifts: &[f64], weight: f64) -> f64 {
-        let shifted = self.excess.iter().enumerate().map(|(i, own)| own + shifts.get(i).copied().unwrap_or(0.0));
+        let shifted = self.excess.iter().enumerate().map(|(i, excess)| excess + shifts.get(i).copied().unwrap_or(0.0));
         shifted.filter(|distance| *distance > 0.0).map(|distance| (weight * distance).powi(2)).sum()
     }
 }

@@ -77,7 +77,7 @@ impl Chain {
             let columns = places.columns;
             let found = match *node {
                 Node::Ground { at } => ground(x, at),
-                Node::Beside { from, at } => beside(x, &places.all[from], at, columns),
+                Node::Beside { from, at } => shifted(x, &places.all[from], at, columns),
                 Node::Crank { pivot, length } => crank(x, &places.all[pivot], length, input, columns),
                 Node::Attached { from, to, at } => attached(x, &places.all[from], &places.all[to], at, columns),
                 Node::Dyad { from, to, lengths, side } => {
@@ -99,10 +99,10 @@ impl Chain {
     pub fn cosine(&self, x: &[f64], pin: usize, places: &Places) -> Cosine {
         let mut cosine = Cosine { value: 0.0, by_input: 0.0, by: [0.0; DIMENSIONS] };
         if let Node::Slide { from, rod, offset, .. } = self.nodes[pin] {
-            let own = &places.all[from];
-            cosine.value = (x[offset] - own.at.im) / x[rod];
-            cosine.by_input = -own.by_input.im / x[rod];
-            (0..places.columns).for_each(|column| cosine.by[column] = -own.by[column].im / x[rod]);
+            let base = &places.all[from];
+            cosine.value = (x[offset] - base.at.im) / x[rod];
+            cosine.by_input = -base.by_input.im / x[rod];
+            (0..places.columns).for_each(|column| cosine.by[column] = -base.by[column].im / x[rod]);
             cosine.by[offset] += 1.0 / x[rod];
             cosine.by[rod] -= cosine.value / x[rod];
         }
@@ -127,7 +127,7 @@ fn ground(x: &[f64], at: usize) -> Place {
     place
 }
 
-fn beside(x: &[f64], from: &Place, at: usize, columns: usize) -> Place {
+fn shifted(x: &[f64], from: &Place, at: usize, columns: usize) -> Place {
     let along = polar(1.0, x[at + 1]);
     let mut place = Place { at: from.at + along * x[at], ..NOWHERE };
     place.by[..columns].copy_from_slice(&from.by[..columns]);
@@ -260,15 +260,15 @@ mod tests {
             });
             for node in 0..chain.nodes.len() {
                 let difference = (ahead.0.all[node].at - behind.0.all[node].at) / (2.0 * step);
-                let own = here.all[node];
-                let exact = if column < chain.dimensions { own.by[column] } else { own.by_input };
+                let found = here.all[node];
+                let exact = if column < chain.dimensions { found.by[column] } else { found.by_input };
                 assert!((difference - exact).norm() < 1e-8, "node {node} by {column}: {difference} {exact}");
             }
             for pin in chain.dyads() {
                 let value = |(places, x): &(Places, [f64; 17])| chain.cosine(x, pin, places).value;
                 let difference = (value(&ahead) - value(&behind)) / (2.0 * step);
-                let own = chain.cosine(&x, pin, &here);
-                let exact = if column < chain.dimensions { own.by[column] } else { own.by_input };
+                let found = chain.cosine(&x, pin, &here);
+                let exact = if column < chain.dimensions { found.by[column] } else { found.by_input };
                 assert!((difference - exact).abs() < 1e-8, "dyad {pin} by {column}: {difference} {exact}");
             }
         }

@@ -30,12 +30,12 @@ const APART: f64 = 1e-7;
 pub(crate) fn common(first: &Matrix3<f64>, second: &Matrix3<f64>) -> Common {
     let turn = turned();
     let part = |conic: &Matrix3<f64>| {
-        let own = turn.transpose() * conic * turn;
-        own / own.norm().max(f64::MIN_POSITIVE)
+        let turned = turn.transpose() * conic * turn;
+        turned / turned.norm().max(f64::MIN_POSITIVE)
     };
     let [p, q] = [part(first), part(second)];
     let (resultant, above) = resultant(&p, &q);
-    let largest = resultant.iter().fold(0.0, |most: f64, own| most.max(own.abs()));
+    let largest = resultant.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     if largest < NOTHING {
         return Common::Curve;
     }
@@ -76,7 +76,7 @@ fn value<T: Copy>(polynomial: &[T], x: Number) -> Number
 where
     Number: std::ops::Add<T, Output = Number>,
 {
-    polynomial.iter().rev().fold(Number::new(0.0, 0.0), |sum, own| sum * x + *own)
+    polynomial.iter().rev().fold(Number::new(0.0, 0.0), |sum, coefficient| sum * x + *coefficient)
 }
 
 /// The resultant of both conics in x, where y is eliminated and z = 1; and the y that belongs to a root.
@@ -98,9 +98,10 @@ fn resultant(p: &Matrix3<f64>, q: &Matrix3<f64>) -> ([f64; 5], impl Fn(Number) -
 
 /// All roots of a polynomial, by the method of Aberth and Ehrlich.
 pub(crate) fn roots(polynomial: &[Number]) -> Vec<Number> {
-    let size = polynomial.iter().fold(0.0, |most: f64, own| most.max(own.norm()));
+    let size = polynomial.iter().fold(0.0, |most: f64, coefficient| most.max(coefficient.norm()));
     let order = (0..polynomial.len()).rev().find(|&i| polynomial[i].norm() > 1e-14 * size).unwrap_or(0);
-    let slope: Vec<Number> = polynomial.iter().enumerate().skip(1).map(|(i, own)| own * i as f64).collect();
+    let slope: Vec<Number> =
+        polynomial.iter().enumerate().skip(1).map(|(i, coefficient)| coefficient * i as f64).collect();
     let radius = (polynomial[0] / polynomial[order]).norm().powf(1.0 / order.max(1) as f64).clamp(1e-3, 1e3);
     let mut found: Vec<Number> = (0..order).map(|i| Number::from_polar(radius, 0.4 + 1.7 * i as f64)).collect();
     for _ in 0..200 {

@@ -64,7 +64,7 @@ pub fn judge(linkage: &Linkage, poses: &[Pose], turn: bool) -> Verdict {
     let side = sides.first().copied().unwrap_or(1.0);
     let (inputs, in_order) = in_order(linkage, poses, full_turn);
     let circuit = grashof.is_none_or(|(grashof, shortest)| !grashof || one_circuit(linkage, poses, shortest));
-    let one_side = sides.iter().all(|own| *own == side);
+    let one_side = sides.iter().all(|other| *other == side);
     let branch = one_side && (!circuit || one_reach(linkage, &inputs));
     let found = [(circuit, Defect::Circuit), (branch, Defect::Branch), (in_order, Defect::Order)];
     let defects: Vec<Defect> = found.into_iter().filter(|(good, _)| !good).map(|(_, defect)| defect).collect();
@@ -72,7 +72,7 @@ pub fn judge(linkage: &Linkage, poses: &[Pose], turn: bool) -> Verdict {
     let whole = (turn && full_turn).then_some([0.0, TAU]);
     let way = whole.or_else(|| ends(&inputs)).unwrap_or([0.0, 0.0]);
     let transmission = if circuit && branch { linkage.smallest_transmission(way, side) } else { 0.0 };
-    Verdict { defects, grashof: grashof.map(|(own, _)| own), full_turn, inputs, side, transmission }
+    Verdict { defects, grashof: grashof.map(|(class, _)| class), full_turn, inputs, side, transmission }
 }
 
 /// Inputs at the poses without a jump over what cannot be reached, and whether they are in order.

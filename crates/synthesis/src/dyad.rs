@@ -271,7 +271,7 @@ impl Terms<5, 0, 1> for BarErrors<'_> {
         let along = bar / bar.norm().max(f64::MIN_POSITIVE);
         let seen = along * pose.turn().conj();
         let slopes = [seen.re, seen.im, -along.re, -along.im, -1.0].map(|slope| slope * weight);
-        TermResiduals { value: [(bar.norm() - length) * weight], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [(bar.norm() - length) * weight], by_shared: [slopes], by_local: [[]] }
     }
 }
 
@@ -292,26 +292,26 @@ impl Terms<4, 0, 1> for Sliders<'_> {
         let (normal, place) = (polar(1.0, angle), pose.carry(Point::new(bx, by)));
         let seen = normal * pose.turn().conj();
         let slopes = [seen.re, seen.im, cross(normal, place), -1.0].map(|slope| slope * weight);
-        TermResiduals { value: [(dot(normal, place) - offset) * weight], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [(dot(normal, place) - offset) * weight], by_shared: [slopes], by_local: [[]] }
     }
 }
 
 /// The nearest local minimum from a dyad on, and the weighted sum of squares there.
 fn polished(start: &Dyad, poses: &[Pose], weights: &[f64], frame: &UnitFrame) -> (Dyad, f64) {
-    let own = || vec![[]; poses.len()];
+    let local = || vec![[]; poses.len()];
     let end = EndCriteria { sum: 0.0, share: 1e-14, ..EndCriteria::after(400) };
     match *start {
         Dyad::Bar { moving, ground, length } => {
             let scaled: Vec<Pose> = poses.iter().map(|pose| frame.scaled(pose)).collect();
             let (b, c) = (moving / frame.size, (ground - frame.middle) / frame.size);
-            let mut at = Unknowns { shared: [b.re, b.im, c.re, c.im, length / frame.size], own: own() };
+            let mut at = Unknowns { shared: [b.re, b.im, c.re, c.im, length / frame.size], local: local() };
             let sum = minimise(&BarErrors { poses: &scaled, weights }, &mut at, end);
             let [bx, by, cx, cy, length] = at.shared.map(|shared| shared * frame.size);
             let ground = Point::new(cx, cy) + frame.middle;
             (Dyad::Bar { moving: Point::new(bx, by), ground, length: length.abs() }, sum * frame.size * frame.size)
         }
         Dyad::Slider { moving, normal, offset } => {
-            let mut at = Unknowns { shared: [moving.re, moving.im, normal.arg(), offset], own: own() };
+            let mut at = Unknowns { shared: [moving.re, moving.im, normal.arg(), offset], local: local() };
             let sum = minimise(&Sliders { poses, weights }, &mut at, end);
             let [x, y, angle, offset] = at.shared;
             (slider(Point::new(x, y), polar(1.0, angle), offset), sum)

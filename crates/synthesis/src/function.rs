@@ -98,15 +98,15 @@ impl Coupler {
     pub fn errors(&self, pairs: &[Pair], side: Side) -> Option<[f64; 2]> {
         let errors: Vec<f64> = pairs.iter().map(|pair| self.error(pair, side)).collect::<Option<_>>()?;
         let square = errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64;
-        Some([errors.iter().fold(0.0, |most: f64, own| most.max(own.abs())), square.sqrt()])
+        Some([errors.iter().fold(0.0, |most: f64, error| most.max(error.abs())), square.sqrt()])
     }
 
     /// Made larger, so that the ground has this length; a slider-crank stays as it is.
     #[must_use]
     pub fn with_ground(self, ground: f64) -> Coupler {
         match self.linkage.lengths() {
-            [Some(own), Some(first), Some(body), Some(second)] => {
-                let lengths = [own, first, body, second].map(|length| length * ground / own);
+            [Some(base), Some(first), Some(body), Some(second)] => {
+                let lengths = [base, first, body, second].map(|length| length * ground / base);
                 Coupler::four_bar(lengths, self.input_zero, self.output_zero)
             }
             _ => self,
@@ -226,7 +226,7 @@ impl Terms<5, 0, 1> for OutputErrors<'_> {
         if self.fixed.output.is_some() {
             slopes[4] = 0.0;
         }
-        TermResiduals { value: [error], by_shared: [slopes], by_own: [[]] }
+        TermResiduals { value: [error], by_shared: [slopes], by_local: [[]] }
     }
 }
 
@@ -243,7 +243,7 @@ fn spread(pairs: &[Pair], count: usize) -> Vec<Pair> {
 const TRIED: usize = 24;
 
 fn tried(given: Option<f64>) -> Vec<f64> {
-    given.map_or_else(|| (0..TRIED).map(|i| TAU * i as f64 / TRIED as f64).collect(), |own| vec![own])
+    given.map_or_else(|| (0..TRIED).map(|i| TAU * i as f64 / TRIED as f64).collect(), |angle| vec![angle])
 }
 
 /// The four-bars whose output turns nearest to the pairs, each a local minimum of the sum of squares of the output's errors; best first.
@@ -297,10 +297,10 @@ fn nearest(pairs: &[Pair], starts: Vec<Coupler>, fixed: Zero, is_slider: bool) -
         let offset = start.output_pin(0.0).im;
         let third = if is_slider { Some(offset) } else { lengths[3] };
         let (Some(a), Some(b), Some(c)) = (lengths[1], lengths[2], third) else { continue };
-        let angle = |own: Option<f64>, given: f64| own.unwrap_or(given);
+        let angle = |known: Option<f64>, given: f64| known.unwrap_or(given);
         let shared = [a, b, c, angle(fixed.input, start.input_zero), angle(fixed.output, start.output_zero)];
         let outputs = OutputErrors { pairs, side, is_slider, fixed };
-        let mut at = Unknowns { shared, own: vec![[]; pairs.len()] };
+        let mut at = Unknowns { shared, local: vec![[]; pairs.len()] };
         let sum = minimise(&outputs, &mut at, EndCriteria { share: 1e-12, ..EndCriteria::after(200) });
         let near = |other: &[f64; 5]| (0..3).all(|i| (other[i] - at.shared[i]).abs() < 1e-5 * (1.0 + other[i].abs()));
         if sum < OPEN && !found.iter().any(|(other, ..)| near(other)) {

@@ -53,26 +53,26 @@ pub fn bounded_couplers(
     if pairs.len() < 3 {
         return Vec::new();
     }
-    let reach = pairs.iter().map(|pair| pair.output.abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let size = ground.unwrap_or(reach);
-    let own: Vec<Pair> = match ground {
+    let largest = pairs.iter().map(|pair| pair.output.abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let size = ground.unwrap_or(largest);
+    let scaled: Vec<Pair> = match ground {
         Some(_) => pairs.to_vec(),
         None => pairs.iter().map(|pair| Pair { output: pair.output / size, ..*pair }).collect(),
     };
-    let plan = plan(&own, zero, ground.is_none(), size, limits);
-    let all = starts(&plan, &own, zero, ground.is_none());
+    let plan = plan(&scaled, zero, ground.is_none(), size, limits);
+    let all = starts(&plan, &scaled, zero, ground.is_none());
     let unit = if ground.is_some() { 1.0 } else { size };
     // The root of the sum of squares is at least the largest error.
-    let most = |own: &Candidate| unit * own.trial.sum.sqrt();
+    let most = |candidate: &Candidate| unit * candidate.trial.sum.sqrt();
     let within = match wish {
         Wish::Accuracy => f64::INFINITY,
         Wish::Size(within) | Wish::Transmission(within) => within,
     };
     let settled = searched(&plan, all, 1);
-    let drawn = settled.iter().filter_map(|own| {
-        let is_exact = wish == Wish::Accuracy && own.trial.sum.sqrt() < EXACT;
+    let drawn = settled.iter().filter_map(|candidate| {
+        let is_exact = wish == Wish::Accuracy && candidate.trial.sum.sqrt() < EXACT;
         let (wish, within) = if is_exact { (Wish::Transmission(EXACT), EXACT * unit) } else { (wish, within) };
-        drawn_in(&plan, own, wish, |own| most(own) <= within)
+        drawn_in(&plan, candidate, wish, |candidate| most(candidate) <= within)
     });
     let drawn: Vec<Candidate> = drawn.collect();
     let chosen = if drawn.is_empty() { &settled } else { &drawn };
@@ -85,9 +85,11 @@ fn coupler(candidate: &Candidate, ground: Option<f64>, size: f64) -> Coupler {
         Some(ground) => {
             Coupler::four_bar([1.0, x[CRANK], x[COUPLER], x[SECOND]], x[PHASE], x[ZERO]).with_ground(ground)
         }
-        None => {
-            Coupler::slider_crank([x[CRANK], x[COUPLER], x[SECOND]].map(|own| own * size), x[PHASE], x[ZERO] * size)
-        }
+        None => Coupler::slider_crank(
+            [x[CRANK], x[COUPLER], x[SECOND]].map(|length| length * size),
+            x[PHASE],
+            x[ZERO] * size,
+        ),
     }
 }
 
@@ -121,11 +123,11 @@ fn starts(plan: &Plan<'_>, pairs: &[Pair], zero: Zero, is_slider: bool) -> Vec<C
     let list = if is_slider { slider_starts(pairs, zero.input) } else { coupler_starts(pairs, zero) };
     let mut all: Vec<Candidate> = Vec::new();
     let mut x = [0.0; DIMENSIONS];
-    for own in list {
-        let lengths = own.linkage.lengths();
-        let third = if is_slider { Some(own.output_pin(0.0).im) } else { lengths[3] };
+    for coupler in list {
+        let lengths = coupler.linkage.lengths();
+        let third = if is_slider { Some(coupler.output_pin(0.0).im) } else { lengths[3] };
         let (Some(a), Some(b), Some(c)) = (lengths[1], lengths[2], third) else { continue };
-        x[CRANK..COUNT].copy_from_slice(&[a, b, c, own.input_zero, own.output_zero]);
+        x[CRANK..COUNT].copy_from_slice(&[a, b, c, coupler.input_zero, coupler.output_zero]);
         for side in [1.0, -1.0] {
             all.push(Candidate::new(x, inputs.clone(), [side, 1.0], plan));
         }

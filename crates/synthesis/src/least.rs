@@ -8,19 +8,19 @@ pub(crate) trait Terms<const G: usize, const L: usize, const R: usize> {
     /// How many terms there are.
     fn count(&self) -> usize;
     /// The residuals of a term with their derivatives by the shared unknowns and by its own.
-    fn at(&self, term: usize, shared: &[f64; G], own: &[f64; L]) -> TermResiduals<G, L, R>;
+    fn at(&self, term: usize, shared: &[f64; G], local: &[f64; L]) -> TermResiduals<G, L, R>;
 }
 
 /// Residuals of one term and their derivatives.
 pub(crate) struct TermResiduals<const G: usize, const L: usize, const R: usize> {
     pub value: [f64; R],
     pub by_shared: [[f64; G]; R],
-    pub by_own: [[f64; L]; R],
+    pub by_local: [[f64; L]; R],
 }
 
 impl<const G: usize, const L: usize, const R: usize> TermResiduals<G, L, R> {
     pub fn zero() -> Self {
-        TermResiduals { value: [0.0; R], by_shared: [[0.0; G]; R], by_own: [[0.0; L]; R] }
+        TermResiduals { value: [0.0; R], by_shared: [[0.0; G]; R], by_local: [[0.0; L]; R] }
     }
 }
 
@@ -28,7 +28,7 @@ impl<const G: usize, const L: usize, const R: usize> TermResiduals<G, L, R> {
 #[derive(Clone, Debug)]
 pub(crate) struct Unknowns<const G: usize, const L: usize> {
     pub shared: [f64; G],
-    pub own: Vec<[f64; L]>,
+    pub local: Vec<[f64; L]>,
 }
 
 /// When to end.
@@ -48,24 +48,24 @@ impl EndCriteria {
     }
 }
 
-/// The normal equations of one term's own unknowns.
+/// The normal equations of one term's local unknowns.
 #[derive(Clone)]
-struct OwnEquations<const G: usize, const L: usize> {
+struct LocalEquations<const G: usize, const L: usize> {
     square: [[f64; L]; L],
-    beside: [[f64; G]; L],
+    coupling: [[f64; G]; L],
 }
 
 /// A right side of the normal equations.
 struct Right<const G: usize, const L: usize> {
     shared: [f64; G],
-    own: Vec<[f64; L]>,
+    local: Vec<[f64; L]>,
 }
 
 /// The normal equations at a place, and the residuals that they are made of.
 struct Normal<const G: usize, const L: usize, const R: usize> {
     sum: f64,
     square: [[f64; G]; G],
-    blocks: Vec<OwnEquations<G, L>>,
+    blocks: Vec<LocalEquations<G, L>>,
     residuals: Vec<TermResiduals<G, L, R>>,
 }
 
@@ -78,11 +78,11 @@ impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
         (self.sum, self.square) = (0.0, [[0.0; G]; G]);
         self.blocks.clear();
         self.residuals.clear();
-        for (term, own) in at.own.iter().enumerate() {
-            let found = terms.at(term, &at.shared, own);
-            let mut block = OwnEquations { square: [[0.0; L]; L], beside: [[0.0; G]; L] };
+        for (term, local) in at.local.iter().enumerate() {
+            let found = terms.at(term, &at.shared, local);
+            let mut block = LocalEquations { square: [[0.0; L]; L], coupling: [[0.0; G]; L] };
             for row in 0..R {
-                let (shared, mine) = (&found.by_shared[row], &found.by_own[row]);
+                let (shared, mine) = (&found.by_shared[row], &found.by_local[row]);
                 self.sum += found.value[row] * found.value[row];
                 for i in 0..G {
                     for j in 0..=i {
@@ -94,7 +94,7 @@ impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
                         block.square[i][j] += mine[i] * mine[j];
                     }
                     for j in 0..G {
-                        block.beside[i][j] += mine[i] * shared[j];
+                        block.coupling[i][j] += mine[i] * shared[j];
                     }
                 }
             }
@@ -105,14 +105,14 @@ impl<const G: usize, const L: usize, const R: usize> Normal<G, L, R> {
 
     /// The right side for residuals in place of those that are there.
     fn right(&self, value: impl Fn(usize) -> [f64; R]) -> Right<G, L> {
-        let mut right = Right { shared: [0.0; G], own: Vec::with_capacity(self.residuals.len()) };
+        let mut right = Right { shared: [0.0; G], local: Vec::with_capacity(self.residuals.len()) };
         for (term, found) in self.residuals.iter().enumerate() {
-            let (value, mut own) = (value(term), [0.0; L]);
+            let (value, mut local) = (value(term), [0.0; L]);
             for row in 0..R {
                 (0..G).for_each(|i| right.shared[i] -= found.by_shared[row][i] * value[row]);
-                (0..L).for_each(|i| own[i] -= found.by_own[row][i] * value[row]);
+                (0..L).for_each(|i| local[i] -= found.by_local[row][i] * value[row]);
             }
-            right.own.push(own);
+            right.local.push(local);
         }
         right
     }
@@ -159,8 +159,8 @@ const LONGEST: f64 = 1.0;
 
 /// The normal equations, damped and factored.
 struct Factored<'n, const G: usize, const L: usize> {
-    blocks: &'n [OwnEquations<G, L>],
-    own: Vec<[[f64; L]; L]>,
+    blocks: &'n [LocalEquations<G, L>],
+    local: Vec<[[f64; L]; L]>,
     shared: [[f64; G]; G],
 }
 
@@ -168,37 +168,37 @@ impl<'n, const G: usize, const L: usize> Factored<'n, G, L> {
     /// None if the equations cannot be solved.
     fn new<const R: usize>(normal: &'n Normal<G, L, R>, damping: f64) -> Option<Self> {
         let mut square = normal.square;
-        let mut own = Vec::with_capacity(normal.blocks.len());
+        let mut local = Vec::with_capacity(normal.blocks.len());
         for block in &normal.blocks {
             let mut damped = block.square;
             (0..L).for_each(|i| damped[i][i] += damping * damped[i][i] + 1e-12);
             let factor = factor(damped)?;
             for i in 0..G {
-                let column = solve(&factor, std::array::from_fn(|l| block.beside[l][i]));
+                let column = solve(&factor, std::array::from_fn(|l| block.coupling[l][i]));
                 for l in 0..L {
                     for j in i..G {
-                        square[j][i] -= block.beside[l][j] * column[l];
+                        square[j][i] -= block.coupling[l][j] * column[l];
                     }
                 }
             }
-            own.push(factor);
+            local.push(factor);
         }
         (0..G).for_each(|i| square[i][i] += damping * normal.square[i][i].max(1e-6) + 1e-14);
-        Some(Factored { blocks: &normal.blocks, own, shared: factor(square)? })
+        Some(Factored { blocks: &normal.blocks, local, shared: factor(square)? })
     }
 
     fn solve(&self, mut right: Right<G, L>) -> Right<G, L> {
-        let terms = || self.blocks.iter().zip(&self.own);
-        for ((block, factor), own) in terms().zip(&right.own) {
-            let reduced = solve(factor, *own);
+        let terms = || self.blocks.iter().zip(&self.local);
+        for ((block, factor), local) in terms().zip(&right.local) {
+            let reduced = solve(factor, *local);
             for l in 0..L {
-                (0..G).for_each(|i| right.shared[i] -= block.beside[l][i] * reduced[l]);
+                (0..G).for_each(|i| right.shared[i] -= block.coupling[l][i] * reduced[l]);
             }
         }
         right.shared = solve(&self.shared, right.shared);
-        for ((block, factor), own) in terms().zip(&mut right.own) {
-            (0..L).for_each(|l| own[l] -= (0..G).map(|i| block.beside[l][i] * right.shared[i]).sum::<f64>());
-            *own = solve(factor, *own);
+        for ((block, factor), local) in terms().zip(&mut right.local) {
+            (0..L).for_each(|l| local[l] -= (0..G).map(|i| block.coupling[l][i] * right.shared[i]).sum::<f64>());
+            *local = solve(factor, *local);
         }
         right
     }
@@ -215,11 +215,11 @@ fn moved<const G: usize, const L: usize>(
     to: &mut Unknowns<G, L>,
 ) {
     to.shared = std::array::from_fn(|i| from.shared[i] + share * way.shared[i]);
-    to.own.clear();
-    let own = from.own.iter().zip(&way.own);
-    to.own.extend(
-        own.map(|(own, way)| -> [f64; L] { std::array::from_fn(|l| own[l] + share * way[l].clamp(-LONGEST, LONGEST)) }),
-    );
+    to.local.clear();
+    let local = from.local.iter().zip(&way.local);
+    to.local.extend(local.map(|(local, way)| -> [f64; L] {
+        std::array::from_fn(|l| local[l] + share * way[l].clamp(-LONGEST, LONGEST))
+    }));
 }
 
 /// The unknowns after a step that is damped so much and bent as the valley is; none if there is no such step.
@@ -235,23 +235,23 @@ fn step<const G: usize, const L: usize, const R: usize>(
     moved(at, &way, AHEAD, next);
     // The second derivative of the residuals along the step.
     let second = |term: usize| -> [f64; R] {
-        let (here, there) = (&normal.residuals[term], terms.at(term, &next.shared, &next.own[term]).value);
+        let (here, there) = (&normal.residuals[term], terms.at(term, &next.shared, &next.local[term]).value);
         std::array::from_fn(|row| {
             let slope = (0..G).map(|i| here.by_shared[row][i] * way.shared[i]).sum::<f64>()
-                + (0..L).map(|l| here.by_own[row][l] * way.own[term][l]).sum::<f64>();
+                + (0..L).map(|l| here.by_local[row][l] * way.local[term][l]).sum::<f64>();
             ((there[row] - here.value[row]) / AHEAD - slope) / AHEAD
         })
     };
     let bend = factored.solve(normal.right(second));
     let size = |way: &Right<G, L>| {
         let shared = (0..G).map(|i| way.shared[i] * way.shared[i] * normal.square[i][i].max(1e-6));
-        let own = way.own.iter().flatten().map(|own| own * own);
-        shared.chain(own).sum::<f64>().sqrt()
+        let local = way.local.iter().flatten().map(|local| local * local);
+        shared.chain(local).sum::<f64>().sqrt()
     };
     let share = size(&bend) / size(&way);
     if share.is_finite() && share < BEND {
         (0..G).for_each(|i| way.shared[i] += bend.shared[i]);
-        way.own.iter_mut().zip(&bend.own).for_each(|(way, bend)| (0..L).for_each(|l| way[l] += bend[l]));
+        way.local.iter_mut().zip(&bend.local).for_each(|(way, bend)| (0..L).for_each(|l| way[l] += bend[l]));
     } else if share.is_nan() || share > 2.0 * BEND {
         return None;
     }
@@ -268,7 +268,7 @@ pub(crate) fn minimise<const G: usize, const L: usize, const R: usize>(
     at: &mut Unknowns<G, L>,
     end: EndCriteria,
 ) -> f64 {
-    debug_assert_eq!(terms.count(), at.own.len());
+    debug_assert_eq!(terms.count(), at.local.len());
     let (mut here, mut there) = (Normal::empty(), Normal::empty());
     let mut next = at.clone();
     here.fill(terms, at);

@@ -66,7 +66,7 @@ impl Region {
         const FAR: f64 = 1e6;
         match self {
             Region::Box(low, high) => {
-                let [left, right, bottom, top] = [low.re, high.re, low.im, high.im].map(|own| own.clamp(-FAR, FAR));
+                let [left, right, bottom, top] = [low.re, high.re, low.im, high.im].map(|bound| bound.clamp(-FAR, FAR));
                 vec![Point::new(left, bottom), Point::new(right, bottom), Point::new(right, top), Point::new(left, top)]
             }
             Region::Polygon(corners) => {
@@ -94,7 +94,7 @@ impl Region {
                     corners.iter().map(of).fold(start, pick)
                 };
                 let part = |pick: fn(f64, f64) -> f64, start: f64| {
-                    Point::new(edge(pick, |own| own.re, start), edge(pick, |own| own.im, start))
+                    Point::new(edge(pick, |corner| corner.re, start), edge(pick, |corner| corner.im, start))
                 };
                 [part(f64::min, f64::INFINITY), part(f64::max, f64::NEG_INFINITY)]
             }

@@ -167,12 +167,12 @@ impl Linkage {
 
     /// The inputs that can be reached on both sides of the loop around a pose: from where to where; none if the input is free.
     pub fn range(&self, near: f64) -> Option<[f64; 2]> {
-        let [low, high] = [-1.0, 1.0].map(|direction| self.reach(near, direction));
+        let [low, high] = [-1.0, 1.0].map(|direction| self.end_of_motion(near, direction));
         Some([near - low?, near + high?])
     }
 
     /// How far the input goes in a direction until a dead point; none if it never ends.
-    fn reach(&self, from: f64, direction: f64) -> Option<f64> {
+    fn end_of_motion(&self, from: f64, direction: f64) -> Option<f64> {
         let turns = matches!(self.first, Dyad::Bar { .. });
         let gaps = self.gaps();
         let reaches = |way: f64| {

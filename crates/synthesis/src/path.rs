@@ -78,10 +78,10 @@ fn bars(shared: &[f64]) -> Bars {
 }
 
 fn all_bars(shared: &[f64]) -> [f64; 4] {
-    let own = bars(shared);
-    let ground = (own.pivots[1] - own.pivots[0]).norm();
-    let body = (own.pins[1] - own.pins[0]).norm();
-    [ground, own.lengths[0].abs(), body, own.lengths[1].abs()]
+    let dyads = bars(shared);
+    let ground = (dyads.pivots[1] - dyads.pivots[0]).norm();
+    let body = (dyads.pins[1] - dyads.pins[0]).norm();
+    [ground, dyads.lengths[0].abs(), body, dyads.lengths[1].abs()]
 }
 
 fn longest(shared: &[f64]) -> f64 {
@@ -135,14 +135,14 @@ impl Terms<10, 1, 2> for Dyads<'_> {
         self.points.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 1]) -> TermResiduals<10, 1, 2> {
-        let (bars, turn) = (bars(shared), polar(1.0, own[0]));
+    fn at(&self, term: usize, shared: &[f64; 10], local: &[f64; 1]) -> TermResiduals<10, 1, 2> {
+        let (bars, turn) = (bars(shared), polar(1.0, local[0]));
         let mut found = TermResiduals::zero();
         for which in 0..2 {
             let one = bar(self.points[term], turn, bars.pins[which], bars.pivots[which], bars.lengths[which]);
             found.value[which] = one.value;
             by_bar(&mut found.by_shared[which], which, &one, self.held);
-            found.by_own[which] = [one.by_angle];
+            found.by_local[which] = [one.by_angle];
         }
         found
     }
@@ -160,18 +160,18 @@ impl Terms<10, 3, 4> for Distances<'_> {
         self.points.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 10], own: &[f64; 3]) -> TermResiduals<10, 3, 4> {
-        let (bars, place, turn) = (bars(shared), Point::new(own[0], own[1]), polar(1.0, own[2]));
+    fn at(&self, term: usize, shared: &[f64; 10], local: &[f64; 3]) -> TermResiduals<10, 3, 4> {
+        let (bars, place, turn) = (bars(shared), Point::new(local[0], local[1]), polar(1.0, local[2]));
         let mut found = TermResiduals::zero();
         let way = place - self.points[term];
         (found.value[0], found.value[1]) = (way.re, way.im);
-        (found.by_own[0], found.by_own[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        (found.by_local[0], found.by_local[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         for which in 0..2 {
             let one = bar(place, turn, bars.pins[which], bars.pivots[which], bars.lengths[which]);
             found.value[2 + which] = self.weight * one.value;
             by_bar(&mut found.by_shared[2 + which], which, &one, self.held);
             found.by_shared[2 + which].iter_mut().for_each(|slope| *slope *= self.weight);
-            found.by_own[2 + which] = [one.along.re, one.along.im, one.by_angle].map(|slope| slope * self.weight);
+            found.by_local[2 + which] = [one.along.re, one.along.im, one.by_angle].map(|slope| slope * self.weight);
         }
         found
     }
@@ -190,12 +190,12 @@ impl Terms<11, 3, 5> for Timed<'_> {
         self.points.len()
     }
 
-    fn at(&self, term: usize, shared: &[f64; 11], own: &[f64; 3]) -> TermResiduals<11, 3, 5> {
-        let (bars, place, turn) = (bars(shared), Point::new(own[0], own[1]), polar(1.0, own[2]));
+    fn at(&self, term: usize, shared: &[f64; 11], local: &[f64; 3]) -> TermResiduals<11, 3, 5> {
+        let (bars, place, turn) = (bars(shared), Point::new(local[0], local[1]), polar(1.0, local[2]));
         let mut found = TermResiduals::zero();
         let way = place - self.points[term];
         (found.value[0], found.value[1]) = (way.re, way.im);
-        (found.by_own[0], found.by_own[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        (found.by_local[0], found.by_local[1]) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         let crank = polar(1.0, shared[10] + self.turns[term]);
         let arm = turn * bars.pins[0];
         let open = place + arm - bars.pivots[0] - crank * bars.lengths[0];
@@ -206,19 +206,19 @@ impl Terms<11, 3, 5> for Timed<'_> {
             (open.re, [turn.re, -turn.im], [pivot, 0.0], crank.re, turned.re, [1.0, 0.0, across.re]),
             (open.im, [turn.im, turn.re], [0.0, pivot], crank.im, turned.im, [0.0, 1.0, across.im]),
         ];
-        for (row, (value, by_pin, by_pivot, along, by_phase, by_own)) in rows.into_iter().enumerate() {
+        for (row, (value, by_pin, by_pivot, along, by_phase, by_local)) in rows.into_iter().enumerate() {
             let slopes = &mut found.by_shared[2 + row];
             (slopes[0], slopes[1], slopes[4], slopes[5]) = (by_pin[0], by_pin[1], by_pivot[0], by_pivot[1]);
             (slopes[8], slopes[10]) = (-along, by_phase);
             slopes.iter_mut().for_each(|slope| *slope *= self.weight);
             found.value[2 + row] = self.weight * value;
-            found.by_own[2 + row] = by_own.map(|slope| slope * self.weight);
+            found.by_local[2 + row] = by_local.map(|slope| slope * self.weight);
         }
         let one = bar(place, turn, bars.pins[1], bars.pivots[1], bars.lengths[1]);
         found.value[4] = self.weight * one.value;
         by_bar(&mut found.by_shared[4], 1, &one, self.held);
         found.by_shared[4].iter_mut().for_each(|slope| *slope *= self.weight);
-        found.by_own[4] = [one.along.re, one.along.im, one.by_angle].map(|slope| slope * self.weight);
+        found.by_local[4] = [one.along.re, one.along.im, one.by_angle].map(|slope| slope * self.weight);
         found
     }
 }
@@ -236,7 +236,7 @@ pub(crate) fn scaled(path: &CouplerPath) -> Scaled {
     let place = |point: &Point| (point - middle) / size;
     Scaled {
         points: path.points.iter().map(place).collect(),
-        pivots: path.pivots.map(|pivot| pivot.map(|own| place(&own))),
+        pivots: path.pivots.map(|pivot| pivot.map(|at| place(&at))),
         middle,
         size,
     }
@@ -287,18 +287,18 @@ pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
 
 /// Are two four-bars the same, also with their dyads exchanged?
 fn is_same(a: &Follower, b: &Follower) -> bool {
-    let lengths = |own: &Follower| own.linkage.lengths().map(|length| length.unwrap_or(0.0));
+    let lengths = |follower: &Follower| follower.linkage.lengths().map(|length| length.unwrap_or(0.0));
     let pivots = |linkage: &Linkage| {
         [linkage.first, linkage.second].map(|dyad| match dyad {
             Dyad::Bar { ground, .. } => ground,
             Dyad::Slider { .. } | Dyad::Slot { .. } => Point::new(0.0, 0.0),
         })
     };
-    let (own, [g, r, k, s]) = (lengths(a), lengths(b));
+    let (first, [g, r, k, s]) = (lengths(a), lengths(b));
     let (here, [p, q]) = (pivots(&a.linkage), pivots(&b.linkage));
-    let size = own.iter().sum::<f64>();
+    let size = first.iter().sum::<f64>();
     let near = |other: [f64; 4], places: [Point; 2]| {
-        (0..4).all(|i| (own[i] - other[i]).abs() < 1e-6 * size)
+        (0..4).all(|i| (first[i] - other[i]).abs() < 1e-6 * size)
             && (0..2).all(|i| (here[i] - places[i]).norm() < 1e-6 * size)
     };
     near([g, r, k, s], [p, q]) || near([g, s, k, r], [q, p])
@@ -308,24 +308,25 @@ fn is_same(a: &Follower, b: &Follower) -> bool {
 struct Pool {
     most: usize,
     shortest: f64,
-    own: Vec<(f64, Start)>,
+    starts: Vec<(f64, Start)>,
 }
 
 impl Pool {
     fn new(most: usize, shortest: f64) -> Pool {
-        Pool { most, shortest, own: Vec::new() }
+        Pool { most, shortest, starts: Vec::new() }
     }
 
     fn take(&mut self, round: &[(f64, Start)]) {
         for (sum, start) in round {
-            let full = self.own.len() >= self.most;
-            if full && self.own.last().is_some_and(|(worst, _)| worst <= sum) {
+            let full = self.starts.len() >= self.most;
+            if full && self.starts.last().is_some_and(|(worst, _)| worst <= sum) {
                 break;
             }
-            if !is_nothing(&start.shared, self.shortest) && !self.own.iter().any(|(_, other)| is_near(other, start)) {
-                let place = self.own.partition_point(|(other, _)| other < sum);
-                self.own.insert(place, (*sum, start.clone()));
-                self.own.truncate(self.most);
+            if !is_nothing(&start.shared, self.shortest) && !self.starts.iter().any(|(_, other)| is_near(other, start))
+            {
+                let place = self.starts.partition_point(|(other, _)| other < sum);
+                self.starts.insert(place, (*sum, start.clone()));
+                self.starts.truncate(self.most);
             }
         }
     }
@@ -356,17 +357,17 @@ fn candidates(scaled: &Scaled, path: &CouplerPath, effort: &PathEffort) -> Vec<S
         }
     }
     for number in 0..if search.is_exact() { MORE * effort.starts / ROUND } else { 0 } {
-        let best = &search.late.own[..search.late.own.len().min(BEST)];
+        let best = &search.late.starts[..search.late.starts.len().min(BEST)];
         let random = &mut starts.random;
         let round = match number % 2 {
-            0 => (0..ROUND).map(|_| atlas::beside(&best[random.below(best.len())].1, random)).collect(),
+            0 => (0..ROUND).map(|_| atlas::variant(&best[random.below(best.len())].1, random)).collect(),
             _ => starts.further(ROUND),
         };
         if let Some(found) = search.round(round) {
             return vec![found];
         }
     }
-    search.late.own.into_iter().chain(search.early.own).map(|(_, start)| start).collect()
+    search.late.starts.into_iter().chain(search.early.starts).map(|(_, start)| start).collect()
 }
 
 /// The best dyads so far.
@@ -419,7 +420,7 @@ impl<'p> Search<'p> {
     /// Is the best so near that the points are without noise? Then there is a four-bar that meets them. Giants come near everything.
     fn is_exact(&self) -> bool {
         let is_near = |(sum, start): &(f64, Start)| *sum < self.sum(EXACT) && longest(&start.shared) < GIANT;
-        self.enough && self.late.own.first().is_some_and(is_near)
+        self.enough && self.late.starts.first().is_some_and(is_near)
     }
 }
 
@@ -428,7 +429,7 @@ fn is_near(a: &Start, b: &Start) -> bool {
     let (p, q) = (&a.shared, &b.shared);
     let same = |one: f64, other: f64| (one - other).abs() < 1e-4 * (1.0 + one.abs());
     let near = |i: usize, j: usize| same(p[i], q[j]);
-    let body = |own: &[f64; 10]| (own[2] - own[0]).hypot(own[3] - own[1]);
+    let body = |shared: &[f64; 10]| (shared[2] - shared[0]).hypot(shared[3] - shared[1]);
     let plain = (4..10).all(|i| near(i, i));
     let exchanged = [(4, 6), (5, 7), (6, 4), (7, 5), (8, 9), (9, 8)];
     same(body(p), body(q)) && (plain || exchanged.into_iter().all(|(i, j)| near(i, j)))
@@ -484,7 +485,7 @@ impl<'p> PathStarts<'p> {
             Some(start) => start.clone(),
             None => {
                 let near = self.random.below(self.atlas.len());
-                atlas::beside(self.atlas.get(near)?, &mut self.random)
+                atlas::variant(self.atlas.get(near)?, &mut self.random)
             }
         };
         if let Some(pivots) = self.scaled.pivots {
@@ -496,7 +497,7 @@ impl<'p> PathStarts<'p> {
 
 /// A start with pins of the body and angles at random.
 fn anywhere(points: &[Point], pivots: [Point; 2], random: &mut Random) -> Start {
-    let mut start = Unknowns { shared: [0.0; 10], own: points.iter().map(|_| [random.between(0.0, TAU)]).collect() };
+    let mut start = Unknowns { shared: [0.0; 10], local: points.iter().map(|_| [random.between(0.0, TAU)]).collect() };
     for pin in 0..2 {
         let at = random.normal() * 2.0;
         (start.shared[2 * pin], start.shared[2 * pin + 1]) = (at.re, at.im);
@@ -507,13 +508,13 @@ fn anywhere(points: &[Point], pivots: [Point; 2], random: &mut Random) -> Start 
 
 /// A start with its pivots moved to where they are to be.
 fn hold(start: &mut Start, pivots: [Point; 2], points: &[Point]) {
-    let own = bars(&start.shared);
+    let dyads = bars(&start.shared);
     let mut lengths = [0.0; 2];
     for which in 0..2 {
         let way = |(point, own_angle): (&Point, &[f64; 1])| {
-            (point + polar(1.0, own_angle[0]) * own.pins[which] - pivots[which]).norm()
+            (point + polar(1.0, own_angle[0]) * dyads.pins[which] - pivots[which]).norm()
         };
-        lengths[which] = points.iter().zip(&start.own).map(way).sum::<f64>() / points.len().max(1) as f64;
+        lengths[which] = points.iter().zip(&start.local).map(way).sum::<f64>() / points.len().max(1) as f64;
     }
     start.shared[4..].copy_from_slice(&[
         pivots[0].re,
@@ -531,13 +532,13 @@ const MET: f64 = 1e-12;
 const WEIGHTS: [f64; 2] = [30.0, 1e4];
 
 fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
-    let own: Vec<[f64; 3]> =
-        scaled.points.iter().zip(&start.own).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
+    let local: Vec<[f64; 3]> =
+        scaled.points.iter().zip(&start.local).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
     // What meets the path is not moved: normal equations would lose it again in the valley that it lies in.
-    if let Some(exact) = built(scaled, &start.shared, &own).filter(|own| own.largest < MET * scaled.size) {
+    if let Some(exact) = built(scaled, &start.shared, &local).filter(|follower| follower.largest < MET * scaled.size) {
         return Some(exact);
     }
-    let mut at = Unknowns { shared: start.shared, own };
+    let mut at = Unknowns { shared: start.shared, local };
     let held = scaled.pivots.is_some();
     for weight in WEIGHTS {
         minimise(
@@ -546,7 +547,7 @@ fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
             EndCriteria { share: 1e-7, ..EndCriteria::after(80) },
         );
     }
-    built(scaled, &at.shared, &at.own)
+    built(scaled, &at.shared, &at.local)
 }
 
 /// With the turns of the first bar; either bar may be the first one.
@@ -554,7 +555,7 @@ fn timed(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
     let swapped = |start: &Start| {
         let s = start.shared;
         let shared = [s[2], s[3], s[0], s[1], s[6], s[7], s[4], s[5], s[9], s[8]];
-        Unknowns { shared, own: start.own.clone() }
+        Unknowns { shared, local: start.local.clone() }
     };
     let other = scaled.pivots.is_none().then(|| swapped(start));
     let both = std::iter::once(start.clone()).chain(other);
@@ -563,26 +564,26 @@ fn timed(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
 
 fn timed_from(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
     let bars = bars(&start.shared);
-    let angle = |(index, own): (usize, &[f64; 1])| {
-        let arm = scaled.points[index] + polar(1.0, own[0]) * bars.pins[0] - bars.pivots[0];
+    let angle = |(index, local): (usize, &[f64; 1])| {
+        let arm = scaled.points[index] + polar(1.0, local[0]) * bars.pins[0] - bars.pivots[0];
         polar(1.0, arm.arg() - turns[index])
     };
-    let phase = start.own.iter().enumerate().map(angle).sum::<Point>().arg();
+    let phase = start.local.iter().enumerate().map(angle).sum::<Point>().arg();
     let mut shared = [0.0; 11];
     shared[..10].copy_from_slice(&start.shared);
     shared[10] = phase;
-    let own = scaled.points.iter().zip(&start.own).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
-    let mut at = Unknowns { shared, own };
+    let local = scaled.points.iter().zip(&start.local).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
+    let mut at = Unknowns { shared, local };
     for weight in [1.0, 30.0, 1e4] {
         let held = scaled.pivots.is_some();
         let timed = Timed { points: &scaled.points, turns, held, weight };
         minimise(&timed, &mut at, EndCriteria { share: 1e-10, ..EndCriteria::after(150) });
     }
-    built(scaled, &at.shared, &at.own)
+    built(scaled, &at.shared, &at.local)
 }
 
 /// The linkage in the size of the path; none if a bar vanishes or a loop is open.
-fn built(scaled: &Scaled, shared: &[f64], own: &[[f64; 3]]) -> Option<Follower> {
+fn built(scaled: &Scaled, shared: &[f64], local: &[[f64; 3]]) -> Option<Follower> {
     if is_nothing(shared, SHORTEST) {
         return None;
     }
@@ -593,8 +594,9 @@ fn built(scaled: &Scaled, shared: &[f64], own: &[[f64; 3]]) -> Option<Follower> 
         length: bars.lengths[which].abs() * scaled.size,
     };
     let linkage = Linkage { first: dyad(0), second: dyad(1) };
-    let pose = |own: &[f64; 3]| Pose { at: Point::new(own[0], own[1]) * scaled.size + scaled.middle, angle: own[2] };
-    let poses: Vec<Pose> = own.iter().map(|own| pose(&closed(&bars, *own))).collect();
+    let pose =
+        |local: &[f64; 3]| Pose { at: Point::new(local[0], local[1]) * scaled.size + scaled.middle, angle: local[2] };
+    let poses: Vec<Pose> = local.iter().map(|local| pose(&closed(&bars, *local))).collect();
     let open = linkage.first.largest_error(&poses).max(linkage.second.largest_error(&poses));
     let ways =
         || poses.iter().zip(&scaled.points).map(|(pose, point)| (pose.at - scaled.middle - point * scaled.size).norm());
@@ -608,8 +610,8 @@ fn built(scaled: &Scaled, shared: &[f64], own: &[[f64; 3]]) -> Option<Follower> 
 const CLOSED: f64 = 1e-10;
 
 /// A place moved by what its loops are open, with the angle of the body as it is (Newton's method); where the bars lie along each other there is none.
-fn closed(bars: &Bars, own: [f64; 3]) -> [f64; 3] {
-    let (mut place, turn) = (Point::new(own[0], own[1]), polar(1.0, own[2]));
+fn closed(bars: &Bars, local: [f64; 3]) -> [f64; 3] {
+    let (mut place, turn) = (Point::new(local[0], local[1]), polar(1.0, local[2]));
     for _ in 0..3 {
         let [one, other] =
             [0, 1].map(|which| bar(place, turn, bars.pins[which], bars.pivots[which], bars.lengths[which]));
@@ -621,7 +623,7 @@ fn closed(bars: &Bars, own: [f64; 3]) -> [f64; 3] {
         let y = (other.value * one.along.re - one.value * other.along.re) / across;
         place -= Point::new(x, y);
     }
-    [place.re, place.im, own[2]]
+    [place.re, place.im, local[2]]
 }
 
 /// Angles without a jump.

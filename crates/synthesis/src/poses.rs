@@ -94,8 +94,8 @@ pub fn special(poses: &[Pose]) -> Option<Special> {
         rest.iter().max_by(|a, b| way(first.angle, a.angle).abs().total_cmp(&way(first.angle, b.angle).abs()))?;
     if way(first.angle, farthest.angle).abs() <= SAME {
         let along = rest.iter().map(|pose| pose.at - first.at).max_by(|a, b| a.norm().total_cmp(&b.norm()))?;
-        let beside = |pose: &Pose| ((pose.at - first.at) * along.conj()).im.abs() / along.norm();
-        return Some(Special::Translation { on_a_line: rest.iter().all(|pose| beside(pose) <= SAME * size) });
+        let offset = |pose: &Pose| ((pose.at - first.at) * along.conj()).im.abs() / along.norm();
+        return Some(Special::Translation { on_a_line: rest.iter().all(|pose| offset(pose) <= SAME * size) });
     }
     let centre = pole(first, farthest);
     let held = first.seen(centre);

@@ -100,9 +100,9 @@ fn start(points: &[Point], [a, b, c]: [Point; 3]) -> Option<Start> {
     };
     let [p, q] = pins.map(|pin| pin * size);
     let shared = [p.re, p.im, q.re, q.im, a.re, a.im, b.re, b.im, lengths[0], lengths[1]];
-    let own: Vec<[f64; 1]> = points.iter().map(turn).collect();
-    let is_finite = shared.iter().chain(own.iter().flatten()).all(|value| value.is_finite());
-    is_finite.then_some(Unknowns { shared, own })
+    let local: Vec<[f64; 1]> = points.iter().map(turn).collect();
+    let is_finite = shared.iter().chain(local.iter().flatten()).all(|value| value.is_finite());
+    is_finite.then_some(Unknowns { shared, local })
 }
 
 #[cfg(test)]
@@ -122,9 +122,9 @@ mod tests {
         let at = |k: i32| linkage.pose(0.3 + 0.1 * f64::from(k), 1.0).expect("a crank turns").at;
         let points: Vec<Point> = (0..24).map(at).collect();
         let error = |start: &Start| {
-            let own = &start.shared;
+            let unknowns = &start.shared;
             let near = |order: [usize; 6], known: [f64; 6]| {
-                order.iter().zip(known).map(|(&index, known)| (own[index] - known).abs()).fold(0.0, f64::max)
+                order.iter().zip(known).map(|(&index, known)| (unknowns[index] - known).abs()).fold(0.0, f64::max)
             };
             let known = [0.0, 0.0, 0.8, 0.1, 0.3, 0.7];
             near([4, 5, 6, 7, 8, 9], known).min(near([6, 7, 4, 5, 9, 8], known))
@@ -138,8 +138,8 @@ mod tests {
         let known = [Point::new(0.3, -0.2), polar(2.0, 1.0), Point::new(-1.0, 0.5)];
         let [a, b, c] = known;
         let found = roots(&[-a * b * c, a * b + b * c + c * a, -(a + b + c), Point::new(1.0, 0.0)]);
-        for own in known {
-            assert!(found.iter().any(|other| (own - other).norm() < 1e-12), "{own} in {found:?}");
+        for expected in known {
+            assert!(found.iter().any(|other| (expected - other).norm() < 1e-12), "{expected} in {found:?}");
         }
     }
 }

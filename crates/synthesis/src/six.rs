@@ -143,12 +143,19 @@ pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[Fo
         for start in four_bars(known, path, &plan) {
             starts.extend((0..BESIDE).map(|_| with_dyad(kind, &start, &plan, &mut random)));
         }
-        for own in searched(&plan, starts, seed) {
+        for candidate in searched(&plan, starts, seed) {
             let error = |index: usize, places: &Places| {
                 let place = places.all[7].at;
                 (place * scaled.size + scaled.middle, (place - scaled.points[index]).norm() * scaled.size)
             };
-            found.extend(built(kind, &own, &plan, [scaled.size, scaled.middle.re, scaled.middle.im], None, error));
+            found.extend(built(
+                kind,
+                &candidate,
+                &plan,
+                [scaled.size, scaled.middle.re, scaled.middle.im],
+                None,
+                error,
+            ));
         }
     }
     found.sort_by(|a: &SixBar, b| a.largest.total_cmp(&b.largest));
@@ -177,15 +184,22 @@ pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower],
             starts.extend((0..BESIDE).map(|_| with_dyad(kind, &start, &plan, &mut random)));
         }
         starts.iter_mut().for_each(|start| turn_frame(start, &angles, &plan));
-        for own in searched(&plan, starts, seed) {
+        for candidate in searched(&plan, starts, seed) {
             let error = |index: usize, places: &Places| {
                 let place = places.all[7].at;
-                let turn = (places.all[6].at - places.all[4].at).arg() + own.trial.x[ZERO];
+                let turn = (places.all[6].at - places.all[4].at).arg() + candidate.trial.x[ZERO];
                 let miss = (place - scaled.points[index]).norm().max(RADIAN * way(angles[index], turn).abs());
                 (place * scaled.size + scaled.middle, miss * scaled.size)
             };
-            let frame = Some(own.trial.x[ZERO]);
-            found.extend(built(kind, &own, &plan, [scaled.size, scaled.middle.re, scaled.middle.im], frame, error));
+            let frame = Some(candidate.trial.x[ZERO]);
+            found.extend(built(
+                kind,
+                &candidate,
+                &plan,
+                [scaled.size, scaled.middle.re, scaled.middle.im],
+                frame,
+                error,
+            ));
         }
     }
     found.sort_by(|a: &SixBar, b| a.largest.total_cmp(&b.largest));
@@ -196,7 +210,7 @@ pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower],
 fn regions(kind: SixKind, limits: &LinkageLimits, scaled: &Scaled) -> Vec<(usize, Region)> {
     let region = limits.ground.as_ref().map(|ground| ground.scaled(scaled.middle, scaled.size));
     let pivots: &[usize] = if kind.has_pivot() { &[0, 1, 5] } else { &[0, 1] };
-    region.iter().flat_map(|own| pivots.iter().map(|&pin| (pin, own.clone()))).collect()
+    region.iter().flat_map(|zone| pivots.iter().map(|&pin| (pin, zone.clone()))).collect()
 }
 
 /// The frame of the body turned so that its angles are nearest to those of the poses.
@@ -221,12 +235,12 @@ pub fn six_bar_functions(pairs: &[Pair], ground: f64, limits: &LinkageLimits, se
         }
         let mut random = Random::new(seed);
         let starts = (0..ANYWHERE).map(|_| anywhere(kind, &plan, pairs, &mut random)).collect();
-        for own in searched(&plan, starts, seed) {
+        for candidate in searched(&plan, starts, seed) {
             let error = |index: usize, places: &Places| {
-                let output = (places.all[6].at - places.all[5].at).arg() - own.trial.x[ZERO];
+                let output = (places.all[6].at - places.all[5].at).arg() - candidate.trial.x[ZERO];
                 (Point::new(output, 0.0), way(pairs[index].output, output).abs())
             };
-            found.extend(built(kind, &own, &plan, [ground, 0.0, 0.0], None, error));
+            found.extend(built(kind, &candidate, &plan, [ground, 0.0, 0.0], None, error));
         }
     }
     found.sort_by(|a: &SixBar, b| a.largest.total_cmp(&b.largest));
@@ -237,7 +251,7 @@ pub fn six_bar_functions(pairs: &[Pair], ground: f64, limits: &LinkageLimits, se
 const LENGTHS: [f64; 2] = [0.02, 6.0];
 
 fn plan<'p>(kind: SixKind, goal: Goal<'p>, size: f64, turn: bool, limits: &LinkageLimits) -> Plan<'p> {
-    let [least, most] = limits.length.map_or(LENGTHS, |own| own.map(|own| own / size));
+    let [least, most] = limits.length.map_or(LENGTHS, |range| range.map(|range| range / size));
     let least = least.max(LENGTHS[0].min(0.5 * most));
     let [mut low, mut high] = [[f64::NEG_INFINITY; DIMENSIONS], [f64::INFINITY; DIMENSIONS]];
     BARS.iter().for_each(|&bar| (low[bar], high[bar]) = (least, most));
@@ -338,16 +352,16 @@ fn anywhere(kind: SixKind, plan: &Plan<'_>, pairs: &[Pair], random: &mut Random)
     let inputs: Vec<f64> = pairs.iter().map(|pair| x[PHASE] + pair.input).collect();
     let side = |random: &mut Random| if random.integer().is_multiple_of(2) { 1.0 } else { -1.0 };
     let sides = [side(random), side(random)];
-    let mut own = place_dyad(kind, x, inputs, sides, plan, random);
+    let mut candidate = place_dyad(kind, x, inputs, sides, plan, random);
     // The angle of the output that is nearest to all pairs.
     let (chain, mut places) = ((plan.chain)(sides), Places::new());
     let mut mean = Point::new(0.0, 0.0);
-    for (pair, input) in pairs.iter().zip(&own.trial.inputs) {
-        chain.place(&own.trial.x, *input, false, &mut places);
+    for (pair, input) in pairs.iter().zip(&candidate.trial.inputs) {
+        chain.place(&candidate.trial.x, *input, false, &mut places);
         mean += polar(1.0, (places.all[6].at - places.all[5].at).arg() - pair.output);
     }
-    own.trial.x[ZERO] = mean.arg();
-    own
+    candidate.trial.x[ZERO] = mean.arg();
+    candidate
 }
 
 /// Places of a turn at which a six-bar is looked at.
@@ -370,16 +384,16 @@ fn built(
     let mut places = Places::new();
     let inputs = || candidate.trial.inputs.iter().copied();
     let (low, high) = (inputs().fold(f64::INFINITY, f64::min), inputs().fold(f64::NEG_INFINITY, f64::max));
-    let reach = if plan.inequalities.turn { TAU } else { high - low };
+    let span = if plan.inequalities.turn { TAU } else { high - low };
     let mut most = [0.0f64; 2];
     for place in 0..=LOOKED_AT {
-        let input = low + reach * place as f64 / LOOKED_AT as f64;
+        let input = low + span * place as f64 / LOOKED_AT as f64;
         chain.place(dimensions, input, false, &mut places);
         for (most, pin) in most.iter_mut().zip([3, 6]) {
             *most = most.max(chain.cosine(dimensions, pin, &places).value.abs());
         }
     }
-    if most.iter().any(|own| *own > plan.inequalities.cosine + COARSE) {
+    if most.iter().any(|cosine| *cosine > plan.inequalities.cosine + COARSE) {
         return None;
     }
     let (mut outputs, mut turns, mut largest) = (Vec::new(), Vec::new(), 0.0f64);

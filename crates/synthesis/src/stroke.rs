@@ -127,7 +127,7 @@ pub fn slider(turn: f64, stroke: f64, offset: Option<f64>) -> Result<Stroke, NoS
         return of(offset).ok_or(NoStroke::Offset);
     }
     let largest = 0.5 * stroke / (between / 2.0).tan();
-    let sine = |offset: f64| of(offset).map_or(1.0, |own| own.transmission.cos());
+    let sine = |offset: f64| of(offset).map_or(1.0, |found| found.transmission.cos());
     let steps = 400;
     let at = |step: usize| largest * step as f64 / steps as f64;
     let best = (1..steps).min_by(|a, b| sine(at(*a)).total_cmp(&sine(at(*b)))).unwrap_or(1);

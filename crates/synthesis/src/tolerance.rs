@@ -152,16 +152,16 @@ pub fn tolerances(
     length: f64,
     pivot: f64,
 ) -> Option<Tolerances> {
-    let own = Dimensioned::new(linkage, poses, measured)?;
+    let nominal = Dimensioned::new(linkage, poses, measured)?;
     let each: [f64; NAMES.len()] = std::array::from_fn(|i| if i < PIVOTS { pivot } else { length });
     let mut first = FirstOrder::new(NAMES.map(str::to_owned).to_vec(), each.to_vec());
     let mut places = Places::new();
-    for input in &own.inputs {
-        own.chain.place(&own.x, *input, true, &mut places);
-        let slopes: Vec<Vec<f64>> = own.slopes(&places).iter().map(|row| row.to_vec()).collect();
+    for input in &nominal.inputs {
+        nominal.chain.place(&nominal.x, *input, true, &mut places);
+        let slopes: Vec<Vec<f64>> = nominal.slopes(&places).iter().map(|row| row.to_vec()).collect();
         first.add(&slopes);
     }
-    Some(first.sampled(samples(&own, &each), SAMPLES))
+    Some(first.sampled(samples(&nominal, &each), SAMPLES))
 }
 
 /// Errors in first order, gathered position by position.
@@ -201,7 +201,8 @@ impl FirstOrder {
         if worst > self.worst {
             (self.worst, self.worst_position) = (worst, self.positions);
         }
-        let square = |row: &Vec<f64>| row.iter().zip(&self.each).map(|(own, each)| (own * each).powi(2)).sum::<f64>();
+        let square =
+            |row: &Vec<f64>| row.iter().zip(&self.each).map(|(slope, each)| (slope * each).powi(2)).sum::<f64>();
         self.three_sigma = self.three_sigma.max(slopes.iter().map(square).sum::<f64>().sqrt());
         self.positions += 1;
     }
@@ -220,7 +221,7 @@ impl FirstOrder {
         let contributions = self.names.into_iter().zip(self.each).zip(self.alone);
         let contributions = contributions.map(|((name, tolerance), error)| Contribution { name, tolerance, error });
         Tolerances {
-            contributions: contributions.filter(|own| own.tolerance > 0.0).collect(),
+            contributions: contributions.filter(|contribution| contribution.tolerance > 0.0).collect(),
             worst: self.worst,
             three_sigma: self.three_sigma,
             sampled,

@@ -2,7 +2,7 @@
 //!
 //! Four-bars that are far apart draw pieces of curves that differ by 1e-9 of their size. Normal equations square what tells them apart and lose it below rounding; triangles do not.
 //!
-//! Source: A. Bjorck, *Numerical Methods for Least Squares Problems*, 1996, for the elimination of each term's own unknowns and the damping by more rows; the bent steps are those of
+//! Source: A. Bjorck, *Numerical Methods for Least Squares Problems*, 1996, for the elimination of each term's local unknowns and the damping by more rows; the bent steps are those of
 //! [`crate::least::minimise`].
 
 use nalgebra::{DMatrix, DVector};
@@ -14,10 +14,10 @@ const UNDAMPED: f64 = 1e-24;
 /// It starts here: the floor of a valley has been reached already.
 const FIRST: f64 = 1e-6;
 
-/// A term whose own unknowns are eliminated: its residuals and derivatives, turned so that only the first rows depend on the own unknowns.
+/// A term whose local unknowns are eliminated: its residuals and derivatives, turned so that only the first rows depend on the local unknowns.
 struct Turned<const G: usize, const L: usize, const R: usize> {
     turn: [[f64; R]; R],
-    own: [[f64; L]; R],
+    local: [[f64; L]; R],
     shared: [[f64; G]; R],
     slopes: ([[f64; G]; R], [[f64; L]; R]),
     value: [f64; R],
@@ -25,23 +25,28 @@ struct Turned<const G: usize, const L: usize, const R: usize> {
 
 impl<const G: usize, const L: usize, const R: usize> Turned<G, L, R> {
     fn new(terms: &impl Terms<G, L, R>, term: usize, at: &Unknowns<G, L>) -> Self {
-        let found = terms.at(term, &at.shared, &at.own[term]);
+        let found = terms.at(term, &at.shared, &at.local[term]);
         let mut turn = [[0.0; R]; R];
         (0..R).for_each(|i| turn[i][i] = 1.0);
-        let mut own = found.by_own;
+        let mut local = found.by_local;
         for column in 0..L.min(R) {
             for row in (column + 1..R).rev() {
-                let (a, b) = (own[column][column], own[row][column]);
+                let (a, b) = (local[column][column], local[row][column]);
                 let size = a.hypot(b);
                 if size > 0.0 {
                     let (c, s) = (a / size, b / size);
-                    rotate(&mut own, column, row, c, s);
+                    rotate(&mut local, column, row, c, s);
                     rotate(&mut turn, column, row, c, s);
                 }
             }
         }
-        let mut turned =
-            Turned { turn, own, shared: [[0.0; G]; R], slopes: (found.by_shared, found.by_own), value: found.value };
+        let mut turned = Turned {
+            turn,
+            local,
+            shared: [[0.0; G]; R],
+            slopes: (found.by_shared, found.by_local),
+            value: found.value,
+        };
         turned.shared = std::array::from_fn(|row| {
             std::array::from_fn(|i| (0..R).map(|k| turn[row][k] * found.by_shared[k][i]).sum())
         });
@@ -52,16 +57,16 @@ impl<const G: usize, const L: usize, const R: usize> Turned<G, L, R> {
         std::array::from_fn(|row| (0..R).map(|k| self.turn[row][k] * value[k]).sum())
     }
 
-    /// The change of the own unknowns that belongs to one of the shared ones; none where they change nothing.
-    fn own(&self, value: &[f64; R], shared: &[f64; G]) -> Option<[f64; L]> {
+    /// The change of the local unknowns that belongs to one of the shared ones; none where they change nothing.
+    fn local(&self, value: &[f64; R], shared: &[f64; G]) -> Option<[f64; L]> {
         let value = self.turned(value);
-        let mut own = [0.0; L];
+        let mut local = [0.0; L];
         for row in (0..L).rev() {
             let along = (0..G).map(|i| self.shared[row][i] * shared[i]).sum::<f64>();
-            let others = (row + 1..L).map(|l| self.own[row][l] * own[l]).sum::<f64>();
-            own[row] = -(value[row] + along + others) / self.own[row][row];
+            let others = (row + 1..L).map(|l| self.local[row][l] * local[l]).sum::<f64>();
+            local[row] = -(value[row] + along + others) / self.local[row][row];
         }
-        own.iter().all(|own| own.is_finite()).then_some(own)
+        local.iter().all(|local| local.is_finite()).then_some(local)
     }
 }
 
@@ -83,12 +88,12 @@ type Way<const G: usize, const L: usize> = ([f64; G], Vec<[f64; L]>);
 
 impl<const G: usize, const L: usize, const R: usize> TermsAtPlace<G, L, R> {
     fn new(terms: &impl Terms<G, L, R>, at: &Unknowns<G, L>) -> Self {
-        let all: Vec<_> = (0..at.own.len()).map(|term| Turned::new(terms, term, at)).collect();
-        let sum = all.iter().flat_map(|term| term.value).map(|own| own * own).sum();
+        let all: Vec<_> = (0..at.local.len()).map(|term| Turned::new(terms, term, at)).collect();
+        let sum = all.iter().flat_map(|term| term.value).map(|value| value * value).sum();
         TermsAtPlace { terms: all, sum }
     }
 
-    /// The rows that do not depend on own unknowns, each column in units of its size, with these sizes.
+    /// The rows that do not depend on local unknowns, each column in units of its size, with these sizes.
     fn rows(&self) -> (DMatrix<f64>, [f64; G]) {
         let rest = R - L;
         let mut rows = DMatrix::from_fn(rest * self.terms.len(), G, |row, column| {
@@ -120,34 +125,39 @@ impl<'p, const G: usize, const L: usize, const R: usize> Damped<'p, G, L, R> {
     fn solve(&self, value: &[[f64; R]]) -> Option<Way<G, L>> {
         let rest = R - L;
         let mut right = DVector::zeros(self.rows + G);
-        for (term, (own, value)) in self.place.terms.iter().zip(value).enumerate() {
-            let turned = own.turned(value);
+        for (term, (block, value)) in self.place.terms.iter().zip(value).enumerate() {
+            let turned = block.turned(value);
             (0..rest).for_each(|row| right[rest * term + row] = -turned[L + row]);
         }
         self.triangle.q_tr_mul(&mut right);
         let mut shared = right.rows(0, G).into_owned();
         self.triangle.r().solve_upper_triangular_mut(&mut shared).then_some(())?;
         let shared: [f64; G] = std::array::from_fn(|column| shared[column] / self.sizes[column]);
-        let own: Option<Vec<[f64; L]>> =
-            self.place.terms.iter().zip(value).map(|(own, value)| own.own(value, &shared)).collect();
-        Some((shared, own?)).filter(|_| shared.iter().all(|shared| shared.is_finite()))
+        let local: Option<Vec<[f64; L]>> =
+            self.place.terms.iter().zip(value).map(|(block, value)| block.local(value, &shared)).collect();
+        Some((shared, local?)).filter(|_| shared.iter().all(|shared| shared.is_finite()))
     }
 
     /// The size of a step.
-    fn size(&self, (shared, own): &Way<G, L>) -> f64 {
-        let shared = shared.iter().zip(&self.sizes).map(|(own, size)| (own * size).powi(2));
-        shared.chain(own.iter().flatten().map(|own| own * own)).sum::<f64>().sqrt()
+    fn size(&self, (shared, local): &Way<G, L>) -> f64 {
+        let shared = shared.iter().zip(&self.sizes).map(|(value, size)| (value * size).powi(2));
+        shared.chain(local.iter().flatten().map(|local| local * local)).sum::<f64>().sqrt()
     }
 }
 
 fn moved<const G: usize, const L: usize>(
     from: &Unknowns<G, L>,
-    (shared, own): &Way<G, L>,
+    (shared, local): &Way<G, L>,
     share: f64,
 ) -> Unknowns<G, L> {
     Unknowns {
         shared: std::array::from_fn(|i| from.shared[i] + share * shared[i]),
-        own: from.own.iter().zip(own).map(|(from, way)| std::array::from_fn(|l| from[l] + share * way[l])).collect(),
+        local: from
+            .local
+            .iter()
+            .zip(local)
+            .map(|(from, way)| std::array::from_fn(|l| from[l] + share * way[l]))
+            .collect(),
     }
 }
 
@@ -158,15 +168,15 @@ fn step<const G: usize, const L: usize, const R: usize>(
     at: &Unknowns<G, L>,
 ) -> Option<Unknowns<G, L>> {
     let here = &damped.place.terms;
-    let values: Vec<[f64; R]> = here.iter().map(|own| own.value).collect();
+    let values: Vec<[f64; R]> = here.iter().map(|block| block.value).collect();
     let mut way = damped.solve(&values)?;
     let ahead = moved(at, &way, AHEAD);
     let second = |term: usize| -> [f64; R] {
-        let there = terms.at(term, &ahead.shared, &ahead.own[term]).value;
-        let (by_shared, by_own) = &here[term].slopes;
+        let there = terms.at(term, &ahead.shared, &ahead.local[term]).value;
+        let (by_shared, by_local) = &here[term].slopes;
         std::array::from_fn(|row| {
             let slope = (0..G).map(|i| by_shared[row][i] * way.0[i]).sum::<f64>()
-                + (0..L).map(|l| by_own[row][l] * way.1[term][l]).sum::<f64>();
+                + (0..L).map(|l| by_local[row][l] * way.1[term][l]).sum::<f64>();
             ((there[row] - values[term][row]) / AHEAD - slope) / AHEAD
         })
     };

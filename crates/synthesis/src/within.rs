@@ -108,9 +108,9 @@ impl Plan<'_> {
 
 /// Dimensions of a path's four-bar and their bounds, in the size of the path.
 fn path_plan<'p>(scaled: &'p Scaled, path: &'p CouplerPath, limits: &LinkageLimits) -> Plan<'p> {
-    let [least, longest] = limits.length.map_or([0.0, f64::INFINITY], |own| own.map(|own| own / scaled.size));
+    let [least, longest] = limits.length.map_or([0.0, f64::INFINITY], |range| range.map(|range| range / scaled.size));
     let region = limits.ground.as_ref().map(|ground| ground.scaled(scaled.middle, scaled.size));
-    let regions = region.iter().flat_map(|own| [(0, own.clone()), (1, own.clone())]).collect();
+    let regions = region.iter().flat_map(|zone| [(0, zone.clone()), (1, zone.clone())]).collect();
     let [mut low, mut high] = [[f64::NEG_INFINITY; DIMENSIONS], [f64::INFINITY; DIMENSIONS]];
     for length in BARS {
         (low[length], high[length]) = (least.max(LEAST), longest.min(LARGEST).max(least));
@@ -145,9 +145,9 @@ pub(crate) struct Candidate {
 
 impl Candidate {
     pub fn new(x: Slopes, inputs: Vec<f64>, sides: Sides, plan: &Plan<'_>) -> Candidate {
-        let mut own = Candidate { trial: Trial { x, inputs, sum: 0.0, violation: 0.0 }, sides };
-        own.bound(plan);
-        own
+        let mut candidate = Candidate { trial: Trial { x, inputs, sum: 0.0, violation: 0.0 }, sides };
+        candidate.bound(plan);
+        candidate
     }
 
     /// From a start of the atlas, its first or its second bar for the crank, lengths within their limits.
@@ -164,15 +164,15 @@ impl Candidate {
         x[..4].copy_from_slice(&[a0.re, a0.im, ground.norm(), ground.arg()]);
         x[4..9].copy_from_slice(&[lengths[0], (b - a).norm(), lengths[1], tracer.re, tracer.im]);
         let mut side = 0.0;
-        let mut inputs: Vec<f64> = Vec::with_capacity(start.own.len());
-        for (place, own) in points.iter().zip(&start.own) {
-            let turn = polar(1.0, own[0]);
+        let mut inputs: Vec<f64> = Vec::with_capacity(start.local.len());
+        for (place, local) in points.iter().zip(&start.local) {
+            let turn = polar(1.0, local[0]);
             let angle = (place + turn * a - a0).arg();
             inputs.push(inputs.last().map_or(angle, |last| last + way(*last, angle)));
             side += cross(b0 - (place + turn * a), turn * (b - a)).signum();
         }
         if let Some(turns) = &path.crank {
-            let phase: Point = inputs.iter().zip(turns).map(|(own, turn)| polar(1.0, own - turn)).sum();
+            let phase: Point = inputs.iter().zip(turns).map(|(input, turn)| polar(1.0, input - turn)).sum();
             x[PHASE] = phase.arg();
         }
         Candidate::new(x, inputs, [if side < 0.0 { -1.0 } else { 1.0 }, 1.0], plan)
@@ -184,12 +184,12 @@ impl Candidate {
         }
     }
 
-    fn beside(&self, random: &mut Random, plan: &Plan<'_>) -> Candidate {
+    fn variant(&self, random: &mut Random, plan: &Plan<'_>) -> Candidate {
         let mut other = self.clone();
         let size = 0.05 * 6f64.powf(random.between(0.0, 1.0));
-        for (index, own) in other.trial.x.iter_mut().enumerate() {
-            let scale = if plan.lengths.contains(&index) { own.abs() } else { own.abs().max(0.3) };
-            *own += size * scale * random.normal().re;
+        for (index, value) in other.trial.x.iter_mut().enumerate() {
+            let scale = if plan.lengths.contains(&index) { value.abs() } else { value.abs().max(0.3) };
+            *value += size * scale * random.normal().re;
         }
         other.bound(plan);
         other
@@ -238,7 +238,7 @@ pub struct Bounded {
 /// Candidates that are settled within a plan, the best first.
 pub(crate) fn searched(plan: &Plan<'_>, mut all: Vec<Candidate>, seed: u64) -> Vec<Candidate> {
     let approach = |all: &mut Vec<Candidate>, steps: usize, most: usize| {
-        all.iter_mut().for_each(|own| plan.search(own.sides).approach(&mut own.trial, steps));
+        all.iter_mut().for_each(|candidate| plan.search(candidate.sides).approach(&mut candidate.trial, steps));
         keep(all, most, plan);
     };
     approach(&mut all, STEPS[0], SECOND_ROUND);
@@ -247,34 +247,35 @@ pub(crate) fn searched(plan: &Plan<'_>, mut all: Vec<Candidate>, seed: u64) -> V
     for _ in 0..VARIATIONS {
         let best: Vec<Candidate> = all.iter().take(VARIED).cloned().collect();
         let mut varied: Vec<Candidate> = Vec::with_capacity(VARIED * VARIANTS);
-        for own in &best {
-            varied.extend((0..VARIANTS).map(|_| own.beside(&mut random, plan)));
+        for candidate in &best {
+            varied.extend((0..VARIANTS).map(|_| candidate.variant(&mut random, plan)));
         }
-        varied.iter_mut().for_each(|own| plan.search(own.sides).approach(&mut own.trial, STEPS[1]));
+        varied.iter_mut().for_each(|candidate| plan.search(candidate.sides).approach(&mut candidate.trial, STEPS[1]));
         all.extend(varied);
         keep(&mut all, SETTLED, plan);
     }
-    all.iter_mut().for_each(|own| plan.search(own.sides).settle(&mut own.trial));
+    all.iter_mut().for_each(|candidate| plan.search(candidate.sides).settle(&mut candidate.trial));
     keep(&mut all, SETTLED, plan);
     all
 }
 
 /// The best, none like another.
 fn keep(all: &mut Vec<Candidate>, most: usize, plan: &Plan<'_>) {
-    let mut ranked: Vec<(f64, Candidate)> = all.drain(..).map(|own| (plan.merit(&own), own)).collect();
+    let mut ranked: Vec<(f64, Candidate)> =
+        all.drain(..).map(|candidate| (plan.merit(&candidate), candidate)).collect();
     ranked.retain(|(merit, _)| merit.is_finite());
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (_, own) in ranked {
+    for (_, candidate) in ranked {
         if all.len() >= most {
             break;
         }
         let near = |other: &Candidate| {
-            let same = |&i: &usize| (own.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * own.trial.x[i].abs();
-            let place = |i: usize| (own.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * plan.longest(&own);
-            own.sides == other.sides && plan.lengths.iter().all(same) && place(0) && place(1)
+            let same = |&i: &usize| (candidate.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * candidate.trial.x[i].abs();
+            let place = |i: usize| (candidate.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * plan.longest(&candidate);
+            candidate.sides == other.sides && plan.lengths.iter().all(same) && place(0) && place(1)
         };
         if !all.iter().any(near) {
-            all.push(own);
+            all.push(candidate);
         }
     }
 }
@@ -324,43 +325,46 @@ pub fn bounded_followers(
     let scaled = scaled(path);
     let plan = path_plan(&scaled, path, limits);
     let settled = searched(&plan, starts(&plan, path, &scaled, known, effort), effort.seed);
-    let largest = |own: &Candidate| follower(&scaled, path, own).largest;
-    let is_ordered = |own: &Candidate| plan.order.is_none_or(|closed| is_in_order(&own.trial.inputs, closed));
-    let drawn = |own: &Candidate| {
-        let is_exact = wish == Wish::Accuracy && largest(own) < EXACT * scaled.size;
+    let largest = |candidate: &Candidate| follower(&scaled, path, candidate).largest;
+    let is_ordered =
+        |candidate: &Candidate| plan.order.is_none_or(|closed| is_in_order(&candidate.trial.inputs, closed));
+    let drawn = |candidate: &Candidate| {
+        let is_exact = wish == Wish::Accuracy && largest(candidate) < EXACT * scaled.size;
         let wish = if is_exact { Wish::Transmission(EXACT * scaled.size) } else { wish };
         let within = match wish {
             Wish::Accuracy => f64::INFINITY,
             Wish::Size(within) | Wish::Transmission(within) => within,
         };
-        drawn_in(&plan, own, wish, |own| is_ordered(own) && largest(own) <= within)
+        drawn_in(&plan, candidate, wish, |candidate| is_ordered(candidate) && largest(candidate) <= within)
     };
     let drawn: Vec<Candidate> = settled.iter().filter_map(drawn).collect();
     let chosen = if drawn.is_empty() { &settled } else { &drawn };
-    chosen.iter().map(|own| bounded(&scaled, path, &plan, own)).collect()
+    chosen.iter().map(|candidate| bounded(&scaled, path, &plan, candidate)).collect()
 }
 
 /// Four-bars for a path whose bars get shorter and shorter, from one that is there on: each is as accurate as it can be.
 pub fn shorter_followers(path: &CouplerPath, limits: &LinkageLimits, from: &[Follower], count: usize) -> Vec<Bounded> {
     let scaled = scaled(path);
     let whole = path_plan(&scaled, path, limits);
-    let mut list: Vec<Start> = from.iter().filter_map(|own| of_follower(own, &scaled)).collect();
+    let mut list: Vec<Start> = from.iter().filter_map(|follower| of_follower(follower, &scaled)).collect();
     list.truncate(VARIED);
-    let both =
-        list.iter().flat_map(|start| [false, true].map(|own| Candidate::of(start, own, path, &scaled.points, &whole)));
+    let both = list
+        .iter()
+        .flat_map(|start| [false, true].map(|side| Candidate::of(start, side, path, &scaled.points, &whole)));
     let mut all: Vec<Candidate> = both.collect();
-    all.iter_mut().for_each(|own| whole.search(own.sides).settle(&mut own.trial));
+    all.iter_mut().for_each(|candidate| whole.search(candidate.sides).settle(&mut candidate.trial));
     keep(&mut all, VARIED, &whole);
-    let Some(begin) = all.first().map(|own| whole.longest(own)) else { return Vec::new() };
+    let Some(begin) = all.first().map(|candidate| whole.longest(candidate)) else { return Vec::new() };
     let mut found = Vec::new();
     for step in 1..=count {
         let plan = whole.shorter(begin * SHORTER.powi(step as i32));
-        for own in &mut all {
-            own.bound(&plan);
-            plan.search(own.sides).settle(&mut own.trial);
+        for candidate in &mut all {
+            candidate.bound(&plan);
+            plan.search(candidate.sides).settle(&mut candidate.trial);
         }
         all.sort_by(|a, b| plan.merit(a).total_cmp(&plan.merit(b)));
-        let holds = |own: &&Candidate| own.trial.violation <= 0.5 * SPARE && plan.merit(own) < DISORDER;
+        let holds =
+            |candidate: &&Candidate| candidate.trial.violation <= 0.5 * SPARE && plan.merit(candidate) < DISORDER;
         let Some(best) = all.iter().find(holds) else { break };
         found.push(bounded(&scaled, path, &plan, best));
     }
@@ -382,7 +386,7 @@ fn starts(
     let room = [plan.low[CRANK], plan.high[CRANK]];
     let mut list = likely(&scaled.points, count, Some(room));
     list.extend(likely(&scaled.points, count, None));
-    list.extend(known.iter().filter_map(|own| of_follower(own, scaled)));
+    list.extend(known.iter().filter_map(|follower| of_follower(follower, scaled)));
     let both = |start| [false, true].map(|exchanged| Candidate::of(start, exchanged, path, &scaled.points, plan));
     list.iter().flat_map(both).collect()
 }
@@ -390,7 +394,8 @@ fn starts(
 /// Four-bars that are there as starts of a search on the same path.
 pub(crate) fn four_bars(known: &[Follower], path: &CouplerPath, plan: &Plan<'_>) -> Vec<Candidate> {
     let scaled = scaled(path);
-    let start = |own: &Follower| Some(Candidate::of(&of_follower(own, &scaled)?, false, path, &scaled.points, plan));
+    let start =
+        |follower: &Follower| Some(Candidate::of(&of_follower(follower, &scaled)?, false, path, &scaled.points, plan));
     known.iter().take(VARIED).filter_map(start).collect()
 }
 
@@ -404,7 +409,7 @@ fn of_follower(follower: &Follower, scaled: &Scaled) -> Option<Start> {
     let [a, b] = [a, b].map(|pin| pin / scaled.size);
     let [c, d] = [a0, b0].map(|pivot| (pivot - scaled.middle) / scaled.size);
     let shared = [a.re, a.im, b.re, b.im, c.re, c.im, d.re, d.im, r / scaled.size, s / scaled.size];
-    Some(Start { shared, own: follower.poses.iter().map(|pose| [pose.angle]).collect() })
+    Some(Start { shared, local: follower.poses.iter().map(|pose| [pose.angle]).collect() })
 }
 
 fn bounded(scaled: &Scaled, path: &CouplerPath, plan: &Plan<'_>, candidate: &Candidate) -> Bounded {

@@ -62,8 +62,8 @@ fn mass_centres(mechanism: &Mechanism, scene: &Scene) -> Vec<String> {
         let places: Vec<[f64; 2]> =
             body.points.iter().map(|point| point.at.each_ref().map(|at| evaluate(at, &parameters))).collect();
         let sum = places.iter().fold([0.0, 0.0], |[x, y], at| [x + at[0], y + at[1]]);
-        let reach = places.iter().fold(0.0, |reach: f64, [x, y]| reach.max(x.hypot(*y)));
-        if sum[0].hypot(sum[1]) <= 1e-9 * reach {
+        let largest = places.iter().fold(0.0, |largest: f64, [x, y]| largest.max(x.hypot(*y)));
+        if sum[0].hypot(sum[1]) <= 1e-9 * largest {
             return None;
         }
         let point = body.points.iter().zip(&places).find(|(_, at)| **at == [0.0, 0.0]);

@@ -151,19 +151,19 @@ fn followers(equations: &Equations) -> Vec<Value> {
 }
 
 fn coordinates(equations: &Equations) -> Vec<Value> {
-    let of = |(index, own): (usize, &cotree::equations::Coordinate)| {
+    let of = |(index, coordinate): (usize, &cotree::equations::Coordinate)| {
         let [position, rate, acceleration] =
             Order::ALL.map(|order| symbol_name(equations, Symbol::Coordinate(index, order)));
-        json!({ "name": position, "rate": rate, "acceleration": acceleration, "unit": if own.angular { "rad" } else { "m" } })
+        json!({ "name": position, "rate": rate, "acceleration": acceleration, "unit": if coordinate.angular { "rad" } else { "m" } })
     };
     equations.coordinates.iter().enumerate().map(of).collect()
 }
 
 fn reactions(equations: &Equations) -> Vec<Value> {
-    let of = |(index, own): (usize, &cotree::equations::Constraint)| {
-        let unit = if own.held == Held::Angle { "N.m" } else { "N" };
+    let of = |(index, constraint): (usize, &cotree::equations::Constraint)| {
+        let unit = if constraint.held == Held::Angle { "N.m" } else { "N" };
         let name = symbol_name(equations, Symbol::Reaction(index));
-        json!({ "name": name, "owner": equations.system.name(own.element), "unit": unit })
+        json!({ "name": name, "owner": equations.system.name(constraint.element), "unit": unit })
     };
     equations.loops().map(of).collect()
 }

@@ -56,11 +56,11 @@ fn reduced(
     match written {
         SymbolNotation::Json => {
             let mut value = json::described(equations, &minimal.motion);
-            let own = minimal
+            let names = minimal
                 .independent
                 .iter()
                 .map(|&independent| equations.coordinates[independent].name.position.as_str());
-            value["independent"] = own.collect();
+            value["independent"] = names.collect();
             Ok(format!("{value:#}\n"))
         }
         SymbolNotation::Prose(prose) => {
@@ -186,9 +186,9 @@ fn followed(equations: &mut Equations, solved: &Solved, order: Order, constants:
     let mut values = Vec::new();
     for (&column, &constant) in solved.dependent.iter().zip(constants) {
         let mut value = constant;
-        for (own, &independent) in solved.independent.iter().enumerate() {
+        for (place, &independent) in solved.independent.iter().enumerate() {
             let symbol = arena.symbol(Symbol::Coordinate(independent, order));
-            value = arena.add_product(value, solved.ratio(column, own), symbol);
+            value = arena.add_product(value, solved.ratio(column, place), symbol);
         }
         values.push((column, value));
     }

@@ -17,7 +17,7 @@ use super::tree::{FormulaTree, plain};
 
 /// What holds on one side only or rubs, with its loop equation.
 struct ContactRow<'m> {
-    own: &'m Contact,
+    contact: &'m Contact,
     row: usize,
 }
 
@@ -53,11 +53,11 @@ impl Modes {
         let edges = edges(equations, &mechanism.contacts);
         let mut modes = Modes { all: Vec::new(), levels: Vec::new(), strikes: false, rubs: false };
         for edge in edges {
-            let own = match &edge.own.slip {
+            let names = match &edge.contact.slip {
                 Some(slip) => {
                     modes.rubs |= !matches!(slip.pressed, Pressed::Nothing) && slip.law.mu != Formula::Number(0.0);
                     let level = level(equations, &edge, slip);
-                    modes.levels.push((level_name(&edge.own.name), level));
+                    modes.levels.push((level_name(&edge.contact.name), level));
                     edge.of_friction(equations, slip)
                 }
                 None => {
@@ -65,8 +65,8 @@ impl Modes {
                     edge.of_one_side(equations)
                 }
             };
-            let named = edge.own.modes().into_iter().zip(own);
-            modes.all.push((edge.own.name.clone(), named.collect()));
+            let named = edge.contact.modes().into_iter().zip(names);
+            modes.all.push((edge.contact.name.clone(), named.collect()));
         }
         (!modes.all.is_empty()).then_some(modes)
     }
@@ -143,7 +143,7 @@ impl Modes {
 
     /// For other programs.
     pub fn json(&self) -> [Value; 2] {
-        let relation = |own: &FormulaTree| json!({ "text": PLAIN.formula(own), "tree": tree(own) });
+        let relation = |formula: &FormulaTree| json!({ "text": PLAIN.formula(formula), "tree": tree(formula) });
         let text = |pieces: &[Piece]| -> String {
             let piece = |piece: &Piece| match piece {
                 Piece::Math(tree) => PLAIN.formula(tree),
@@ -155,7 +155,7 @@ impl Modes {
         let modes = self.all.iter().flat_map(|(name, modes)| {
             modes.iter().map(move |(mode_name, mode)| {
                 let lasts = match &mode.lasts {
-                    Lasts::While(own) => relation(own),
+                    Lasts::While(formula) => relation(formula),
                     Lasts::Open(of) => json!({ "open": of }),
                 };
                 let holds: Vec<Value> = mode.holds.iter().map(relation).collect();
@@ -169,16 +169,16 @@ impl Modes {
 impl ContactRow<'_> {
     /// Open, closed; of a freewheel: free, caught.
     fn of_one_side(&self, equations: &mut Equations) -> Vec<HoldingMode> {
-        let (own, name) = (self.own, &self.own.name);
-        let closed = discrete(equations, own.state.closed);
+        let (contact, name) = (self.contact, &self.contact.name);
+        let closed = discrete(equations, contact.state.closed);
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
         let presses = Lasts::While(relation("<=", lambda.clone(), FormulaTree::zero()));
-        let share = equations.system.value(&own.gap.restitution);
+        let share = equations.system.value(&contact.gap.restitution);
         let share = plain(equations, &[share]).pop().unwrap_or_else(FormulaTree::zero);
-        let what = if own.gap.of_rate { rate_name(name) } else { gap_name(name) };
+        let what = if contact.gap.of_rate { rate_name(name) } else { gap_name(name) };
         let quantity = FormulaTree::Name(what);
         let after = match share {
-            _ if own.gap.of_rate => FormulaTree::zero(),
+            _ if contact.gap.of_rate => FormulaTree::zero(),
             share if share == FormulaTree::zero() => share,
             share => FormulaTree::Sum(vec![(
                 true,
@@ -186,7 +186,7 @@ impl ContactRow<'_> {
             )]),
         };
         let strikes = relation("=", FormulaTree::Name(instant(name, "after")), after);
-        let ends = if own.gap.of_rate {
+        let ends = if contact.gap.of_rate {
             vec![Piece::words("it engages at the current angle; with an impact: "), Piece::Math(strikes)]
         } else {
             vec![Piece::words("impact: "), Piece::Math(strikes)]
@@ -200,18 +200,18 @@ impl ContactRow<'_> {
             HoldingMode {
                 holds: vec![is(closed, 1.0), is(quantity, 0.0)],
                 lasts: presses,
-                then: vec![Piece::words(if own.gap.of_rate { "it disengages" } else { "it opens" })],
+                then: vec![Piece::words(if contact.gap.of_rate { "it disengages" } else { "it opens" })],
             },
         ]
     }
 
     /// It sticks, slides, slides back; and does none of these where nothing touches.
     fn of_friction(&self, equations: &mut Equations, slip: &Slip) -> Vec<HoldingMode> {
-        let sticks = discrete(equations, self.own.state.closed);
-        let direction = self.own.state.direction.map_or_else(FormulaTree::zero, |way| discrete(equations, way));
+        let sticks = discrete(equations, self.contact.state.closed);
+        let direction = self.contact.state.direction.map_or_else(FormulaTree::zero, |way| discrete(equations, way));
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
-        let rate = FormulaTree::Name(rate_name(&self.own.name));
-        let level = FormulaTree::Name(level_name(&self.own.name));
+        let rate = FormulaTree::Name(rate_name(&self.contact.name));
+        let level = FormulaTree::Name(level_name(&self.contact.name));
         let ratio = equations.system.value(&slip.law.ratio);
         let most = match plain(equations, &[ratio]).pop() {
             Some(ratio) if ratio != FormulaTree::Number(1.0) => FormulaTree::product(vec![ratio, level]),
@@ -251,21 +251,21 @@ impl ContactRow<'_> {
 
 /// Those that have a loop equation.
 fn edges<'m>(equations: &Equations, all: &'m [Contact]) -> Vec<ContactRow<'m>> {
-    let rows = all.iter().enumerate().filter_map(|(index, own)| Some((own, equations.row_of_contact(index)?)));
-    rows.map(|(own, row)| ContactRow { own, row }).collect()
+    let rows = all.iter().enumerate().filter_map(|(index, contact)| Some((contact, equations.row_of_contact(index)?)));
+    rows.map(|(contact, row)| ContactRow { contact, row }).collect()
 }
 
 /// The gaps, and the rates of what slides or turns freely.
 pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let mechanism = equations.system.mechanism.clone();
     let (mut gaps, mut rates) = (Vec::new(), Vec::new());
-    for ContactRow { own, row } in edges(equations, &mechanism.contacts) {
+    for ContactRow { contact, row } in edges(equations, &mechanism.contacts) {
         let Some(gap) = equations.constraints[row].contact.clone() else { continue };
-        if own.slip.is_none() && !own.gap.of_rate {
-            gaps.push((gap_name(&own.name), gap.value));
+        if contact.slip.is_none() && !contact.gap.of_rate {
+            gaps.push((gap_name(&contact.name), gap.value));
             continue;
         }
-        rates.push((rate_name(&own.name), gap.rate(&mut equations.system.arena)));
+        rates.push((rate_name(&contact.name), gap.rate(&mut equations.system.arena)));
     }
     [("Gaps", gaps), ("Sliding speeds, and relative speeds of freewheels", rates)]
 }
@@ -303,15 +303,15 @@ fn level(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> FormulaTr
 fn pressing(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> Option<FormulaTree> {
     let size = |tree: FormulaTree| FormulaTree::Call("abs", vec![tree]);
     let variable = |equations: &Equations, quantity| {
-        let variable = Variable { owner: edge.own.owner, quantity };
+        let variable = Variable { owner: edge.contact.owner, quantity };
         FormulaTree::Name(Name::variable(&equations.system.mechanism.variable_name(variable)))
     };
     Some(match slip.pressed {
         Pressed::Nothing => return None,
         Pressed::Pin => {
             let squares = [Quantity::Fx, Quantity::Fy]
-                .map(|own| FormulaTree::power(variable(equations, own), FormulaTree::Number(2.0)));
-            FormulaTree::Root(Box::new(FormulaTree::Sum(squares.map(|own| (false, own)).into())))
+                .map(|velocity| FormulaTree::power(variable(equations, velocity), FormulaTree::Number(2.0)));
+            FormulaTree::Root(Box::new(FormulaTree::Sum(squares.map(|square| (false, square)).into())))
         }
         Pressed::Guide { .. } => match &slip.law.length {
             None => size(variable(equations, Quantity::Fn)),

@@ -236,10 +236,10 @@ fn in_parts(equations: &mut Equations, groups: &mut Vec<(&'static str, Vec<Entry
     let shares = equations.load_shares();
     let mut sums = Vec::new();
     for (row, (name, _)) in whole.into_iter().enumerate() {
-        let own = shares.iter().filter(|(_, load)| load[row] != Expr::ZERO);
+        let acting = shares.iter().filter(|(_, load)| load[row] != Expr::ZERO);
         sums.push((
             name,
-            FormulaTree::sum(own.map(|(share, _)| (false, FormulaTree::Name(part_of_load(*share, row)))).collect()),
+            FormulaTree::sum(acting.map(|(share, _)| (false, FormulaTree::Name(part_of_load(*share, row)))).collect()),
         ));
     }
     let part = |(share, load): &(Share, Vec<Expr>)| {
@@ -347,7 +347,7 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
     let joints = mechanism.joints.iter().filter(|joint| joint.component().reactions == [Quantity::Fx, Quantity::Fy]);
     let joints = joints.map(|joint| (joint.owner, turning));
     let stretching = [Quantity::Length, Quantity::Rate];
-    let stretches = |load: &&Part| stretching.iter().all(|own| load.component().variables.contains(own));
+    let stretches = |load: &&Part| stretching.iter().all(|variable| load.component().variables.contains(variable));
     let lines = mechanism.loads.iter().filter(stretches).map(|load| (load.owner, stretching));
     let mut names = if equations.symbolic { laws(equations) } else { HashMap::new() };
     for (owner, quantities) in bodies.chain(joints).chain(lines).collect::<Vec<_>>() {
@@ -366,15 +366,15 @@ fn variables(equations: &mut Equations) -> HashMap<Expr, String> {
 fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
     let mut laws = Vec::new();
     for element in equations.system.elements.iter().filter(|element| matches!(element.origin, Origin::Load(_))) {
-        let own = || element.name.clone();
+        let name = || element.name.clone();
         match element.translation.as_ref().map(|row| row.through.clone()) {
-            Some(Force::Line(law)) => laws.push((law, own(), Quantity::Force)),
+            Some(Force::Line(law)) => laws.push((law, name(), Quantity::Force)),
             // Components in the axes of a body have no name: `fx` and `fy` are those in the axes of the world.
-            Some(Force::World([x, y])) => laws.extend([(x, own(), Quantity::Fx), (y, own(), Quantity::Fy)]),
+            Some(Force::World([x, y])) => laws.extend([(x, name(), Quantity::Fx), (y, name(), Quantity::Fy)]),
             Some(Force::None | Force::Inertia(_) | Force::Resistance(_) | Force::InBody(..)) | None => {}
         }
         if let Some(Torque::Law(law)) = element.rotation.as_ref().map(|row| row.through.clone()) {
-            laws.push((law, own(), Quantity::Torque));
+            laws.push((law, name(), Quantity::Torque));
         }
     }
     let laws: Vec<(Expr, String, Quantity)> =
@@ -420,9 +420,9 @@ fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, coordinate): (usize, &cotree::equations::Coordinate)| {
         let short = Name::entry("q", &[index]);
         let unit = if coordinate.angular { "rad" } else { "m" };
-        let own =
+        let pair =
             [&coordinate.name.position, &coordinate.name.rate].map(|name| FormulaTree::Name(Name::variable(name)));
-        let [position, rate] = own.map(Piece::Math);
+        let [position, rate] = pair.map(Piece::Math);
         let name = Piece::Code(equations.system.element(coordinate.element).name.clone());
         vec![Piece::Math(FormulaTree::Name(short)), position, Piece::words(unit), rate, Piece::words("branch"), name]
     };

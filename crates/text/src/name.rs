@@ -70,11 +70,11 @@ impl Name {
     pub fn word(plain: &str) -> Name {
         let base = plain.trim_end_matches(|c: char| c.is_ascii_digit());
         // With a number below, these are entries of the page's own matrices and columns.
-        let own = matches!(
+        let is_indexed = matches!(
             base,
             "M" | "Q" | "Phi" | "Phi_q" | "Phi_t" | "gamma" | "lambda" | "D" | "K" | "F" | "q" | "v" | "a"
         );
-        let base = if base.is_empty() || base.ends_with('_') || own { plain } else { base };
+        let base = if base.is_empty() || base.ends_with('_') || is_indexed { plain } else { base };
         let subscript = &plain[base.len()..];
         Name { plain: plain.to_owned(), ..Name::letter(base, subscript) }
     }
@@ -122,20 +122,20 @@ pub struct Names<'a> {
 impl<'a> Names<'a> {
     pub fn new(equations: &'a Equations) -> Self {
         let mechanism = &equations.system.mechanism;
-        let own = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
-        let own = own.chain(mechanism.inputs.iter().map(|input| input.name.as_str()));
-        let own: Vec<&str> = own.chain(mechanism.drivers.iter().map(|driver| driver.name.as_str())).collect();
+        let taken = mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
+        let taken = taken.chain(mechanism.inputs.iter().map(|input| input.name.as_str()));
+        let taken: Vec<&str> = taken.chain(mechanism.drivers.iter().map(|driver| driver.name.as_str())).collect();
         let is_free = |letter: &str, lines: usize| {
             let stem = format!("{letter}{}", "_".repeat(lines));
             let is_numbered = |name: &&str| {
                 name.strip_prefix(stem.as_str())
                     .is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|b| b.is_ascii_digit()))
             };
-            !own.iter().any(is_numbered)
+            !taken.iter().any(is_numbered)
         };
         // As many underscores as there are names are enough: each name excludes one number of them.
         let lines = |letters: &[&str]| {
-            (1..=own.len() + 1).find(|&lines| letters.iter().all(|letter| is_free(letter, lines))).unwrap_or(1)
+            (1..=taken.len() + 1).find(|&lines| letters.iter().all(|letter| is_free(letter, lines))).unwrap_or(1)
         };
         let short = is_free("c", 0) && is_free("s", 0);
         Names {
@@ -155,8 +155,8 @@ impl<'a> Names<'a> {
         match symbol {
             Symbol::Coordinate(index, Order::Position) if self.equations.coordinates[index].angular => {
                 // `theta_9` has `c9` and `s9`.
-                let own = self.equations.coordinates[index].name.position.strip_prefix("theta_");
-                own.map_or(Some(index + 1), |number| number.parse().ok())
+                let written = self.equations.coordinates[index].name.position.strip_prefix("theta_");
+                written.map_or(Some(index + 1), |number| number.parse().ok())
             }
             Symbol::Coordinate(..) | Symbol::Time | Symbol::Parameter(_) | Symbol::Discrete(_) => None,
             Symbol::Input(..) | Symbol::Follower(..) => None,
@@ -178,11 +178,11 @@ impl<'a> Names<'a> {
 
 /// The highest number of a coordinate.
 fn highest(equations: &Equations) -> usize {
-    let own = equations
+    let numbers = equations
         .coordinates
         .iter()
         .filter_map(|coordinate| coordinate.name.position.strip_prefix("theta_")?.parse().ok());
-    own.chain([equations.coordinates.len()]).max().unwrap_or_default()
+    numbers.chain([equations.coordinates.len()]).max().unwrap_or_default()
 }
 
 fn numbered(letter: &str, lines: usize, number: usize) -> Name {
@@ -198,12 +198,12 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
     match symbol {
         Symbol::Time => Name::word("t"),
         Symbol::Parameter(i) => {
-            let own = &mechanism.parameters[i];
+            let parameter = &mechanism.parameters[i];
             // Parameters that the page made up stand nowhere in the scene.
-            if equations.symbolic && own.span == Span::default() {
-                Name::symbol(&own.name)
+            if equations.symbolic && parameter.span == Span::default() {
+                Name::symbol(&parameter.name)
             } else {
-                Name::word(&own.name)
+                Name::word(&parameter.name)
             }
         }
         Symbol::Discrete(i) => Name::word(&mechanism.discrete[i].name),
@@ -232,8 +232,10 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
 /// A multiplier, the level of friction, or the value of a load.
 fn reaction_name(equations: &Equations, row: usize) -> Name {
     match equations.constraints.get(row) {
-        Some(own) if own.is_level() => super::modes::level_name(equations.system.name(own.element)),
-        Some(own) if own.is_feedback() => super::feedback::value_name(equations, own),
+        Some(constraint) if constraint.is_level() => {
+            super::modes::level_name(equations.system.name(constraint.element))
+        }
+        Some(constraint) if constraint.is_feedback() => super::feedback::value_name(equations, constraint),
         // Counted among the loop equations that constrain the motion.
         _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
     }

@@ -28,9 +28,9 @@ pub fn signals(equations: &Equations, formulas: &[Expr]) -> Vec<Vec<Piece>> {
 
 fn input_words(equations: &Equations, input: usize, order: Order) -> Vec<Piece> {
     let mechanism = &equations.system.mechanism;
-    let own = &mechanism.inputs[input];
-    let unit = unit(&own.unit.si, order);
-    vec![Piece::words(unit), Piece::words(derived(order as i32)), Piece::Code(own.name.clone())]
+    let variable = &mechanism.inputs[input];
+    let unit = unit(&variable.unit.si, order);
+    vec![Piece::words(unit), Piece::words(derived(order as i32)), Piece::Code(variable.name.clone())]
 }
 
 /// None of the state of a contact and of joints and drivers that events remove: these belong to modes.
@@ -48,9 +48,9 @@ fn discrete_words(equations: &Equations, index: usize) -> Option<Vec<Piece>> {
 }
 
 fn state_words(equations: &Equations, state: usize, order: Order) -> Vec<Piece> {
-    let own = &equations.system.mechanism.states[state];
+    let variable = &equations.system.mechanism.states[state];
     let what = if order == Order::Position { "state" } else { "rate of the state" };
-    vec![Piece::words(unit(&own.unit.si, order)), Piece::words(what), Piece::Code(own.name.clone())]
+    vec![Piece::words(unit(&variable.unit.si, order)), Piece::words(what), Piece::Code(variable.name.clone())]
 }
 
 fn follower_words(equations: &Equations, follower: usize, order: Order) -> Vec<Piece> {

@@ -38,8 +38,8 @@ pub fn symbols(equations: &Equations, written: SymbolNotation) -> String {
 pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
     let mut renamed =
         Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
-    for (own, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
-        own.standing = other.standing;
+    for (constraint, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
+        constraint.standing = other.standing;
     }
     renamed.symbolic = true;
     renamed
@@ -48,12 +48,12 @@ pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
 /// A table of names and values: the user's parameters, then those of the page.
 pub fn values(equations: &mut Equations, named: &[NamedNumber]) -> Vec<DocumentBlock> {
     let mechanism = &*equations.system.mechanism.clone();
-    let own = mechanism.parameters.len() - named.len();
+    let first = mechanism.parameters.len() - named.len();
     let mut rows: Vec<Vec<Piece>> = Vec::new();
     for (index, parameter) in mechanism.parameters.iter().enumerate() {
         let name = Piece::Math(FormulaTree::Name(symbol_name(equations, Symbol::Parameter(index))));
         let mut row = vec![name, number(parameter.value, &parameter.unit)];
-        match index.checked_sub(own).and_then(|index| named.get(index)) {
+        match index.checked_sub(first).and_then(|index| named.get(index)) {
             None => row.extend([Piece::words("parameter"), Piece::words(&parameter.description)]),
             Some(named) => {
                 row.push(Piece::Code(named.element.clone().unwrap_or_else(|| "scene".to_owned())));

@@ -29,8 +29,8 @@ pub fn tikz(svg: &str) -> Result<String, PictureError> {
     Ok(text)
 }
 
-fn group(own: &Group, labels: &HashMap<String, Label>, scale: f32, out: &mut String) {
-    for node in own.children() {
+fn group(parent: &Group, labels: &HashMap<String, Label>, scale: f32, out: &mut String) {
+    for node in parent.children() {
         match node {
             Node::Group(inner) => group(inner, labels, scale, out),
             Node::Path(inner) => match labels.get(inner.id()) {
@@ -125,7 +125,7 @@ fn place(transform: Transform, mut point: Point) -> String {
 
 fn colour(paint: &Paint) -> Option<String> {
     match paint {
-        Paint::Color(own) => Some(format!("{{rgb,255:red,{};green,{};blue,{}}}", own.red, own.green, own.blue)),
+        Paint::Color(color) => Some(format!("{{rgb,255:red,{};green,{};blue,{}}}", color.red, color.green, color.blue)),
         _ => None,
     }
 }

@@ -68,7 +68,7 @@ impl FormulaTree {
     /// Is it a sum of names with this one among them?
     pub fn names(&self, name: &Name) -> bool {
         match self {
-            FormulaTree::Name(own) => own == name,
+            FormulaTree::Name(other) => other == name,
             FormulaTree::Sum(terms) => terms.iter().any(|(_, term)| term.names(name)),
             _ => false,
         }
@@ -150,17 +150,17 @@ pub fn formulas(equations: &Equations, exprs: &[Expr], context: &ReadingContext)
     let definitions = definitions.collect::<Vec<_>>();
     let formulas = reading.roots.iter().map(|root| layout.sum(root)).collect();
     // The sine and cosine of an angle that is itself defined come right after it.
-    let (mut angles, mut own) = (Vec::new(), BTreeMap::<usize, Vec<_>>::new());
+    let (mut angles, mut named) = (Vec::new(), BTreeMap::<usize, Vec<_>>::new());
     for ((factor, _), (name, value)) in layout.angles {
         let pair = (FormulaTree::Name(name), value);
         match factor {
-            Factor::Named(index, _) => own.entry(index).or_default().push(pair),
+            Factor::Named(index, _) => named.entry(index).or_default().push(pair),
             _ => angles.push(pair),
         }
     }
     let definitions = definitions
         .into_iter()
-        .flat_map(|(index, pair)| std::iter::once(pair).chain(own.remove(&index).unwrap_or_default()))
+        .flat_map(|(index, pair)| std::iter::once(pair).chain(named.remove(&index).unwrap_or_default()))
         .collect();
     Formulas { angles, definitions, formulas }
 }

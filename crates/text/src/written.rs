@@ -93,14 +93,14 @@ pub fn written(formulated: &mut Formulated, notation: EquationFormat) -> Result<
 /// Whether equations can be written.
 fn check(equations: &Equations) -> Result<(), Vec<Fault>> {
     check_written(equations)?;
-    let Some(own) = equations.first_led().map(|index| &equations.system.mechanism.contacts[index]) else {
+    let Some(contact) = equations.first_led().map(|index| &equations.system.mechanism.contacts[index]) else {
         return Ok(());
     };
     let message = format!(
         "`{}` slides, prescribed by drivers: its friction depends on the reactions, and printed equations of a driven motion do not include it",
-        own.name
+        contact.name
     );
-    let fault = Fault::new("equations::friction", message, own.span).label("dry friction in a driven motion");
+    let fault = Fault::new("equations::friction", message, contact.span).label("dry friction in a driven motion");
     Err(vec![fault.help("print the equations without this friction; `simulate`, `motion` and FMUs include it")])
 }
 
@@ -155,13 +155,13 @@ pub fn reduced(
     symbols: bool,
 ) -> Result<Result<String, crate::SingularStart>, Vec<Fault>> {
     check(&formulated.equations)?;
-    if let Some(contacts) = formulated.equations.system.mechanism.contacts.first() {
-        let what = if contacts.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
+    if let Some(contact) = formulated.equations.system.mechanism.contacts.first() {
+        let what = if contact.slip.is_some() { "sticks or slides" } else { "is a unilateral constraint" };
         let message = format!(
             "`{}` {what}: how many coordinates are independent depends on the mode, and so do the reduced equations",
-            contacts.name
+            contact.name
         );
-        let fault = Fault::new("equations::modes", message, contacts.span).label("it has modes");
+        let fault = Fault::new("equations::modes", message, contact.span).label("it has modes");
         return Err(vec![fault.help("print the equations without `--minimal`: these include a table of the modes")]);
     }
     if formulated.equations.reads_the_motion() {

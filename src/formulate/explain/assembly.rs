@@ -134,7 +134,12 @@ fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
 }
 
 fn contradiction(equations: &mut Equations, model: &Model, names: &[String], velocity: bool) -> Fault {
-    let level = if velocity { "velocities" } else { "positions" };
+    let (level, contradict) = match (velocity, names.len()) {
+        (true, 1) => ("velocity", "contradicts"),
+        (true, _) => ("velocities", "contradict"),
+        (false, 1) => ("position", "contradicts"),
+        (false, _) => ("positions", "contradict"),
+    };
     let spans: Vec<Span> = names.iter().map(|name| condition_span(equations, name)).collect();
     let (causes, several) = causes(equations, model, names, velocity);
     let make = if several { "make" } else { "makes" };
@@ -150,7 +155,7 @@ fn contradiction(equations: &mut Equations, model: &Model, names: &[String], vel
         Some((name, Needed { given, found, .. })) => {
             format!("`{name}` is {given} in `[initial]`, but {causes} {make} it {found}")
         }
-        None => format!("the initial {level} {} contradict {causes}", list(names)),
+        None => format!("the initial {level} {} {contradict} {causes}", list(names)),
     };
     let help = match names {
         [name] if is_free => format!("give `{name}` a value closer to that, make it a guess, or guess other positions"),

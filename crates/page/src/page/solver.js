@@ -117,6 +117,9 @@ export class Solver {
   }
 }
 
+/** JSON has `null` for what is not a number. */
+const fromJson = (values) => Float64Array.from(values, (value) => value ?? NaN);
+
 /** The same at the program that serves the page: one request for a run, or for a pull with its values. */
 class ServedSolver {
   constructor(server, model, names) {
@@ -186,10 +189,9 @@ class ServedSolver {
   /** @type {(question: any[], began: number, answer: any) => any} */
   taken([, , names, , times = Solver.times()], began, { columns, last, failed, message, warning }) {
     const what = { start: "The mechanism cannot be assembled with these values: ", step: `The motion ends at ${three(times[last] ?? times[0])} s: ` };
-    const column = (k) => Float64Array.from(columns[k], (value) => value ?? NaN);
     return {
       times,
-      columns: new Map(names.map((name, k) => [name, column(k)])),
+      columns: new Map(names.map((name, k) => [name, fromJson(columns[k])])),
       last,
       error: failed ? `${what[failed] ?? ""}${message}` : null,
       warning: warning ? `Warning: ${warning}` : null,
@@ -202,25 +204,24 @@ class ServedGrip {
     this.solver = solver;
     this.grip = grip;
     this.time = null;
-    this.names = [];
-    this.seen = null;
+    this.number = 0;
   }
-  ask(to, names) {
-    return this.solver.server.now("pull", { grip: this.grip, time: this.time, to, variables: this.solver.places(names) });
+  /** Requests are numbered: one that arrives after a later one pulls no more. */
+  question(to, names, share = 0) {
+    return { grip: this.grip, number: ++this.number, time: this.time, to, share, variables: this.solver.places(names) };
   }
-  /** What was read after the last pull comes along with this one: one request for a picture. */
+  async follow(point, target, names, share) {
+    const { end, values } = await this.solver.server.later("pull", JSON.stringify(this.question([[...point], [...target]], names, share)));
+    return { end, values: fromJson(values) };
+  }
   pull(point, target) {
-    const { end, values } = this.ask([point, target].map(([...at]) => at), this.names);
-    this.seen = values;
-    return end;
+    return this.solver.server.now("pull", this.question([[...point], [...target]], [])).end;
   }
   values(names) {
-    const values = names === this.names && this.seen || this.ask(null, names).values;
-    Object.assign(this, { names, seen: null });
-    return Float64Array.from(values, (value) => value ?? NaN);
+    return fromJson(this.solver.server.now("pull", this.question(null, names)).values);
   }
   setTime(time) {
-    Object.assign(this, { time, seen: null });
+    this.time = time;
   }
   letGo() {
     return 0;
@@ -237,6 +238,15 @@ export class Grip {
   /** Pulls a point of the body, in its axes, to a place: 0 there or as near as it comes, 1 on its way, 2 at a dead point, 3 where branches meet, 4 nothing moves it, 5 nothing moves at all. */
   pull([x, y], [u, v]) {
     return this.solver.calls.cotree_pull(this.at, x, y, u, v);
+  }
+
+  /** Pulls until the point is there or a share of a frame [ms] is over; how that ended, and values in the pose. */
+  follow(point, target, names, share) {
+    const began = performance.now();
+    let end;
+    do end = this.pull(point, target);
+    while (end === 1 && performance.now() - began < share);
+    return { end, values: this.values(names) };
   }
 
   /** Values in the pose; what only a motion has is not a number. */

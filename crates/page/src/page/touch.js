@@ -13,6 +13,8 @@ export const TOUCH = MODEL.touch;
 export const REACH = { touch: 22, mouse: 7 };
 /** Half of a block that slides, in pins. */
 const BLOCK = 2.5;
+/** Pulls that the program which serves the page solves at a time: a request takes up to two frames. */
+const MOST_REQUESTS = 2;
 /** Time of a picture that pulling may take [ms]. */
 export const SHARE_OF_FRAME = 8;
 export const touching = { mode: "pull", hold: null, handles: [], drag: null };
@@ -104,7 +106,10 @@ export function hold(body, [x, y]) {
     before: state.run,
     local: turnedBack(body, minus([x, y], pose[body])),
     target: [x, y],
-    asked: false,
+    due: false,
+    frame: 0,
+    solving: 0,
+    found: null,
     steps: 0,
     end: 0,
   };
@@ -114,21 +119,32 @@ export function hold(body, [x, y]) {
 /** The held point shall be there; the next picture shows it. */
 export function pullTo(target) {
   const { hold } = touching;
-  hold.target = target;
-  if (hold.asked) return;
-  hold.asked = true;
-  requestAnimationFrame(() => {
-    hold.asked = false;
-    if (touching.hold === hold) pullOn();
+  Object.assign(hold, { target, due: true });
+  nextFrame(hold);
+}
+function nextFrame(hold) {
+  hold.frame ||= requestAnimationFrame(() => {
+    hold.frame = 0;
+    if (touching.hold === hold) pullOn(hold);
   });
 }
-function pullOn() {
-  const { hold } = touching, began = performance.now();
-  do {
-    hold.end = hold.grip.pull(hold.local, hold.target);
-    hold.steps++;
-  } while (hold.end === 1 && performance.now() - began < SHARE_OF_FRAME);
-  const values = hold.grip.values(hold.names);
+/** One frame. The program that serves the page solves for the next frames while this one shows what it found for the last. */
+function pullOn(hold) {
+  if (hold.due && hold.solving < MOST_REQUESTS) {
+    const answer = hold.grip.follow(hold.local, hold.target, hold.names, SHARE_OF_FRAME);
+    Object.assign(hold, { due: false, solving: hold.solving + 1, steps: hold.steps + 1 });
+    if (answer instanceof Promise) answer.then((found) => receive(hold, found), (fault) => tell(fault.message));
+    else receive(hold, answer);
+  }
+  if (hold.found) showPulled(hold);
+}
+function receive(hold, found) {
+  Object.assign(hold, { end: found.end ?? hold.end, found, solving: hold.solving - 1, due: hold.due || found.end === 1 });
+  nextFrame(hold);
+}
+function showPulled(hold) {
+  const { values } = hold.found;
+  hold.found = null;
   state.run = {
     times: Float64Array.of(hold.time),
     columns: new Map(hold.names.map((name, k) => [name, Float64Array.of(values[k])])),
@@ -139,7 +155,6 @@ function pullOn() {
   };
   paint();
   tell(pullWords(hold), true);
-  if (hold.end === 1) pullTo(hold.target);
 }
 function pullWords({ end, body }) {
   const { name } = G.bodies[body];
@@ -157,6 +172,8 @@ export function letGo(keep) {
   $("stage").classList.remove("pulling");
   state.run = hold.before;
   if (keep && hold.steps) {
+    // The answer to the last request comes too late.
+    if (hold.solving || hold.due) grip.pull(hold.local, hold.target);
     startFrom(grip);
     state.time = START;
     commit(`${G.bodies[hold.body].name} pulled`);

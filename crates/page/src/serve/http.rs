@@ -144,12 +144,15 @@ pub fn respond(stream: impl Write, status: &str, content: &[u8]) -> io::Result<(
 /// The browser has gone.
 pub fn respond_with(mut stream: impl Write, status: &str, header: &str, content: &[u8]) -> io::Result<()> {
     let length = content.len();
+    let mut answer = Vec::with_capacity(length + 512);
+    // One write: a write for each piece sends a packet for each.
     write!(
-        stream,
+        answer,
         "HTTP/1.1 {status}\r\nContent-Type: text/html; charset=utf-8\r\nCache-Control: no-store\r\n\
          Referrer-Policy: no-referrer\r\nContent-Length: {length}\r\n{header}Connection: close\r\n\r\n"
     )?;
-    stream.write_all(content)
+    answer.extend_from_slice(content);
+    stream.write_all(&answer)
 }
 
 #[cfg(test)]
@@ -210,6 +213,29 @@ mod tests {
         assert!(files("null").ends_with("here: POST /call"));
         assert!(files("http://elsewhere.example").starts_with("HTTP/1.1 403 "));
         assert!(answered_to(Askers::Files, |host, _| post("null", host, "0123")).starts_with("HTTP/1.1 404 "));
+    }
+
+    /// A connection has one request: what follows it is not read as another one.
+    #[test]
+    fn what_follows_a_request_is_not_another_one() {
+        let answer = answered(|host, token| {
+            let get =
+                |path: &str| format!("GET /{token}/{path} HTTP/1.1\r\nHost: {host}\r\nConnection: keep-alive\r\n\r\n");
+            get("first") + &get("second")
+        });
+        assert!(answer.contains("\r\nConnection: close\r\n") && answer.ends_with("here: GET /first"), "{answer}");
+    }
+
+    #[test]
+    fn a_length_that_is_none_or_too_large_is_refused() {
+        for length in ["-1", "1e3", "", "99999999999999999999999", &(LARGEST_BODY + 1).to_string()] {
+            let answer = answered(|host, token| {
+                format!(
+                    "POST /{token}/call HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: {length}\r\n\r\nx"
+                )
+            });
+            assert!(answer.starts_with("HTTP/1.1 400 "), "{length}: {answer}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
@@ -9,16 +10,26 @@ use cotree_fmu::program::Program;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::pull::Grip;
+use crate::pull::{End, Grip};
 
 /// Each new page of a scene that is drawn brings programs of its own; the oldest are let go.
 const MOST: usize = 64;
+
+/// A page asks for one picture: no pull takes longer \[ms\].
+const LONGEST_PULL: f64 = 50.0;
 
 /// Programs and held bodies, by the numbers that pages know them by.
 #[derive(Default)]
 pub struct Solvers {
     instances: Mutex<Kept<Instance>>,
-    grips: Mutex<Kept<Grip>>,
+    grips: Mutex<Kept<Numbered>>,
+}
+
+/// A body that a page pulls. A page draws while it waits, and each request has a connection and a thread: they may arrive in another order than they were sent.
+struct Numbered {
+    grip: Grip,
+    /// Highest number of a request that was answered.
+    last: u64,
 }
 
 struct Kept<T> {
@@ -63,8 +74,11 @@ struct Solve {
 #[derive(Deserialize)]
 struct Pull {
     grip: u64,
+    number: u64,
     time: Option<f64>,
     to: Option<[[f64; 2]; 2]>,
+    /// The pull ends after this time at the latest \[ms\].
+    share: f64,
     variables: Vec<u32>,
 }
 
@@ -139,7 +153,7 @@ impl Solvers {
                 let question: Start = read(body)?;
                 let instance = self.instance(question.model)?;
                 let grip = question.grip(&mut locked(&instance))?;
-                told(&json!({ "grip": locked(&self.grips).keep(grip) }))
+                told(&json!({ "grip": locked(&self.grips).keep(Numbered { grip, last: 0 }) }))
             }
             _ => {
                 let question: Pull = read(body)?;
@@ -216,12 +230,97 @@ impl Solve {
 }
 
 impl Pull {
-    /// How the pull has ended, as a number of [`crate::pull::End`], and the values in the pose.
-    fn answer(&self, grip: &mut Grip) -> serde_json::Value {
-        self.time.into_iter().for_each(|time| grip.set_time(time));
-        let end = self.to.map(|[point, target]| grip.pull(point, target) as i32);
+    /// How the pull has ended, as a number of [`End`], and the values in the pose. A request that arrives after a later one reads values only: the page has let go, or reads its last pose.
+    fn answer(&self, held: &mut Numbered) -> serde_json::Value {
+        let is_late = self.number < held.last;
+        held.last = held.last.max(self.number);
+        let Numbered { grip, .. } = held;
+        self.time.filter(|_| !is_late).into_iter().for_each(|time| grip.set_time(time));
+        let end = self.to.filter(|_| !is_late).map(|[point, target]| self.pull(grip, point, target) as i32);
         let mut values = vec![f64::NAN; self.variables.len()];
         grip.values(&self.variables, &mut values);
         json!({ "end": end, "values": values })
+    }
+
+    fn pull(&self, grip: &mut Grip, point: [f64; 2], target: [f64; 2]) -> End {
+        let began = Instant::now();
+        let is_over = || began.elapsed().as_secs_f64() * 1e3 >= self.share.min(LONGEST_PULL);
+        loop {
+            let end = grip.pull(point, target);
+            if end != End::OnItsWay || is_over() {
+                return end;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotree::compile::compile;
+    use cotree::scene::Scene;
+    use serde_json::Value;
+
+    use super::*;
+
+    /// A rod of 1 m, balanced on its pin, whose tip is below it.
+    const ROD: &str = "format = 1\nname = \"rod\"\n[ground.points]\no = [0, 0]\n[bodies.rod]\nmass = 1\n\
+        inertia = 0.1\ncom = [0, 0]\npoints = { a = [0, 0], tip = [1, 0] }\n[joints.pin]\ntype = \"revolute\"\n\
+        between = [\"ground.o\", \"rod.a\"]\n[initial]\n\"pin.angle\" = \"-90 deg\"\n[outputs]\nvariables = [\"rod.x\", \"rod.y\", \"rod.angle\"]\n";
+
+    /// Solvers with the rod held, and its variables for `x`, `y` and `angle`.
+    fn held() -> (Solvers, [usize; 3]) {
+        let compiled = compile(&Scene::from_toml(ROD).unwrap()).unwrap();
+        let named =
+            |name: &str| compiled.description.variables.iter().position(|variable| variable.name == name).unwrap();
+        let body = ["rod.x", "rod.y", "rod.angle"].map(named);
+        let solvers = Solvers::default();
+        solvers.load(&compiled.program.to_bytes().unwrap()).unwrap();
+        let start = json!({ "model": 1, "start": 0.0, "stop": 1.0, "tolerance": 1e-6, "values": [],
+            "pose": { "positions": [-std::f64::consts::FRAC_PI_2], "body": body } });
+        solvers.ask("grip", start.to_string().as_bytes()).unwrap();
+        (solvers, body)
+    }
+
+    /// The angle of the rod after its tip is pulled towards an angle.
+    fn pulled(solvers: &Solvers, number: u64, angle: Option<f64>, variable: usize) -> (Option<i64>, f64) {
+        let to = angle.map(|angle| [[1.0, 0.0], [angle.cos(), angle.sin()]]);
+        let question =
+            json!({ "grip": 1, "number": number, "time": null, "to": to, "share": 8, "variables": [variable] });
+        let answer = solvers.ask("pull", question.to_string().as_bytes()).unwrap();
+        let answer: Value = serde_json::from_slice(&answer).unwrap();
+        (answer["end"].as_i64(), answer["values"][0].as_f64().unwrap())
+    }
+
+    /// A page sends its next request before the last one is answered: whichever arrives first, the later one decides.
+    #[test]
+    fn a_pull_that_arrives_after_a_later_one_moves_nothing() {
+        let (solvers, [.., angle]) = held();
+        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} is not {expected}");
+        let (end, found) = pulled(&solvers, 1, Some(-1.2), angle);
+        assert_eq!(end, Some(End::Near as i64));
+        near(found, -1.2);
+        near(pulled(&solvers, 3, Some(-0.8), angle).1, -0.8);
+        let (end, found) = pulled(&solvers, 2, Some(-1.4), angle);
+        assert_eq!(end, None);
+        near(found, -0.8);
+        near(pulled(&solvers, 4, None, angle).1, -0.8);
+        near(pulled(&solvers, 5, Some(-1.0), angle).1, -1.0);
+    }
+
+    /// Whatever a request holds, the answer is a message.
+    #[test]
+    fn requests_that_are_not_understood_are_refused() {
+        let (solvers, _) = held();
+        for body in
+            ["", "{}", "null", "[]", "{\"grip\":1}", "\u{0}", "{\"grip\":7,\"number\":1,\"share\":0,\"variables\":[]}"]
+        {
+            for name in ["solve", "grip", "pull"] {
+                assert!(solvers.ask(name, body.as_bytes()).is_err(), "{name}: {body}");
+            }
+        }
+        assert!(solvers.load(b"no program").is_err());
+        let huge = "{\"grip\":1,\"number\":18446744073709551615,\"time\":1e308,\"to\":[[1e308,1e308],[-1e308,1e308]],\"share\":1e308,\"variables\":[4294967295]}";
+        let answer: Value = serde_json::from_slice(&solvers.ask("pull", huge.as_bytes()).unwrap()).unwrap();
+        assert!(answer["values"][0].is_null(), "{answer}");
     }
 }

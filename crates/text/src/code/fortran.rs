@@ -162,7 +162,7 @@ fn identifier(name: &str) -> String {
 
 fn locals(steps: &[Statement]) -> Vec<String> {
     let results = steps.iter().flat_map(|step| match *step {
-        Statement::One(own, ..) | Statement::Two(own, ..) | Statement::Select(own, ..) => vec![own],
+        Statement::One(number, ..) | Statement::Two(number, ..) | Statement::Select(number, ..) => vec![number],
         Statement::SineCosine(pair, _) => pair.to_vec(),
         Statement::Store(..) => Vec::new(),
     });

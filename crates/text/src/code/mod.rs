@@ -331,21 +331,21 @@ fn steps(
         _ => Operand::Result(expr.index()),
     };
     for &expr in &order {
-        let own = expr.index();
+        let number = expr.index();
         match arena.node(expr) {
             ExprNode::Constant(_) | ExprNode::Symbol(_) => {}
             ExprNode::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let other = if function == Unary::Sin { Unary::Cos } else { Unary::Sin };
                 // An unused partner has a number beyond all others.
-                let partner = arena.existing(ExprNode::Unary(other, a)).map_or(arena.len() + own, Expr::index);
+                let partner = arena.existing(ExprNode::Unary(other, a)).map_or(arena.len() + number, Expr::index);
                 if done.insert(a) {
-                    let pair = if function == Unary::Sin { [own, partner] } else { [partner, own] };
+                    let pair = if function == Unary::Sin { [number, partner] } else { [partner, number] };
                     steps.push(Statement::SineCosine(pair, of(a)));
                 }
             }
-            ExprNode::Unary(function, a) => steps.push(Statement::One(own, function, of(a))),
-            ExprNode::Binary(function, a, b) => steps.push(Statement::Two(own, function, of(a), of(b))),
-            ExprNode::Select(a, b, c) => steps.push(Statement::Select(own, of(a), of(b), of(c))),
+            ExprNode::Unary(function, a) => steps.push(Statement::One(number, function, of(a))),
+            ExprNode::Binary(function, a, b) => steps.push(Statement::Two(number, function, of(a), of(b))),
+            ExprNode::Select(a, b, c) => steps.push(Statement::Select(number, of(a), of(b), of(c))),
         }
     }
     steps.extend(results.iter().map(|&(output, place, expr)| Statement::Store(output, place, of(expr))));
@@ -367,7 +367,7 @@ fn legend(equations: &Equations) -> Vec<String> {
     });
     let coordinates = equations.coordinates.iter().map(|coordinate| coordinate.name.position.clone()).collect();
     let reactions = equations.loops().map(|(_, row)| system.name(row.element).to_owned()).collect();
-    let factors = mechanism.contacts.iter().map(|own| &mechanism.discrete[own.state.closed.0].name);
+    let factors = mechanism.contacts.iter().map(|contact| &mechanism.discrete[contact.state.closed.0].name);
     let factors: Vec<&str> = factors.map(String::as_str).collect();
     let modes = (!factors.is_empty()).then(|| {
         format!(

@@ -29,7 +29,7 @@ pub struct Syntax {
 
 impl Syntax {
     pub fn array<'n>(&self, name: &'n str) -> &'n str {
-        self.renamed.iter().find(|(own, _)| *own == name).map_or(name, |(_, renamed)| renamed)
+        self.renamed.iter().find(|(reserved, _)| *reserved == name).map_or(name, |(_, renamed)| renamed)
     }
 
     pub fn lines(&self, steps: &[Statement], sizes: &Sizes) -> String {
@@ -37,15 +37,16 @@ impl Syntax {
     }
 
     fn line(&self, step: &Statement, sizes: &Sizes) -> String {
-        let assigned = |own: usize, value: String| fill(self.assign, &[("{x}", &format!("x{own}")), ("{v}", &value)]);
+        let assigned =
+            |number: usize, value: String| fill(self.assign, &[("{x}", &format!("x{number}")), ("{v}", &value)]);
         match *step {
-            Statement::One(own, function, a) => {
-                assigned(own, self.called(function.definition().in_code(self.column), &[a]))
+            Statement::One(number, function, a) => {
+                assigned(number, self.called(function.definition().in_code(self.column), &[a]))
             }
-            Statement::Two(own, function, a, b) => {
-                assigned(own, self.called(function.definition().in_code(self.column), &[a, b]))
+            Statement::Two(number, function, a, b) => {
+                assigned(number, self.called(function.definition().in_code(self.column), &[a, b]))
             }
-            Statement::Select(own, a, b, c) => assigned(own, self.filled(self.select, &[a, b, c])),
+            Statement::Select(number, a, b, c) => assigned(number, self.filled(self.select, &[a, b, c])),
             Statement::SineCosine([sine, cosine], angle) => fill(
                 &self.filled(self.sine_cosine, &[angle]),
                 &[("{x}", &format!("x{sine}")), ("{y}", &format!("x{cosine}"))],

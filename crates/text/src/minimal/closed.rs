@@ -26,7 +26,7 @@ impl Closed {
         };
         while let Some((place, column, value)) = closed.next(equations, start) {
             closed.rows.remove(place);
-            closed.open.retain(|own| *own != column);
+            closed.open.retain(|other| *other != column);
             closed.positions.push((column, value));
         }
         closed
@@ -38,7 +38,7 @@ impl Closed {
             let (_, index) = self.rows[place];
             let jacobian = equations.constraints[index].jacobian.clone();
             let unknown: Vec<usize> =
-                jacobian.iter().map(|(own, _)| *own).filter(|jacobian| self.open.contains(jacobian)).collect();
+                jacobian.iter().map(|(at, _)| *at).filter(|jacobian| self.open.contains(jacobian)).collect();
             let [column] = unknown[..] else { return None };
             Some((place, column, solved(equations, start, index, column)?))
         })
@@ -65,8 +65,8 @@ fn solved(equations: &mut Equations, start: &Moment, index: usize, column: usize
     let candidates = angles(equations, [a, b, c]);
     // Of the two assemblies that of the start, but for whole turns.
     let values = start.of(equations, &candidates);
-    let own = start.positions.get(column).copied()?;
-    let gap = |value: f64| 1.0 - (value - own).cos();
+    let known = start.positions.get(column).copied()?;
+    let gap = |value: f64| 1.0 - (value - known).cos();
     let best = (0..candidates.len()).min_by(|&i, &j| gap(values[i]).total_cmp(&gap(values[j])))?;
     (gap(values[best]) < 1e-9).then(|| candidates[best])
 }

@@ -19,7 +19,7 @@ pub struct Solved {
 impl Solved {
     /// How a coordinate's rate changes with that of an independent coordinate.
     pub fn ratio(&self, column: usize, place: usize) -> Expr {
-        match self.dependent.iter().position(|own| *own == column) {
+        match self.dependent.iter().position(|other| *other == column) {
             Some(row) => self.ratios[row][place],
             None if self.independent[place] == column => Expr::ONE,
             None => Expr::ZERO,
@@ -28,7 +28,7 @@ impl Solved {
 
     /// A coordinate's acceleration while the independent ones have none.
     pub fn acceleration(&self, column: usize) -> Expr {
-        self.dependent.iter().position(|own| *own == column).map_or(Expr::ZERO, |row| self.accelerations[row])
+        self.dependent.iter().position(|other| *other == column).map_or(Expr::ZERO, |row| self.accelerations[row])
     }
 }
 
@@ -55,12 +55,13 @@ pub fn solve(equations: &mut Equations, start: &Moment, rows: &[usize]) -> Resul
         .iter()
         .zip(jacobian.row_iter())
         .map(|(&index, numbers)| {
-            let own = equations.constraints[index].clone();
-            let entry =
-                |column: &usize| own.jacobian.iter().find(|(at, _)| at == column).map_or(Expr::ZERO, |(_, e)| *e);
+            let constraint = equations.constraints[index].clone();
+            let entry = |column: &usize| {
+                constraint.jacobian.iter().find(|(at, _)| at == column).map_or(Expr::ZERO, |(_, e)| *e)
+            };
             let arena = &mut equations.system.arena;
             let mut right: Vec<Expr> = independent.iter().map(|column| arena.negate(entry(column))).collect();
-            right.extend([arena.negate(own.time_rate), own.gamma]);
+            right.extend([arena.negate(constraint.time_rate), constraint.gamma]);
             AugmentedRow {
                 left: dependent.iter().map(entry).collect(),
                 right,
@@ -99,11 +100,11 @@ fn eliminate(equations: &mut Equations, start: &Moment, system: &mut [AugmentedR
             if factor == Expr::ZERO {
                 continue;
             }
-            let own = &mut system[other];
-            for (entry, above) in own.left.iter_mut().zip(&left).chain(own.right.iter_mut().zip(&right)) {
+            let lower = &mut system[other];
+            for (entry, above) in lower.left.iter_mut().zip(&left).chain(lower.right.iter_mut().zip(&right)) {
                 *entry = arena.subtract_product(*entry, factor, *above);
             }
-            own.left[column] = Expr::ZERO;
+            lower.left[column] = Expr::ZERO;
         }
         order.push((row, column));
         for row in system.iter_mut() {

@@ -30,8 +30,8 @@ fn is_known(c: char) -> bool {
 }
 
 fn replacement(c: char) -> String {
-    let own = c.to_string();
-    match GREEK.iter().find(|(_, sign)| *sign == own) {
+    let letter = c.to_string();
+    match GREEK.iter().find(|(_, sign)| *sign == letter) {
         Some((name, _)) => format!(r"\ensuremath{{\{name}}}"),
         None => format!(r"[U+{:04X}]\allowbreak{{}}", c as u32),
     }

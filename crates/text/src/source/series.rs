@@ -58,7 +58,7 @@ impl Rule {
     }
 
     /// Series whose coefficients of lower order are read.
-    fn histories<'t>(&'t self, own: &'t Term) -> Vec<&'t Term> {
+    fn histories<'t>(&'t self, term: &'t Term) -> Vec<&'t Term> {
         match self {
             Self::Sum(terms) => {
                 let products = terms.iter().filter_map(|(_, a, b)| Some([a, b.as_ref()?]));
@@ -66,9 +66,9 @@ impl Rule {
             }
             Self::Chain(_) => self.operands(),
             Self::Quotient(_, b) if is_constant(b) => Vec::new(),
-            Self::Quotient(_, b) => vec![b, own],
-            Self::Root(_) => vec![own],
-            Self::Power(a, _) => vec![a, own],
+            Self::Quotient(_, b) => vec![b, term],
+            Self::Root(_) => vec![term],
+            Self::Power(a, _) => vec![a, term],
             Self::Choice(..) => Vec::new(),
         }
     }
@@ -206,10 +206,10 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
                 self.power(value, base, exponent)
             }
             _ => {
-                let own = self.push(value, None);
-                let rule = self.rule(operation, operands, &own);
-                self.set(&own, rule);
-                own
+                let term = self.push(value, None);
+                let rule = self.rule(operation, operands, &term);
+                self.set(&term, rule);
+                term
             }
         }
     }
@@ -218,9 +218,9 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
     fn power(&mut self, value: String, base: &Term, exponent: &Term) -> Term {
         let logarithm = self.slope(Operation::Logarithm, std::slice::from_ref(base));
         let product = self.slope(Operation::Multiply, &[exponent.clone(), logarithm]);
-        let own = self.push(value, None);
-        self.set(&own, Rule::Chain(vec![('+', own.clone(), product)]));
-        own
+        let term = self.push(value, None);
+        self.set(&term, Rule::Chain(vec![('+', term.clone(), product)]));
+        term
     }
 
     fn push(&mut self, value: String, line: Option<String>) -> Term {
@@ -228,8 +228,8 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
         Term::Series(self.all.len() - 1)
     }
 
-    fn set(&mut self, own: &Term, rule: Rule) {
-        if let Term::Series(number) = own {
+    fn set(&mut self, term: &Term, rule: Rule) {
+        if let Term::Series(number) = term {
             self.all[*number].rule = rule;
         }
     }
@@ -253,14 +253,14 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
         }
         let value = format!("w{}", self.all.len());
         let line = format!("    const double {value} = {expression};\n");
-        let own = self.push(value, Some(line));
-        let rule = self.rule(operation, operands, &own);
-        self.set(&own, rule);
-        own
+        let term = self.push(value, Some(line));
+        let rule = self.rule(operation, operands, &term);
+        self.set(&term, rule);
+        term
     }
 
     /// The rule of each operation.
-    fn rule(&mut self, operation: Operation, operands: &[Term], own: &Term) -> Rule {
+    fn rule(&mut self, operation: Operation, operands: &[Term], term: &Term) -> Rule {
         use Operation as Of;
         let one = || Term::Constant("1.0".to_owned());
         let [a, b, c] = [0, 1, 2].map(|index| operands.get(index).cloned().unwrap_or_else(one));
@@ -279,11 +279,13 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
             Of::Divide => Rule::Quotient(a, b),
             Of::SquareRoot => Rule::Root(a),
             Of::Absolute => Rule::Sum(vec![('+', Term::Constant(format!("@_sign({first})")), Some(a))]),
-            Of::Exponential => Rule::Chain(vec![('+', own.clone(), a)]),
+            Of::Exponential => Rule::Chain(vec![('+', term.clone(), a)]),
             Of::Logarithm => Rule::Chain(vec![('+', self.slope(Of::Divide, &[one(), a.clone()]), a)]),
-            Of::Tangent => Rule::Chain(vec![('+', self.slope(Of::MultiplyAdd, &[own.clone(), own.clone(), one()]), a)]),
+            Of::Tangent => {
+                Rule::Chain(vec![('+', self.slope(Of::MultiplyAdd, &[term.clone(), term.clone(), one()]), a)])
+            }
             Of::HyperbolicTangent => {
-                Rule::Chain(vec![('+', self.slope(Of::SubtractProduct, &[own.clone(), own.clone(), one()]), a)])
+                Rule::Chain(vec![('+', self.slope(Of::SubtractProduct, &[term.clone(), term.clone(), one()]), a)])
             }
             Of::ArcTangent => {
                 let size = self.slope(Of::MultiplyAdd, &[a.clone(), a.clone(), one()]);
@@ -349,8 +351,8 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
     fn kept(&self, needed: &BTreeSet<usize>) -> Kept {
         let mut read = BTreeSet::new();
         for &number in needed {
-            let own = Term::Series(number);
-            for term in self.all[number].rule.histories(&own) {
+            let term = Term::Series(number);
+            for term in self.all[number].rule.histories(&term) {
                 if let Term::Series(number) = term {
                     read.insert(*number);
                 }
@@ -367,7 +369,7 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
             Term::Known(_, array) => array.clone(),
             Term::Series(number) => format!("s[{}]", kept.get(number).copied().unwrap_or_default()),
         };
-        let own = array(&Term::Series(number));
+        let target = array(&Term::Series(number));
         match &self.all[number].rule {
             Rule::Sum(terms) => {
                 let moving = terms.iter().filter_map(|(sign, a, b)| {
@@ -386,12 +388,12 @@ impl<'a, 'b> SeriesWriter<'a, 'b> {
                 sum(moving)
             }
             Rule::Quotient(a, b) if is_constant(b) => format!("{} / {}", self.now(a, kept), self.value(b)),
-            Rule::Quotient(a, b) => format!("@_quotient({}, {}, {own}, k)", self.now(a, kept), array(b)),
-            Rule::Root(a) => format!("@_root({}, {own}, k)", self.now(a, kept)),
+            Rule::Quotient(a, b) => format!("@_quotient({}, {}, {target}, k)", self.now(a, kept), array(b)),
+            Rule::Root(a) => format!("@_root({}, {target}, k)", self.now(a, kept)),
             Rule::Chain(terms) => {
                 sum(terms.iter().map(|(sign, slope, a)| (*sign, format!("@_chain({}, {}, k)", array(slope), array(a)))))
             }
-            Rule::Power(a, exponent) => format!("@_power({}, {exponent}, {own}, k)", array(a)),
+            Rule::Power(a, exponent) => format!("@_power({}, {exponent}, {target}, k)", array(a)),
             Rule::Choice(condition, a, b) => {
                 format!("{condition} ? {} : {}", self.now(a, kept), self.now(b, kept))
             }

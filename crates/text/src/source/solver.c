@@ -436,8 +436,8 @@ static int @_advance(@_model *m)
             speed = fabs(next.v[i]) / @_scale[i];
         }
     }
-    /* The last term is larger than any that a converging series leaves out. */
-    if (!(rest <= 0.01 || rest <= 0.01 * speed)) {
+    /* The series does not converge within the step: what it leaves out is about as large as its last term. */
+    if (!(rest <= 1e-4 || rest <= 1e-4 * speed)) {
         return @_DIVERGED;
     }
 //?followers

@@ -15,13 +15,13 @@ impl Abbreviations {
         for (name, mut value) in angles.into_iter().chain(definitions) {
             let FormulaTree::Name(old) = name else { continue };
             rename(&mut value, &renamed);
-            let known = self.0.iter().find(|(own, known)| *known == value && (*own == old || !old.is_variable()));
-            let own = known.map_or_else(|| self.free(names, &old, &value), |(own, _)| own.clone());
+            let known = self.0.iter().find(|(name, known)| *known == value && (*name == old || !old.is_variable()));
+            let name = known.map_or_else(|| self.free(names, &old, &value), |(name, _)| name.clone());
             if known.is_none() {
-                self.0.push((own.clone(), value.clone()));
-                new.push((FormulaTree::Name(own.clone()), value));
+                self.0.push((name.clone(), value.clone()));
+                new.push((FormulaTree::Name(name.clone()), value));
             }
-            renamed.push((old, own));
+            renamed.push((old, name));
         }
         formulas.iter_mut().for_each(|formula| rename(formula, &renamed));
         (formulas, new)
@@ -29,7 +29,7 @@ impl Abbreviations {
 
     /// A name like this one for a new value.
     fn free(&self, names: &Names, like: &Name, value: &FormulaTree) -> Name {
-        let is_taken = |name: &Name| self.0.iter().any(|(own, _)| own == name);
+        let is_taken = |name: &Name| self.0.iter().any(|(other, _)| other == name);
         let number = like.subscript.parse().unwrap_or(1);
         match value {
             _ if like.is_variable() => like.clone(),
@@ -56,8 +56,8 @@ fn is_angle(names: &Names, name: &Name, number: usize) -> bool {
 
 fn rename(tree: &mut FormulaTree, renamed: &[(Name, Name)]) {
     tree.visit_names(&mut |name| {
-        if let Some((_, own)) = renamed.iter().find(|(old, _)| old == name) {
-            *name = own.clone();
+        if let Some((_, new)) = renamed.iter().find(|(old, _)| old == name) {
+            *name = new.clone();
         }
     });
 }

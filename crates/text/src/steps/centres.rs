@@ -44,8 +44,8 @@ impl Lesson<'_> {
         let mut formulas = formulas.into_iter();
         let mut rows = Vec::new();
         for (_, label, _) in &bodies {
-            let own: Vec<FormulaTree> = formulas.by_ref().take(2).collect();
-            rows.push((self.letters.acceleration(label), self.letters.components(own)));
+            let components: Vec<FormulaTree> = formulas.by_ref().take(2).collect();
+            rows.push((self.letters.acceleration(label), self.letters.components(components)));
         }
         let mut blocks = vec![words("With the rates of the arms put in, in the axes of the ground:")];
         blocks.extend(list(rows));
@@ -66,10 +66,10 @@ impl Lesson<'_> {
             "Reading: an entry of M is the inertia of the bodies that both of its coordinates move. ",
         )];
         for column in 0..count {
-            let own =
+            let moving =
                 bodies.iter().zip(&moved).filter(|(_, moved)| moved.contains(&column)).map(|((_, _, body), _)| *body);
             let mechanism = &self.equations.system.mechanism;
-            let names: Vec<&str> = own.map(|body| mechanism.bodies[body.0].name.as_str()).collect();
+            let names: Vec<&str> = moving.map(|body| mechanism.bodies[body.0].name.as_str()).collect();
             let name = FormulaTree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
             pieces.push(Piece::Math(name));
             pieces.push(Piece::words(format!(

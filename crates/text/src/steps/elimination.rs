@@ -99,10 +99,10 @@ impl Lesson<'_> {
                 terms.len()
             ))];
         }
-        let own = self.equations.coordinates[row].name.clone();
+        let coordinate = self.equations.coordinates[row].name.clone();
         let mut blocks = vec![DocumentBlock::Text(vec![
             Piece::words("(d) The balance of the coordinate "),
-            Piece::Math(FormulaTree::Name(Name::symbol(&own.position))),
+            Piece::Math(FormulaTree::Name(Name::symbol(&coordinate.position))),
             Piece::words(", element by element, with (a) to (c) put in:"),
         ])];
         let multipliers = self.multipliers_of(&all.reactions[row], columns.len());
@@ -146,7 +146,8 @@ impl Lesson<'_> {
     /// Minus the entries of some columns of M in a row, then that of Q.
     fn cells(&mut self, dynamics: &Dynamics, row: usize, columns: &[usize]) -> Vec<Expr> {
         let arena = &mut self.equations.system.arena;
-        let entry = |column| dynamics.mass[row].iter().find(|(own, _)| own == column).map_or(Expr::ZERO, |own| own.1);
+        let entry =
+            |column| dynamics.mass[row].iter().find(|(other, _)| other == column).map_or(Expr::ZERO, |other| other.1);
         let entries = columns.iter().map(|column| arena.negate(entry(column)));
         entries.chain([dynamics.load[row]]).collect()
     }

@@ -9,7 +9,7 @@ use crate::document::{DocumentBlock, Piece};
 impl Lesson<'_> {
     pub fn gain(&self) -> Vec<DocumentBlock> {
         let mechanism = &self.source.equations.system.mechanism;
-        let own = (self.equations.coordinates.len(), self.equations.loops().count());
+        let counts = (self.equations.coordinates.len(), self.equations.loops().count());
         let mut rows = Vec::new();
         for (text, choice) in [
             ("all bodies in both (absolute coordinates)", Coordinates::Absolute),
@@ -19,7 +19,7 @@ impl Lesson<'_> {
                 rows.push((text, (other.coordinates.len(), other.loops().count())));
             }
         }
-        rows.push(("these", own));
+        rows.push(("these", counts));
         let row = |(text, (n, m)): &(&str, (usize, usize))| {
             [(*text).to_owned(), n.to_string(), m.to_string(), (n + m).to_string()].map(Piece::words).to_vec()
         };

@@ -14,9 +14,9 @@ const POINTS: &str = "ABPDEHJKLMNQSUVWXYZ";
 /// The digits of a label, or all of it if others have the same digits.
 pub fn number(system: &System, id: ElementId) -> String {
     let digits = |label: &str| label.trim_start_matches(|c: char| !c.is_ascii_digit()).to_owned();
-    let own = digits(&system.element(id).label);
-    let same = system.elements.iter().filter(|other| digits(&other.label) == own).count();
-    if same > 1 { system.element(id).label.clone() } else { own }
+    let shown = digits(&system.element(id).label);
+    let same = system.elements.iter().filter(|other| digits(&other.label) == shown).count();
+    if same > 1 { system.element(id).label.clone() } else { shown }
 }
 
 /// Names of the translational nodes: O, G, C1, A, B.
@@ -31,8 +31,8 @@ pub fn nodes(system: &System) -> Vec<String> {
     }
     for (index, body) in system.mechanism.bodies.iter().enumerate() {
         let id = BodyId(index);
-        let own = system.find(Origin::Body(id)).map(|element| number(system, element)).unwrap_or_default();
-        names[system.t_node(Place::Centre(id)).index()] = format!("C{own}");
+        let shown = system.find(Origin::Body(id)).map(|element| number(system, element)).unwrap_or_default();
+        names[system.t_node(Place::Centre(id)).index()] = format!("C{shown}");
         for point in (0..body.points.len()).map(|point| Place::Point(id, point)).filter(|&p| system.has_node(p)) {
             let (round, letter) = (points / POINTS.len(), points % POINTS.len());
             let suffix = if round > 0 { (round + 1).to_string() } else { String::new() };
@@ -52,7 +52,7 @@ pub fn bodies(system: &System) -> Vec<String> {
 /// Gives the coordinates letters with the numbers of their edges: `theta_1`, `omega_1`, `s_12`.
 pub fn name_coordinates(equations: &mut Equations) {
     let mut used: BTreeMap<String, usize> = BTreeMap::new();
-    let own = |equations: &Equations, index: usize| {
+    let letter_of = |equations: &Equations, index: usize| {
         let coordinate = &equations.coordinates[index];
         let number = number(&equations.system, coordinate.element);
         let word = coordinate.name.position.rsplit('.').next().unwrap_or_default().to_owned();
@@ -64,7 +64,8 @@ pub fn name_coordinates(equations: &mut Equations) {
         };
         (letter, format!("{letter}_{number}"))
     };
-    let names: Vec<(&str, String)> = (0..equations.coordinates.len()).map(|index| own(equations, index)).collect();
+    let names: Vec<(&str, String)> =
+        (0..equations.coordinates.len()).map(|index| letter_of(equations, index)).collect();
     for (_, name) in &names {
         *used.entry(name.clone()).or_default() += 1;
     }
@@ -85,7 +86,7 @@ fn taken(equations: &Equations, name: &str) -> bool {
     let mechanism = &equations.system.mechanism;
     let below = name.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     let names = [name.to_owned(), format!("omega{below}"), format!("alpha{below}")];
-    let is_own = |own: &str| names.iter().any(|name| name == own);
+    let is_own = |letter: &str| names.iter().any(|name| name == letter);
     mechanism.parameters.iter().any(|parameter| is_own(&parameter.name))
         || mechanism.inputs.iter().any(|input| is_own(&input.name))
         || mechanism.drivers.iter().any(|driver| is_own(&driver.name))

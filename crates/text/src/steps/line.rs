@@ -38,11 +38,17 @@ pub fn matrices(lesson: &mut Lesson) -> Vec<DocumentBlock> {
     let label = |element: ElementId| lesson.equations.system.element(element).label.clone();
     for kind in kinds.iter().filter(|kind| kind.columns.len() <= WIDEST) {
         let title = format!("A_{}", kind.letter);
-        let sign =
-            |row, own: &ElementColumn| own.signs.iter().find(|(place, _)| *place == row).map_or(0, |(_, sign)| *sign);
-        let signs = |row| kind.columns.iter().map(|(own, _)| sign(row, own)).collect();
-        let rows = lesson.equations.coordinates.iter().zip(0..).map(|(own, row)| (label(own.element), signs(row)));
-        let names = kind.columns.iter().map(|(own, _)| label(own.element)).collect();
+        let sign = |row, column: &ElementColumn| {
+            column.signs.iter().find(|(place, _)| *place == row).map_or(0, |(_, sign)| *sign)
+        };
+        let signs = |row| kind.columns.iter().map(|(column, _)| sign(row, column)).collect();
+        let rows = lesson
+            .equations
+            .coordinates
+            .iter()
+            .zip(0..)
+            .map(|(coordinate, row)| (label(coordinate.element), signs(row)));
+        let names = kind.columns.iter().map(|(column, _)| label(column.element)).collect();
         blocks.extend(table(&format!("The part {title} of the cutset matrix"), &title, names, rows.collect()));
     }
     blocks.extend(products(&kinds));
@@ -97,8 +103,8 @@ fn kinds<'m>(lesson: &Lesson, vibration: &'m Vibration) -> Vec<ElementKind<'m>> 
 fn products(kinds: &[ElementKind]) -> Vec<DocumentBlock> {
     let diagonal = |letter: &str| FormulaTree::Name(Name::matrix(letter, ""));
     let column = |base: &str, dots: usize| {
-        let own = Name::column(base, "");
-        FormulaTree::Name(Name { plain: format!("{{{base}{}}}", &"''"[..dots]), dots, ..own })
+        let name = Name::column(base, "");
+        FormulaTree::Name(Name { plain: format!("{{{base}{}}}", &"''"[..dots]), dots, ..name })
     };
     let matrix = |kind: &ElementKind| FormulaTree::Name(Name::matrix("A", kind.letter));
     let transposed = |kind: &ElementKind| FormulaTree::power(matrix(kind), FormulaTree::Name(Name::letter("T", "")));
@@ -145,8 +151,8 @@ fn numbers(lesson: &Lesson, matrix: &[Vec<Expr>]) -> DMatrix<f64> {
 /// The columns of some elements in the n rows of the cutset matrix.
 fn signs(n: usize, columns: &[(&ElementColumn, Expr)]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, columns.len());
-    for (place, (own, _)) in columns.iter().enumerate() {
-        own.signs.iter().for_each(|&(row, sign)| matrix[(row, place)] = f64::from(sign));
+    for (place, (column, _)) in columns.iter().enumerate() {
+        column.signs.iter().for_each(|&(row, sign)| matrix[(row, place)] = f64::from(sign));
     }
     matrix
 }
@@ -164,12 +170,12 @@ fn agrees(lesson: &mut Lesson, kinds: &[ElementKind]) -> bool {
     };
     let (damping, stiffness) = (slopes(Order::Velocity), slopes(Order::Position));
     let mass = dense(&dynamics.mass, n, |exprs| values.of(&lesson.equations, exprs));
-    [("m", mass), ("d", damping), ("k", stiffness)].into_iter().all(|(letter, own)| {
+    [("m", mass), ("d", damping), ("k", stiffness)].into_iter().all(|(letter, written)| {
         let columns = kinds.iter().find(|kind| kind.letter == letter).map_or(&[][..], |kind| &kind.columns);
         let a = signs(n, columns);
         let constants: Vec<Expr> = columns.iter().map(|(_, constant)| *constant).collect();
         let constants = DMatrix::from_diagonal(&values.of(&lesson.equations, &constants).into());
         let product = &a * constants * a.transpose();
-        agree(product.as_slice(), own.as_slice()) && agree(own.as_slice(), own.transpose().as_slice())
+        agree(product.as_slice(), written.as_slice()) && agree(written.as_slice(), written.transpose().as_slice())
     })
 }

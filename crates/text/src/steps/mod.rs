@@ -3,6 +3,7 @@
 
 mod abbreviations;
 mod centres;
+mod distinct;
 mod elimination;
 mod gain;
 mod graphs;
@@ -10,7 +11,6 @@ mod labels;
 mod letters;
 mod line;
 mod numbers;
-mod own;
 mod parts;
 mod pictures;
 mod projection;
@@ -71,7 +71,7 @@ pub fn steps(formulated: &mut Formulated, prose: Prose) -> String {
     blocks.extend(lesson.rates());
     blocks.extend(lesson.reactions());
     blocks.extend(lesson.gain());
-    own::tell_apart(&mut blocks, mechanism);
+    distinct::tell_apart(&mut blocks, mechanism);
     let title = format!("How the equations of motion of {} are derived", mechanism.name);
     page(&title, &blocks, prose)
 }

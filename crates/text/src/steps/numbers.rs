@@ -111,7 +111,7 @@ impl Moment {
             levels.iter().zip(&sizes).for_each(|(level, &size)| self.reactions[level.row] = size);
             let next: Vec<f64> = levels.iter().map(|level| self.level(equations, level)).collect();
             let off = next.iter().zip(&sizes).fold(0.0_f64, |most, (next, size)| most.max((next - size).abs()));
-            if off <= 1e-12 * next.iter().fold(0.0_f64, |most, own| most.max(own.abs())) {
+            if off <= 1e-12 * next.iter().fold(0.0_f64, |most, value| most.max(value.abs())) {
                 return Some(());
             }
             sizes = next;

@@ -115,8 +115,8 @@ impl Lesson<'_> {
                 let elsewhere =
                     mechanism.contacts.iter().filter(|contact| contact.owner == mechanism.joints[id.0].owner);
                 let mut theirs = Vec::new();
-                elsewhere.for_each(|own| own.visit_parameters(&mut |id| theirs.push(id.0)));
-                found.retain(|own| !theirs.contains(own));
+                elsewhere.for_each(|formula| formula.visit_parameters(&mut |id| theirs.push(id.0)));
+                found.retain(|parameter| !theirs.contains(parameter));
             }
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),

@@ -21,10 +21,15 @@ impl Lesson<'_> {
         let mut drawing = draw(self.source);
         if self.is_plane() && self.equations.coordinates.len() <= BODIES {
             let poses = frames(self.source);
-            let angle = |own: &cotree::equations::Coordinate| match self.equations.system.element(own.element).origin {
-                Origin::Body(BodyId(body)) if own.name.position.starts_with("theta_") => {
+            let angle = |coordinate: &cotree::equations::Coordinate| match self
+                .equations
+                .system
+                .element(coordinate.element)
+                .origin
+            {
+                Origin::Body(BodyId(body)) if coordinate.name.position.starts_with("theta_") => {
                     let [x, y, angle] = poses[body];
-                    Some(Mark::Angle { at: [x, y], angle, name: own.name.position.replace("theta_", "\u{3b8}") })
+                    Some(Mark::Angle { at: [x, y], angle, name: coordinate.name.position.replace("theta_", "\u{3b8}") })
                 }
                 _ => None,
             };
@@ -58,7 +63,9 @@ impl Lesson<'_> {
 
     /// The circuit of the first loop equation.
     pub fn picture_of_circuit(&mut self) -> Vec<DocumentBlock> {
-        let Some(element) = self.equations.loops().next().map(|(_, own)| own.element) else { return Vec::new() };
+        let Some(element) = self.equations.loops().next().map(|(_, constraint)| constraint.element) else {
+            return Vec::new();
+        };
         let Some(circuit) = self.translation.record.circuit(element) else { return Vec::new() };
         let (label, walk) = (self.translation.record.edge_of(circuit).label.clone(), self.translation.walk(circuit));
         let places = self.equations.system.places();

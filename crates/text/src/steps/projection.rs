@@ -82,8 +82,8 @@ impl Lesson<'_> {
         let mut known = Rows::new();
         for id in (0..count).map(ElementId) {
             let label = self.equations.system.element(id).label.clone();
-            let own = [self.letters.force(&label), self.letters.torque(&label)];
-            known.extend(self.says(id).into_iter().filter(|(left, _)| own.contains(left)));
+            let reactions = [self.letters.force(&label), self.letters.torque(&label)];
+            known.extend(self.says(id).into_iter().filter(|(left, _)| reactions.contains(left)));
         }
         known
     }
@@ -103,7 +103,7 @@ impl Lesson<'_> {
     /// Through variables of some branches as sums of those of chords.
     pub fn by_chords(&self, is_one: impl Fn(&Cut) -> bool) -> Rows {
         let cuts = self.cuts().into_iter().filter(is_one);
-        cuts.map(|cut| (cut.own(), FormulaTree::sum(cut.others().collect()))).collect()
+        cuts.map(|cut| (cut.of_branch(), FormulaTree::sum(cut.others().collect()))).collect()
     }
 
     /// Step 2: circuits of chords, projected on their reaction spaces; and the displacements of slides.
@@ -192,12 +192,13 @@ impl Lesson<'_> {
 
     /// The loop equations that are circuits of one chord, then without what is zero.
     fn own_circuits(&mut self) -> Vec<DocumentBlock> {
-        let own = self.equations.loops().filter(|(_, own)| own.coupled.is_empty());
-        let own: Vec<(ElementId, Held)> = own.map(|(_, own)| (own.element, own.held)).collect();
-        let struck: Vec<Vec<usize>> = own.iter().map(|own| self.struck(*own)).collect();
-        let mut blocks = list(own.iter().filter_map(|own| self.circuit_row(*own, &[])).collect());
+        let constraints = self.equations.loops().filter(|(_, constraint)| constraint.coupled.is_empty());
+        let constraints: Vec<(ElementId, Held)> =
+            constraints.map(|(_, constraint)| (constraint.element, constraint.held)).collect();
+        let struck: Vec<Vec<usize>> = constraints.iter().map(|constraint| self.struck(*constraint)).collect();
+        let mut blocks = list(constraints.iter().filter_map(|constraint| self.circuit_row(*constraint, &[])).collect());
         let mut zeros = Rows::new();
-        for row in own.iter().zip(&struck).flat_map(|(own, edges)| self.zeros(*own, edges)) {
+        for row in constraints.iter().zip(&struck).flat_map(|(constraint, edges)| self.zeros(*constraint, edges)) {
             if !zeros.contains(&row) {
                 zeros.push(row);
             }
@@ -209,7 +210,8 @@ impl Lesson<'_> {
                 DocumentBlock::Equations(zeros),
                 words("and there remains"),
             ]);
-            let rest = own.iter().zip(&struck).filter_map(|(own, edges)| self.circuit_row(*own, edges));
+            let rest =
+                constraints.iter().zip(&struck).filter_map(|(constraint, edges)| self.circuit_row(*constraint, edges));
             blocks.extend(list(rest.collect()));
         }
         blocks
@@ -292,7 +294,7 @@ pub struct Cut<'l> {
 }
 
 impl Cut<'_> {
-    pub fn own(&self) -> FormulaTree {
+    pub fn of_branch(&self) -> FormulaTree {
         self.terms[0].1.clone()
     }
 
@@ -309,7 +311,7 @@ pub fn is_free(element: &Element) -> bool {
 /// The terms of a sum, so that it needs no parentheses.
 fn opened((minus, tree): (bool, FormulaTree)) -> Vec<(bool, FormulaTree)> {
     match tree {
-        FormulaTree::Sum(terms) => terms.into_iter().map(|(own, term)| (own != minus, term)).collect(),
+        FormulaTree::Sum(terms) => terms.into_iter().map(|(negative, term)| (negative != minus, term)).collect(),
         tree => vec![(minus, tree)],
     }
 }
@@ -317,7 +319,7 @@ fn opened((minus, tree): (bool, FormulaTree)) -> Vec<(bool, FormulaTree)> {
 /// A sum with what is known in its place; what is zero drops out.
 pub fn inserted(known: &Rows, terms: impl Iterator<Item = (bool, FormulaTree)>) -> FormulaTree {
     let replaced =
-        |tree: FormulaTree| known.iter().find(|(own, _)| *own == tree).map_or(tree, |(_, value)| value.clone());
+        |tree: FormulaTree| known.iter().find(|(name, _)| *name == tree).map_or(tree, |(_, value)| value.clone());
     let terms = terms.map(|(minus, tree)| (minus, replaced(tree)));
     FormulaTree::sum(terms.filter(|(_, tree)| *tree != FormulaTree::zero()).flat_map(opened).collect())
 }

@@ -35,19 +35,19 @@ impl Lesson<'_> {
 
     /// Does the axis of a loop equation turn?
     fn turns(&self, index: usize) -> bool {
-        let own = &self.equations.constraints[index];
-        matches!(own.held, Held::Along(Direction::Fixed(Some(_), _))) && own.coupled.is_empty()
+        let constraint = &self.equations.constraints[index];
+        matches!(constraint.held, Held::Along(Direction::Fixed(Some(_), _))) && constraint.coupled.is_empty()
     }
 
     /// The circuit holds for velocities and accelerations.
     fn by_graph(&mut self, index: usize) -> Vec<DocumentBlock> {
-        let own = self.equations.constraints[index].clone();
-        let Held::Along(along) = own.held else {
+        let constraint = self.equations.constraints[index].clone();
+        let Held::Along(along) = constraint.held else {
             return vec![words(
                 "By the graph: the circuit holds for rates and accelerations term by term, with the same factors.",
             )];
         };
-        let Some(circuit) = self.translation.record.circuit(own.element) else {
+        let Some(circuit) = self.translation.record.circuit(constraint.element) else {
             return vec![words(
                 "By the graph: the circuits of the coupled chords hold for velocities and accelerations, with the same factors.",
             )];
@@ -55,7 +55,7 @@ impl Lesson<'_> {
         let label = &self.translation.record.edge_of(circuit).label;
         let row = |letter: &dyn Fn(&str) -> FormulaTree| {
             let sum = FormulaTree::sum(self.translation.terms(circuit, letter));
-            (self.held_part(sum, along, own.element), FormulaTree::zero())
+            (self.held_part(sum, along, constraint.element), FormulaTree::zero())
         };
         let mut rows = vec![row(&|label| self.letters.velocity(label)), row(&|label| self.letters.acceleration(label))];
         let text = match self.turns(index) {
@@ -70,7 +70,7 @@ impl Lesson<'_> {
                 label
             ),
         };
-        rows.extend(if self.turns(index) { self.slide(own.element, along) } else { Rows::new() });
+        rows.extend(if self.turns(index) { self.slide(constraint.element, along) } else { Rows::new() });
         vec![words(text), DocumentBlock::Equations(rows)]
     }
 
@@ -174,15 +174,15 @@ impl Lesson<'_> {
         let values = self.moving();
         let (mut graph, mut calculus) = (Vec::new(), Vec::new());
         for &index in loops {
-            let own = self.equations.constraints[index].clone();
+            let constraint = self.equations.constraints[index].clone();
             let terms = self.calculus(index);
-            for (column, entry) in own.jacobian {
+            for (column, entry) in constraint.jacobian {
                 graph.push(entry);
                 let symbol = Symbol::Coordinate(column, Order::Position);
-                calculus.push(self.equations.system.arena.derivative(own.value, symbol));
+                calculus.push(self.equations.system.arena.derivative(constraint.value, symbol));
             }
-            graph.extend([own.time_rate, own.gamma]);
-            calculus.push(self.by_time(own.value));
+            graph.extend([constraint.time_rate, constraint.gamma]);
+            calculus.push(self.by_time(constraint.value));
             calculus.push(self.equations.system.arena.sum(terms));
         }
         agree(&values.of(&self.equations, &graph), &values.of(&self.equations, &calculus))
@@ -201,7 +201,7 @@ impl Lesson<'_> {
             let alone = rows.iter().position(|&(_, index)| self.columns(index, &open).len() == 1);
             let Some((number, index)) = alone.map(|place| rows.remove(place)) else { break };
             let column = self.columns(index, &open)[0];
-            open.retain(|own| *own != column);
+            open.retain(|other| *other != column);
             let name = FormulaTree::Name(Name::symbol(&self.equations.coordinates[column].name.position));
             steps.push(Piece::words(if steps.is_empty() { "" } else { ", then " }));
             steps.extend([Piece::Math(name), Piece::words(" from ")]);

@@ -69,7 +69,7 @@ impl Lesson<'_> {
         let joints = self.cuts().into_iter().filter(|cut| matches!(cut.element.origin, Origin::Joint(_)) && holds(cut));
         let both = joints.flat_map(|cut| {
             let [whole, with] = [FormulaTree::sum(cut.others().collect()), inserted(&known, cut.others())];
-            [(cut.own(), whole), (cut.own(), with)]
+            [(cut.of_branch(), whole), (cut.of_branch(), with)]
         });
         both.collect()
     }
@@ -79,12 +79,12 @@ impl Lesson<'_> {
             .equations
             .loops()
             .enumerate()
-            .filter(|(_, (_, own))| own.coupled.is_empty())
-            .map(|(row, (_, own))| {
-                let element = self.equations.system.element(own.element);
+            .filter(|(_, (_, constraint))| constraint.coupled.is_empty())
+            .map(|(row, (_, constraint))| {
+                let element = self.equations.system.element(constraint.element);
                 let lambda = FormulaTree::Name(Name::entry("lambda", &[row]));
-                let left = match own.held {
-                    Held::Along(along) => self.held_part(self.letters.force(&element.label), along, own.element),
+                let left = match constraint.held {
+                    Held::Along(along) => self.held_part(self.letters.force(&element.label), along, constraint.element),
                     _ => self.letters.torque(&element.label),
                 };
                 (left, lambda)
@@ -100,10 +100,12 @@ impl Lesson<'_> {
     /// Coordinates, rates, accelerations, multipliers and reactions at the start.
     fn numbers(&mut self, values: &Moment) -> Vec<DocumentBlock> {
         let mut rows = Vec::new();
-        for (index, own) in self.equations.coordinates.iter().enumerate() {
+        for (index, coordinate) in self.equations.coordinates.iter().enumerate() {
             let of = |list: &[f64]| list.get(index).copied().unwrap_or(0.0);
             let numbers = [of(&values.positions), of(&values.rates), of(&values.accelerations)];
-            for (name, number) in [&own.name.position, &own.name.rate, &own.name.acceleration].into_iter().zip(numbers)
+            for (name, number) in [&coordinate.name.position, &coordinate.name.rate, &coordinate.name.acceleration]
+                .into_iter()
+                .zip(numbers)
             {
                 rows.push((FormulaTree::Name(Name::symbol(name)), FormulaTree::number(short(number))));
             }
@@ -114,7 +116,7 @@ impl Lesson<'_> {
                 FormulaTree::number(short(values.reactions[index])),
             ));
         }
-        let levels = self.equations.constraints.iter().enumerate().filter(|(_, own)| own.is_level());
+        let levels = self.equations.constraints.iter().enumerate().filter(|(_, constraint)| constraint.is_level());
         for (index, _) in levels.filter(|_| self.dynamic) {
             let name = symbol_name(&self.equations, Symbol::Reaction(index));
             rows.push((FormulaTree::Name(name), FormulaTree::number(short(values.reactions[index]))));
@@ -164,7 +166,7 @@ impl Lesson<'_> {
         let mut absolute = self.in_mode(Moment::new(mechanism, &self.source.state));
         let wanted = other.coordinates.clone();
         for (order, list) in [(Order::Position, 0), (Order::Velocity, 1)] {
-            let exprs: Vec<Expr> = wanted.iter().map(|own| self.source.equations.value_of(own, order)).collect();
+            let exprs: Vec<Expr> = wanted.iter().map(|name| self.source.equations.value_of(name, order)).collect();
             let start = self.in_mode(Moment::new(mechanism, &self.source.state));
             let numbers = start.of(&self.source.equations, &exprs);
             if list == 0 { absolute.positions = numbers } else { absolute.rates = numbers }
@@ -207,7 +209,7 @@ impl Lesson<'_> {
         }
         let total: f64 = values.of(&self.equations, &powers).iter().sum();
         let grown = values.of(&self.equations, &[growth])[0];
-        let size = values.of(&self.equations, &powers).iter().fold(1e-6_f64, |size, own| size.max(own.abs()));
+        let size = values.of(&self.equations, &powers).iter().fold(1e-6_f64, |size, value| size.max(value.abs()));
         let holds = (total - grown).abs() <= 1e-6 * size.max(grown.abs());
         check(
             &format!(

@@ -58,7 +58,7 @@ impl Lesson<'_> {
         let mut sum = vec![0.0; load.len()];
         let values = self.moving();
         for (_, part) in &shares {
-            sum.iter_mut().zip(values.of(&self.equations, part)).for_each(|(sum, own)| *sum += own);
+            sum.iter_mut().zip(values.of(&self.equations, part)).for_each(|(sum, term)| *sum += term);
         }
         blocks.push(check("the parts, each found alone, add up to Q", agree(&sum, &values.of(&self.equations, &load))));
         blocks

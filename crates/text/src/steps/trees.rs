@@ -100,15 +100,15 @@ impl Lesson<'_> {
             return words("No displacement or angle of a branch is unknown: there are no coordinates.");
         }
         let mut pieces = vec![Piece::words("Coordinates: ")];
-        for (index, own) in coordinates.iter().enumerate() {
-            let element = self.equations.system.element(own.element);
-            let what = if own.angular { "angle of" } else { "displacement of" };
+        for (index, coordinate) in coordinates.iter().enumerate() {
+            let element = self.equations.system.element(coordinate.element);
+            let what = if coordinate.angular { "angle of" } else { "displacement of" };
             if index == 12 && coordinates.len() > 16 {
                 pieces.push(Piece::words(format!(", and {} more in the same way", coordinates.len() - index)));
                 break;
             }
             pieces.push(Piece::words(if index > 0 { ", " } else { "" }));
-            pieces.push(Piece::Math(FormulaTree::Name(Name::symbol(&own.name.position))));
+            pieces.push(Piece::Math(FormulaTree::Name(Name::symbol(&coordinate.name.position))));
             pieces.push(Piece::words(format!(" ({what} {}, {})", element.label, element.name)));
         }
         pieces.push(Piece::words("."));
@@ -166,27 +166,27 @@ fn table<D>(
     let mut pieces = class.len();
     let mut decisions: Vec<Decision> = Vec::new();
     for (id, edge) in order.iter().filter_map(|id| Some((*id, *edges.get(id)?))) {
-        let own = facts(system.element(id));
+        let known = facts(system.element(id));
         let [a, b] = edge.ends.map(|node| class[node.index()]);
         let branch = a != b;
         let reason = match branch {
-            true if own.is_fixed => "always".to_owned(),
+            true if known.is_fixed => "always".to_owned(),
             true => format!("joins {} to {}", piece(view, &class, b), piece(view, &class, a)),
-            false => refusal(view, id, &own),
+            false => refusal(view, id, &known),
         };
         if branch {
             pieces -= 1;
-            class.iter_mut().filter(|own| **own == b).for_each(|own| *own = a);
+            class.iter_mut().filter(|other| **other == b).for_each(|other| *other = a);
         }
         let decision = Decision {
-            rank: own.rank,
+            rank: known.rank,
             labels: vec![edge.label.clone()],
-            unknowns: own.unknowns,
+            unknowns: known.unknowns,
             branch,
             reasons: vec![reason],
             pieces,
         };
-        add(&mut decisions, decision, own.is_fixed || edges.len() > 24);
+        add(&mut decisions, decision, known.is_fixed || edges.len() > 24);
     }
     let head = [title, "unknowns", "verdict", "reason", "pieces left"].map(str::to_owned);
     vec![DocumentBlock::captioned(
@@ -239,8 +239,8 @@ fn row(decision: &Decision) -> Vec<Piece> {
 }
 
 /// The nodes of a piece.
-fn piece<D>(view: &GraphView<D>, class: &[usize], own: usize) -> String {
-    let nodes = class.iter().zip(&view.nodes).filter(|(class, _)| **class == own).map(|(_, name)| name.as_str());
+fn piece<D>(view: &GraphView<D>, class: &[usize], which: usize) -> String {
+    let nodes = class.iter().zip(&view.nodes).filter(|(class, _)| **class == which).map(|(_, name)| name.as_str());
     match nodes.collect::<Vec<&str>>().as_slice() {
         [only] => (*only).to_owned(),
         list if list.len() <= 6 => format!("{{{}}}", list.join(" ")),

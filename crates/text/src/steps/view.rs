@@ -59,8 +59,8 @@ impl<D> GraphView<D> {
 
     /// The label of a term of a coupling.
     pub fn term(&self, element: ElementId, term: usize) -> Option<&str> {
-        let own = self.record.edges.iter().find(|edge| (edge.element, edge.term) == (element, Some(term)));
-        own.map(|edge| edge.label.as_str())
+        let found = self.record.edges.iter().find(|edge| (edge.element, edge.term) == (element, Some(term)));
+        found.map(|edge| edge.label.as_str())
     }
 
     /// The circuits of chords that are elements of some kind.
@@ -69,11 +69,11 @@ impl<D> GraphView<D> {
         system: &'v System,
         is_one: impl Fn(&Element) -> bool + 'v,
     ) -> impl Iterator<Item = &'v EdgeRow> {
-        let own = |row: &EdgeRow| Some(self.record.edge_of(row)).filter(|chord| chord.term.is_none());
+        let chord_of = |row: &EdgeRow| Some(self.record.edge_of(row)).filter(|chord| chord.term.is_none());
         self.record
             .circuits
             .iter()
-            .filter(move |row| own(row).is_some_and(|chord| is_one(system.element(chord.element))))
+            .filter(move |row| chord_of(row).is_some_and(|chord| is_one(system.element(chord.element))))
     }
 
     /// The across variables of the terms of couplings.
@@ -111,7 +111,7 @@ impl<D> GraphView<D> {
 
 /// The sign of an edge in a row.
 pub fn sign_of(row: &EdgeRow, edge: usize) -> i8 {
-    row.iter().find(|(own, _)| *own == edge).map_or(0, |(_, sign)| *sign)
+    row.iter().find(|(other, _)| *other == edge).map_or(0, |(_, sign)| *sign)
 }
 
 /// From a node to a node.

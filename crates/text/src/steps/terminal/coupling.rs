@@ -20,16 +20,16 @@ impl TerminalWriter<'_> {
             let arena = &mut self.equations.system.arena;
             let minus = arena.negate(term.factor);
             let minus = arena.divide(minus, first.factor);
-            let own = self.across(id, element, index + 1, term);
+            let motion = self.across(id, element, index + 1, term);
             if let Port::Curve(_, curve) = term.port {
                 let value = self.equations.system.arena.multiply(minus, curve.value[0]);
                 terms.push((self.formula(value), None));
-                within.push(own);
+                within.push(motion);
             } else {
-                terms.push((self.formula(minus), Some(own)));
+                terms.push((self.formula(minus), Some(motion)));
             }
         }
-        let offset = element.coupling.as_ref().map_or(Expr::ZERO, |own| own.offset);
+        let offset = element.coupling.as_ref().map_or(Expr::ZERO, |coupling| coupling.offset);
         let offset = self.equations.system.arena.divide(offset, first.factor);
         terms.push((self.formula(offset), None));
         let mut rows = vec![(self.across(id, element, 0, first), sum(terms))];
@@ -100,7 +100,7 @@ impl TerminalWriter<'_> {
 
     /// The label of a term's edge: the element's own if it acts there.
     fn label<'l>(&'l self, id: ElementId, element: &'l Element, term: usize) -> &'l str {
-        let own = self.translation.term(id, term).or_else(|| self.rotation.term(id, term));
-        own.unwrap_or(&element.label)
+        let label = self.translation.term(id, term).or_else(|| self.rotation.term(id, term));
+        label.unwrap_or(&element.label)
     }
 }

@@ -24,7 +24,7 @@ pub fn tree(equations: &Equations, letters: Letters, formula: &Formula) -> Formu
         Formula::State(id) => {
             FormulaTree::Name(symbol_name(equations, cotree::expr::Symbol::State(id.0, cotree::expr::Order::Position)))
         }
-        Formula::Variable(own) => variable(equations, letters, *own),
+        Formula::Variable(id) => variable(equations, letters, *id),
         Formula::Call(function, arguments) => call(*function, arguments.iter().map(of).collect()),
         Formula::If(comparison, parts) => {
             let [left, right, then, otherwise] = parts.each_ref().map(of);

@@ -65,7 +65,7 @@ impl Lesson<'_> {
             (Origin::Contact(_), None) => "while it is closed: ",
             _ => return list(rows),
         };
-        let loads = if self.dynamic { element.coupling.as_ref().map_or(0, |own| own.terms.len()) } else { 0 };
+        let loads = if self.dynamic { element.coupling.as_ref().map_or(0, |coupling| coupling.terms.len()) } else { 0 };
         let always = rows.split_off(rows.len().saturating_sub(loads));
         let between = if always.is_empty() { "" } else { ";  " };
         Piece::Row(vec![list(always), Piece::words(format!("{between}{when}")), list(rows)])
@@ -141,11 +141,11 @@ impl Lesson<'_> {
         let (t_cut, r_cut) = (directions * self.translation.record.cutsets.len(), self.rotation.record.cutsets.len());
         let (t_loop, r_loop) =
             (directions * self.translation.record.circuits.len(), self.rotation.record.circuits.len());
-        let (unknowns, own) = (2 * directions * t + 2 * r, directions * t + r);
-        let all = own + t_cut + r_cut + t_loop + r_loop;
+        let (unknowns, terminal) = (2 * directions * t + 2 * r, directions * t + r);
+        let all = terminal + t_cut + r_cut + t_loop + r_loop;
         let verdict = if all == unknowns { "as many" } else { "NOT as many" };
         format!(
-            "Check: two variables for each edge and direction are 2*{directions}*{t} + 2*{r} = {unknowns} unknowns; {own} terminal, {t_cut} + \
+            "Check: two variables for each edge and direction are 2*{directions}*{t} + 2*{r} = {unknowns} unknowns; {terminal} terminal, {t_cut} + \
              {r_cut} cutset and {t_loop} + {r_loop} circuit equations are {all}, {verdict}. The four steps bring them to {}.",
             self.equations.coordinates.len() + self.equations.loops().count()
         )
@@ -155,7 +155,7 @@ impl Lesson<'_> {
 impl TerminalWriter<'_> {
     fn displacement(&mut self, element: &Element) -> Rows {
         let Some(row) = &element.translation else { return Rows::new() };
-        let own = self.letters.displacement(&element.label);
+        let displacement = self.letters.displacement(&element.label);
         let axis = row.motion.first().map(|(along, _)| *along).and_then(|along| match along {
             Direction::Fixed(body, axis) => {
                 Some((self.letters.direction(along, element, true), self.turned(body, axis)))
@@ -164,28 +164,30 @@ impl TerminalWriter<'_> {
         });
         let slide = |axis: &FormulaTree| FormulaTree::product(vec![self.letters.slide(&element.label), axis.clone()]);
         match (&row.known, axis) {
-            (Known::Zero, Some(axis)) => vec![(own, slide(&axis.0)), axis],
-            (Known::Zero, None) if matches!(element.origin, Origin::Joint(_)) => vec![(own, FormulaTree::zero())],
+            (Known::Zero, Some(axis)) => vec![(displacement, slide(&axis.0)), axis],
+            (Known::Zero, None) if matches!(element.origin, Origin::Joint(_)) => {
+                vec![(displacement, FormulaTree::zero())]
+            }
             (Known::Zero, None) => Rows::new(),
             // A rolling disc: along the line, and a radius beside it.
             (Known::Fixed(body, at), Some(axis)) => {
-                let beside = FormulaTree::Name(Name::edge("h", &element.label, true));
-                let both = FormulaTree::Sum(vec![(false, slide(&axis.0)), (false, beside.clone())]);
-                vec![(own, both), axis, (beside, self.turned(*body, *at))]
+                let arm = FormulaTree::Name(Name::edge("h", &element.label, true));
+                let both = FormulaTree::Sum(vec![(false, slide(&axis.0)), (false, arm.clone())]);
+                vec![(displacement, both), axis, (arm, self.turned(*body, *at))]
             }
-            (Known::Fixed(body, at), None) => vec![(own, self.turned(*body, *at))],
-            (Known::Given([x, y]), _) => vec![(own, self.components([x.value, y.value]))],
+            (Known::Fixed(body, at), None) => vec![(displacement, self.turned(*body, *at))],
+            (Known::Given([x, y]), _) => vec![(displacement, self.components([x.value, y.value]))],
             (Known::Along(body, axis, signal), _) => {
                 let name = FormulaTree::Name(Name::edge("u", &element.label, true));
-                vec![(own, self.times(signal.value, name.clone())), (name, self.turned(*body, *axis))]
+                vec![(displacement, self.times(signal.value, name.clone())), (name, self.turned(*body, *axis))]
             }
         }
     }
 
     fn force(&mut self, element: &Element) -> Rows {
         let Some(row) = &element.translation else { return Rows::new() };
-        let own = self.letters.force(&element.label);
-        let along = |along: &Direction| self.letters.projected(own.clone(), *along, element, true);
+        let force = self.letters.force(&element.label);
+        let along = |along: &Direction| self.letters.projected(force.clone(), *along, element, true);
         let mut motion = row.motion.iter().map(|(direction, _)| along(direction));
         let right = match &row.through {
             // The free direction of a rolling disc belongs to its coupling.
@@ -194,13 +196,13 @@ impl TerminalWriter<'_> {
                 return motion.map(|projected| (projected, FormulaTree::zero())).collect();
             }
             Force::None => {
-                let projected = motion.next().unwrap_or(own);
+                let projected = motion.next().unwrap_or(force);
                 return vec![(projected, self.slide_armature(element, row.armature, FormulaTree::zero()))];
             }
             Force::Inertia(body) => self.inertia_force(element, *body),
             Force::Resistance(law) => {
                 let speed = self.letters.rate_of_slide(&element.label);
-                let projected = motion.next().unwrap_or(own);
+                let projected = motion.next().unwrap_or(force);
                 let resisting = self.resisting(element, *law, speed, Quantity::V);
                 return vec![(projected, self.slide_armature(element, row.armature, resisting))];
             }
@@ -216,7 +218,7 @@ impl TerminalWriter<'_> {
             }
             Force::Line(law) => self.law(law),
         };
-        vec![(own, right)]
+        vec![(force, right)]
     }
 
     /// -m (a - g); a body that opts out of gravity has no g.
@@ -344,8 +346,8 @@ impl TerminalWriter<'_> {
 
     /// The symbol of a body's mass or inertia.
     fn value_name(&mut self, body: BodyId, word: &str) -> FormulaTree {
-        let own = &self.equations.system.mechanism.clone().bodies[body.0];
-        let (formula, letter) = if word == "mass" { (&own.mass, "m") } else { (&own.inertia, "I") };
+        let described = &self.equations.system.mechanism.clone().bodies[body.0];
+        let (formula, letter) = if word == "mass" { (&described.mass, "m") } else { (&described.inertia, "I") };
         match formula {
             Some(formula) => {
                 let value = self.equations.system.value(formula);
