@@ -1,4 +1,4 @@
-//! What is held on one side only, or sticks, at a point: open or closed, caught or free, sticking or sliding.
+//! Unilateral constraints and friction at a point: open or closed, engaged or free, sticking or sliding.
 //!
 //! Each mode is a mechanism of its own: what is closed, caught or sticks is a loop equation, what is open or free does not count, what slides is a force against its motion.
 
