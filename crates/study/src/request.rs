@@ -1,4 +1,4 @@
-//! What is wrong with what a fit or an optimisation is asked for.
+//! Errors in the request of a fit or an optimisation.
 
 use cotree::compile::QuantityError;
 use cotree::run::MeasureError;

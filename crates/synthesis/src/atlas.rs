@@ -1,4 +1,4 @@
-//! Coupler curves of many four-bars of every class, to find some that are like a given path.
+//! An atlas of coupler curves of four-bars of every class, searched for curves that resemble a given path.
 //!
 //! Closed curves are compared by the sizes of their harmonics, pieces of curves by themselves, both whatever their place, size, turn, mirror image and sense.
 //! The four-bars come from a fixed seed, when they are first needed.

@@ -1,4 +1,4 @@
-//! Linkages whose places follow one after the other from the angle of a crank: four-bars and the six-bars that are made of two dyads.
+//! Linkages whose joint positions follow one after another from the crank angle: four-bars, and six-bars made of two dyads.
 //!
 //! Each place comes with its derivatives by the angle of the crank and by all dimensions: two circles meet in a dyad, and the differential of that is linear.
 

@@ -1,4 +1,4 @@
-//! Where two conics of the projective plane meet.
+//! Intersections of two conics of the projective plane.
 
 use nalgebra::{Complex, Matrix3, Vector3};
 

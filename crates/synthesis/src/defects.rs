@@ -1,4 +1,4 @@
-//! What is wrong with a linkage that meets all poses: that it cannot be moved from one to the next.
+//! Defects of a linkage that reaches all poses but cannot move from one to the next.
 //!
 //! Circuit: without taking the linkage apart. In a Grashof linkage the sines of the joint angles that do not touch the shortest bar keep their sign on a
 //! circuit; other linkages have one circuit. Branch: without passing a dead point of the input, where the body could go either way.

@@ -1,4 +1,4 @@
-//! Dyads: what guides one point or one line of a body, so that it passes through poses.
+//! Dyads: a bar or a slider that guides a point or a line of a body through given poses.
 //!
 //! A dyad is a vector `(A, B, C, D, E)` of eight numbers with `A |d|^2/2 + B.(R^T d) - C.d - D1 cos phi - D2 sin phi + E = 0` for each pose `(d, phi)` with
 //! rotation `R`, and with `A D1 = B.C`, `A D2 = B1 C2 - B2 C1`. `A = 1` is a bar from `C` on the ground to `B` on the body, `A = B = 0` a point

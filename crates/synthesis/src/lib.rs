@@ -1,4 +1,4 @@
-//! Which planar linkage does a task: takes a body through poses, follows a function or a path, gives a stroke.
+//! Dimensional synthesis of planar linkages: motion, function and path generation, and linkages with a given stroke.
 //!
 //! Points of the plane are complex numbers \[m\], angles are in radians. Nothing here reads a clock or a file, or starts a thread.
 //!

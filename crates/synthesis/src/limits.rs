@@ -1,4 +1,4 @@
-//! What is asked of a linkage beside its task, and by how much it misses it.
+//! Limits of a linkage in addition to its task, and by how much it violates them.
 
 use crate::defects::Verdict;
 use crate::dyad::Dyad;

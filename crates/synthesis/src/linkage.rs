@@ -1,4 +1,4 @@
-//! A body on two dyads: its pose at each place of an input.
+//! A body guided by two dyads: its pose as a function of the input.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

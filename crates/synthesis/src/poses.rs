@@ -1,4 +1,4 @@
-//! Where a body is, and sets of poses for which no general linkage is asked.
+//! Poses of a body, and special sets of poses that need no general linkage.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! Numbers that look random and are the same in each run.
+//! Pseudorandom numbers with a fixed seed.
 
 use std::f64::consts::TAU;
 

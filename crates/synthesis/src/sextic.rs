@@ -1,4 +1,4 @@
-//! Four-bars from the equation of the curve that goes through the points.
+//! Four-bars from the sextic equation of the coupler curve through the points.
 //!
 //! The curve of a coupler point is a tricircular sextic: in z = x + i y and its conjugate w it is a sum of c z^j w^k with j, k up to 3, sixteen real numbers up to a factor, which
 //! points without noise determine if there are enough of them and they do not lie too close together. The roots of what stands before w^3 are its singular foci: the pivots of the

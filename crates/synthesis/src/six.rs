@@ -1,4 +1,4 @@
-//! Six-bars for paths, functions and poses: a four-bar and a dyad more, all dimensions found together within limits.
+//! Six-bars for paths, functions and poses: a four-bar with one more dyad. All dimensions are optimised together within limits.
 //!
 //! Starts are four-bars whose coupler curve is near a path, with a dyad at the point that draws, and linkages at random. In all of them the crank turns in the ground and belongs to a
 //! loop of four bars, so that each place follows from it by dyads. The Stephenson II chain with such an input is not among them: its loop of five bars needs the solution of a triad.

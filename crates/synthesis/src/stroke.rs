@@ -1,4 +1,4 @@
-//! Linkages with a given swing or stroke and a given turn of the crank between their dead centres, with the best transmission angle.
+//! Linkages with a given swing or stroke and a given crank angle between the dead centres, with the best transmission angle.
 //!
 //! With a ground of one and `l` = coupler/crank: `(1+l) Z1 - Z2 = 1`, `(l-1) exp(i(phi-pi)) Z1 - exp(i psi) Z2 = 1`. The `l` with the best transmission
 //! angle is a root of a cubic.

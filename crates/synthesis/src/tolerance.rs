@@ -1,4 +1,4 @@
-//! What deviations of lengths and pivots do to a four-bar's task: first order by exact derivatives, and by samples.
+//! Effect of deviations of lengths and pivots on the task of a four-bar: to first order by exact derivatives, and by samples.
 //!
 //! The input is where it is without deviations. Of a path only what is across it counts: along it the point is earlier or later.
 

@@ -1,4 +1,4 @@
-//! Four-bars whose coupler point follows a path as well as it can within limits: lengths, places of pivots, transmission angle, a crank that turns.
+//! Four-bars whose coupler point follows a path as well as it can within limits: lengths, positions of pivots, transmission angle, full rotation of the crank.
 //!
 //! The dimensions are the lengths themselves, so that limits of lengths are bounds of the search. Starts are those four-bars of the atlas that are like the path and have nearly the
 //! size, what was found without limits, and places beside the best.

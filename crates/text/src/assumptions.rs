@@ -1,4 +1,4 @@
-//! What holds because the scene does not say otherwise, in the units of the scene.
+//! Assumptions and default values of a scene, in its units.
 
 use cotree::component::Section;
 use cotree::expr::{Order, Symbol};

@@ -1,4 +1,4 @@
-//! Loads that read accelerations or reactions: they stand beside {Q}, which is a function of positions and rates.
+//! Loads that read accelerations or reactions: printed as a term in addition to {Q}, which is a function of positions and rates.
 
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Expr, Symbol};

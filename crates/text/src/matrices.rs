@@ -1,4 +1,4 @@
-//! \[M\], \[D\], \[K\] and {F} of masses on a line in numbers, with the parameters' own values.
+//! \[M\], \[D\], \[K\] and {F} of masses on a line as numbers, with the values of the parameters.
 
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};

@@ -1,4 +1,4 @@
-//! Modes of what is a unilateral constraint and of what rubs: which equation holds in each, how long it lasts, and what an impact does.
+//! Modes of unilateral constraints and of friction: the equation of each mode, the condition under which it lasts, and the effect of an impact.
 //!
 //! All modes are one system of equations. The factor of a relation is 1 in the mode in which it holds, and its multiplier is zero in the others.
 

@@ -1,4 +1,4 @@
-//! The equations of motion as they are read: which quantities there are, and a formula for each.
+//! The equations of motion for readers: the quantities, and a formula for each.
 
 use std::collections::{HashMap, HashSet};
 

@@ -1,4 +1,4 @@
-//! Pictures for LaTeX: paths and texts of an SVG picture as TikZ commands.
+//! Converts paths and texts of an SVG picture to TikZ commands for LaTeX.
 
 use std::collections::HashMap;
 use std::fmt::Write;

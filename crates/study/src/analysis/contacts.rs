@@ -1,4 +1,4 @@
-//! Contacts at an operating point: open or closed, caught or free, sticking or sliding.
+//! Contacts at an operating point: open or closed, engaged or free, sticking or sliding.
 //!
 //! Each mode is a mechanism of its own: what is closed, caught or sticks is a loop equation, what is open or free does not count, what slides is a force against its motion.
 

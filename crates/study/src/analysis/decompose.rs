@@ -1,4 +1,4 @@
-//! Decompositions that end whatever the numbers are: those of the library go on for ever, or panic, where one is not finite.
+//! Matrix decompositions that terminate for any numbers: those of the library loop or panic if an entry is not finite.
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, SVD, Schur, SymmetricEigen};

@@ -1,4 +1,4 @@
-//! Inputs over time in motions that are analysed.
+//! Inputs as functions of time in analysed motions.
 
 use cotree::diagnostic::suggest;
 use cotree::model::{Mechanism, Unit};

@@ -1,4 +1,4 @@
-//! Static equilibrium: the pose, its reactions, and its stability.
+//! Static equilibrium: the configuration, its reactions, and its stability.
 
 use cotree::formulate::Formulated;
 use cotree_fmu::constraints::projection::check_redundant;

@@ -1,4 +1,4 @@
-//! Which coordinates are independent in a pose, and how the others follow them.
+//! The independent coordinates of a configuration, and the dependent ones as functions of them.
 
 use nalgebra::DMatrix;
 

@@ -1,4 +1,4 @@
-//! Equations that were formulated and differentiated once, for the studies of the same scene that follow.
+//! Cache of formulated and differentiated equations for further studies of the same scene.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

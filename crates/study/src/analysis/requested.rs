@@ -1,4 +1,4 @@
-//! Which modes are asked for, and what they are at a point of a motion.
+//! The requested modes, and the modes at a point of a motion.
 
 use cotree::diagnostic::suggest;
 use cotree::equations::Pressing;

@@ -1,4 +1,4 @@
-//! The mechanism of statics: drivers constant, no initial velocities, and what nothing turns does not turn.
+//! The mechanism in statics: drivers are constant, initial velocities are zero, and a body without a torque does not rotate.
 
 use cotree::expr::Order;
 use cotree::model::{Formula, KeyValue, Mechanism, Motion};

@@ -1,4 +1,4 @@
-//! A study whose motion begins where its mechanism rests.
+//! A study whose motion starts in static equilibrium.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! How several that rub share what they hold together: one way of many.
+//! Distribution of a friction force among redundant frictional contacts: one of many solutions.
 //!
 //! Where n of them hold one freedom, each may carry between all that it can one way and the other. They are filled one after the other: the first k carry all that they can, the next one sticks and carries
 //! the rest, and those after it nothing. What all of them can is the same in any order.

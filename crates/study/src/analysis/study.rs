@@ -1,4 +1,4 @@
-//! From a scene with its settings to the analyses of it.
+//! Analyses of a scene with its settings.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What carries where something rests: the modes of what is held on one side only, tried one after the other; what rubs sticks.
+//! Active supports in an equilibrium: the modes of unilateral constraints are tried one after another, and friction sticks.
 //!
 //! A rest is one where what is open does not go in, what is closed presses, what is caught drives, and what sticks holds no more than it can.
 

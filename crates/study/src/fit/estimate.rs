@@ -1,4 +1,4 @@
-//! How well the measured values determine the quantities.
+//! Standard errors and correlations: how well the measurements determine the quantities.
 
 use cotree::diagnostic::suggest;
 use nalgebra::{DMatrix, DVector};

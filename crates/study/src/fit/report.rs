@@ -1,4 +1,4 @@
-//! What was found, as a table for people and as JSON.
+//! The result of a fit as a table and as JSON.
 
 use cotree::diagnostic::suggest::list;
 use cotree::report::data::ReliableDigits::Error;

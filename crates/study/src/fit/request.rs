@@ -1,4 +1,4 @@
-//! What is asked of a fit, and whether that makes sense.
+//! The request of a fit and its checks.
 
 use cotree::compile::{QuantityError, quantity, with_units};
 use cotree::diagnostic::suggest;

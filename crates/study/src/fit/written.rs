@@ -1,4 +1,4 @@
-//! The scene with other values: everything else in its text stays as it is, comments too.
+//! Writes new values into the text of a scene. The rest of the text, with its comments, is unchanged.
 
 use cotree::scene::quantity::Value;
 use cotree::scene::{EditError, Quantity, Scene};

@@ -1,4 +1,4 @@
-//! What designers ask of a cam: the peaks of its law, pressure angle, curvature, undercut, the width of a flat face (Norton, *Design of
+//! Design quantities of a cam: the peaks of its law, pressure angle, curvature, undercut, the width of a flat face (Norton, *Design of
 //! Machinery*; VDI 2142, 2143).
 
 use cotree::component::{Phase, Profile};

@@ -1,4 +1,4 @@
-//! Dwells: how long the output stays next to an extreme position.
+//! Dwells: the range of the input over which the output stays near an extreme position.
 
 use std::f64::consts::TAU;
 

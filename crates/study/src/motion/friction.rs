@@ -1,4 +1,4 @@
-//! What dry friction takes of the drive's work, and whether it holds what the drive has moved.
+//! Work that dry friction dissipates, and whether the mechanism is self-locking.
 //!
 //! The motion is the same with friction and without it, so the drive's effort differs by what friction takes alone: the power of both is the power of what slides.
 

@@ -1,4 +1,4 @@
-//! What is driven, what is looked at, and where the scene starts.
+//! The input joint, the output, and the start of the scene.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! What designers ask of a mechanism that is driven at one joint: range of motion, limits, transmission, drive, reactions, shaking, inertia,
+//! Design quantities of a mechanism that is driven at one joint: range of motion, limits, transmission, drive, reactions, shaking, inertia,
 //! for one turn or stroke. The quantities are those of Norton, *Design of Machinery*, and Uicker, Pennock, Shigley, *Theory of Machines and
 //! Mechanisms*.
 

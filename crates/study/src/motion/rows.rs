@@ -1,4 +1,4 @@
-//! The rows of the table that people read: at exactly the places that were asked for, and at the ends.
+//! The rows of the printed table: at the requested values of the input, and at both ends.
 
 use cotree::typeset::rounded;
 

@@ -1,4 +1,4 @@
-//! Values at equal steps of the input, and what lies between them: extremes and zeros, by polynomials through eight neighbours. Next to jumps and kinks (cams, forces on one
+//! Values at equal steps of the input, with the extremes and zeros between them, by polynomials through eight neighbours. Next to jumps and kinks (cams, forces on one
 //! stroke) these are neighbours of one side, as in essentially non-oscillatory interpolation (Harten, Engquist, Osher, Chakravarthy, *J. Comput. Phys.* 71, 1987).
 
 use cotree::model::Quantity;

@@ -1,4 +1,4 @@
-//! What deviations of lengths, pivots and parameters do to one turn or stroke of an input: in first order by exact derivatives, and by samples.
+//! Effect of deviations of lengths, pivots and parameters on one turn or stroke of an input: to first order by exact derivatives, and by samples.
 //!
 //! The input is where it is without deviations. Each dimension is a parameter of a copy of the mechanism, 0 in the scene: derivatives and samples are those of every parameter. A
 //! body's dimensions are those of its drawing, from the first of its joints on: how far the second one is from it, and along and across that line where others are.

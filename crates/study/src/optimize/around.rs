@@ -1,4 +1,4 @@
-//! What is seen where one quantity is not at its best.
+//! The objective when one quantity differs from its optimum.
 
 use super::{AnalysisFailure, Best, OptimizeError, SAME, Searches, Start};
 

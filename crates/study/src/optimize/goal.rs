@@ -1,4 +1,4 @@
-//! What is made small, and what limits it: weighed sums of measures, as they are written.
+//! Objective and constraints: weighted sums of measures, as written in the request.
 
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;

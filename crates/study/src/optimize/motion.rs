@@ -1,4 +1,4 @@
-//! The motion of a scene with other values: its courses, and how far it is from what is to be matched.
+//! The motion of a scene with other values: its measures over time, and its distance from the curve to match.
 
 use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;

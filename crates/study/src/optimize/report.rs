@@ -1,4 +1,4 @@
-//! What was found, as tables for people and as JSON.
+//! The optimum found, as tables and as JSON.
 
 use cotree::diagnostic::suggest::list;
 use cotree::report::data::{Cell, Report, Table, named, number, per, unit};

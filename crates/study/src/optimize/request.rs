@@ -1,4 +1,4 @@
-//! What is asked of an optimisation, and whether that makes sense.
+//! The request of an optimisation and its checks.
 
 use cotree::compile::quantity;
 use cotree::diagnostic::suggest;

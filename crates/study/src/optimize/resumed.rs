@@ -1,4 +1,4 @@
-//! Where searches ended before, from the table of them.
+//! End points of earlier searches, read from their table.
 
 use cotree::sheet::{Heading, Sheet, SheetError};
 

@@ -1,4 +1,4 @@
-//! What is varied, and over which values.
+//! The factors of a sweep and their values.
 
 use cotree::compile::{QuantityError, both, quantities, quantity};
 use cotree::export::description::Description;

@@ -1,4 +1,4 @@
-//! The table of a sweep: rows are kept as they come in a file beside the final one, so that nothing that is done is lost.
+//! The table of a sweep: rows are written at once to a temporary file next to the final one, so that an interrupted sweep loses no finished run.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write};

@@ -1,4 +1,4 @@
-//! Random numbers that depend on nothing but the seed and their place, so that runs may be made in any order.
+//! Random numbers that depend only on the seed and the index of the run, so that runs may be computed in any order.
 
 use super::Values;
 

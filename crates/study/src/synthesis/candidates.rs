@@ -1,4 +1,4 @@
-//! The linkages that meet a task, before anything else is asked of them.
+//! The linkages that meet a task, before limits are checked.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

@@ -1,4 +1,4 @@
-//! Linkages driven by the program itself: the last word on whether they do their task.
+//! Simulates each linkage through its task. This decides whether the linkage is accepted.
 
 use std::sync::Arc;
 

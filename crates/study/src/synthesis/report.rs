@@ -1,4 +1,4 @@
-//! What was found, as a table for people and as JSON.
+//! The linkages found, as a table and as JSON.
 
 use cotree::model::Units;
 use cotree::report::data::{Cell, Report, Table, named, number};

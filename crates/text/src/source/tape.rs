@@ -1,4 +1,4 @@
-//! A tape as a function in C: straight-line code over local constants, with what nobody reads left out.
+//! A tape as a function in C: straight-line code with local constants, without unused values.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;

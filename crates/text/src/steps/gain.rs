@@ -1,4 +1,4 @@
-//! What the trees are worth: coordinates and loop equations of other trees.
+//! Comparison with other trees: numbers of coordinates and loop equations.
 
 use cotree::formulate::equations;
 use cotree::model::Coordinates;

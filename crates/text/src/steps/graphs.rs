@@ -1,4 +1,4 @@
-//! Incidence matrices, cutset and circuit matrices.
+//! Incidence, cutset and circuit matrices.
 
 use cotree::equations::{Edge, EdgeRow};
 use cotree::network::Origin;

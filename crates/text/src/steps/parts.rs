@@ -1,4 +1,4 @@
-//! What the mechanism is made of: its freedoms, its nodes, its edges with their data.
+//! The parts of the mechanism: degrees of freedom, nodes, and edges with their data.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The record of a graph and its tree in letters.
+//! A graph and its tree with the letters of their edges.
 
 use std::collections::BTreeSet;
 

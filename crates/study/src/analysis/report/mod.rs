@@ -1,4 +1,4 @@
-//! What analyses find, and the reports of it.
+//! Results of the analyses and their reports.
 
 mod changes;
 mod equilibrium;

@@ -1,4 +1,4 @@
-//! What happens just where a law switches: a peak at a corner, a value that is jumped over.
+//! Features at the time at which a law switches: a peak at a corner, a threshold that a discontinuity crosses.
 //!
 //! At the time t_s of the switch a peak Y = y(t_s) changes by dY/dp = y_p(-) + y'(-) dt_s/dp, its time and that of a jump by dt_s/dp.
 

@@ -1,4 +1,4 @@
-//! Peak values and crossing times, and how they change.
+//! Peak values and crossing times, and their sensitivities.
 //!
 //! Of a peak Y = y(t*) it is dY/dp = y_p(t*) and dt*/dp = -y'_p / y''; of a time with y(t) = c it is dt/dp = -y_p / y'. Values and derivatives around it are
 //! interpolated by a polynomial through Chebyshev's points, whose last coefficients say whether it is exact.

@@ -1,4 +1,4 @@
-//! Derivatives through instants: impacts, openings and closings, events and ticks.
+//! Derivatives through events: impacts, opening and closing contacts, state events and sample times.
 //!
 //! Between them the motion is smooth, in the mode and with the discrete variables of the moment. One run of the motion goes ahead and says what happens, and when; the derivatives follow it up to
 //! there, and jump with it.

@@ -1,4 +1,4 @@
-//! How an equilibrium changes, and the vibrations about it.
+//! Sensitivities of an equilibrium and of the vibrations about it.
 //!
 //! With H = d/dq (Phi_q^T lambda - Q) at rest,
 //!

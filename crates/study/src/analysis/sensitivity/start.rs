@@ -1,4 +1,4 @@
-//! How the start changes: what is known there, and the loops.
+//! Sensitivities of the initial state: from the given initial values and the loop equations.
 
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! Laws of loads as they stand in the scene: in terms of the load's own across variables.
+//! Laws of loads as written in the scene: in terms of the across variables of the load.
 
 use cotree::equations::Equations;
 use cotree::expr::Order;
