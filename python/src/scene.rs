@@ -12,7 +12,7 @@ use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
 use cotree::run::{Ended, Ensemble, FailedRun, Measure, MeasureError, Run};
-use cotree::scene::{Requested, EditError};
+use cotree::scene::{EditError, Requested};
 use cotree::{Compiled, Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -347,7 +347,11 @@ impl Core {
         let mut study = self.study(of, &settings, inputs)?;
         let requested = times.experiment(study.experiment())?;
         let points = times.points(requested);
-        study.set_experiment(Experiment { start: requested.start, tolerance: requested.tolerance, ..study.experiment() });
+        study.set_experiment(Experiment {
+            start: requested.start,
+            tolerance: requested.tolerance,
+            ..study.experiment()
+        });
         derivatives(
             py,
             interruptible(py, || study.sensitivities(&to, &points))?.map_err(|error| study_error(error, &settings))?,
@@ -585,7 +589,12 @@ impl Core {
         Ok(study)
     }
 
-    pub fn study_of(&self, requested: &Requested, settings: &[(String, Value)], inputs: Option<Columns>) -> PyResult<Study> {
+    pub fn study_of(
+        &self,
+        requested: &Requested,
+        settings: &[(String, Value)],
+        inputs: Option<Columns>,
+    ) -> PyResult<Study> {
         let mut study = self.resolved(requested, self.known(settings.iter().map(|(name, _)| name)))?;
         let wrongs = settings.iter().map(|(name, value)| {
             study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))

@@ -244,8 +244,7 @@ export class Grip {
   follow(point, target, names, share) {
     const began = performance.now();
     let end;
-    do end = this.pull(point, target);
-    while (end === 1 && performance.now() - began < share);
+    do end = this.pull(point, target); while (end === 1 && performance.now() - began < share);
     return { end, values: this.values(names) };
   }
 
