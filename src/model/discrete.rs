@@ -34,6 +34,14 @@ pub enum DiscreteKind {
 }
 
 impl Discrete {
+    /// True for the state of a contact, and for what says whether a joint or driver is there: with others the mechanism is another one.
+    pub fn is_of_mode(&self) -> bool {
+        match self.kind {
+            DiscreteKind::Contact | DiscreteKind::Presence(Owner::Joint(_) | Owner::Driver(_)) => true,
+            DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Presence(_) => false,
+        }
+    }
+
     /// The number that it begins with, SI; zero if that is no number.
     pub fn start(&self) -> f64 {
         if let Formula::Number(start) = self.begin { start } else { 0.0 }

@@ -2,7 +2,7 @@
 
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
-use cotree::model::{Discrete, DiscreteKind, DriverId, InputId, Owner};
+use cotree::model::{DriverId, InputId};
 use cotree::network::Held;
 use serde_json::{Map, Value, json};
 
@@ -111,7 +111,7 @@ fn parameters(equations: &Equations) -> Vec<Value> {
     let of_modes = mechanism
         .discrete
         .iter()
-        .filter(|discrete| is_of_mode(discrete))
+        .filter(|discrete| discrete.is_of_mode())
         .map(|discrete| json!({ "name": discrete.name, "value": discrete.start(), "unit": discrete.unit.si }));
     parameters.chain(of_modes).collect()
 }
@@ -123,17 +123,9 @@ fn inputs(equations: &Equations) -> Vec<Value> {
     let discrete = mechanism
         .discrete
         .iter()
-        .filter(|discrete| !is_of_mode(discrete))
+        .filter(|discrete| !discrete.is_of_mode())
         .map(|discrete| json!({ "name": discrete.name, "start": discrete.start(), "unit": discrete.unit.si }));
     inputs.chain(discrete).collect()
-}
-
-/// True for the state of a contact, and for what says whether a joint or driver is there.
-fn is_of_mode(discrete: &Discrete) -> bool {
-    match discrete.kind {
-        DiscreteKind::Contact | DiscreteKind::Presence(Owner::Joint(_) | Owner::Driver(_)) => true,
-        DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Presence(_) => false,
-    }
 }
 
 fn followers(equations: &Equations) -> Vec<Value> {

@@ -96,12 +96,18 @@ struct ActiveRows {
 }
 
 impl Variation {
-    /// Differentiates the equations and the outputs of a mechanism by inputs and followers.
+    /// Differentiates the equations and the outputs of a mechanism by inputs, followers and discrete variables that are not those of modes.
     pub fn new(formulated: &mut Formulated) -> Self {
         let levels = acting(&mut formulated.equations);
         let roots = roots(formulated, &active(formulated), &levels);
         let symbols = formulated.equations.system.arena.symbols(roots.iter().flat_map(|(_, roots)| roots).copied());
-        let signals = symbols.into_iter().filter(|symbol| matches!(symbol, Symbol::Input(..) | Symbol::Follower(..)));
+        let mechanism = formulated.equations.system.mechanism.clone();
+        let signals = symbols.into_iter().filter(|symbol| match *symbol {
+            Symbol::Input(..) | Symbol::Follower(..) => true,
+            Symbol::Discrete(index) => !mechanism.discrete[index].is_of_mode(),
+            Symbol::Time | Symbol::Parameter(_) | Symbol::Coordinate(..) | Symbol::State(..) => false,
+            Symbol::Reaction(_) | Symbol::Missing(..) | Symbol::Argument => false,
+        });
         Variation::by(formulated, signals.collect())
     }
 
