@@ -375,6 +375,44 @@ fn what_presses_and_steps_that_are_too_long_are_refused_by_name() {
     assert!(refused.contains("too long for `motor.current`") && refused.contains("--substeps"), "{refused}");
 }
 
+/// A sampled damper whose first value is a formula: what is computed of it once for all steps is that of the start, too.
+const SAMPLED_DAMPER: &str = r#"
+format = 1
+name = "damper"
+[parameters]
+opening = 90
+[bodies.block]
+mass = 2.0
+inertia = 0.1
+[joints.rail]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[sampled.valve]
+period = "20 ms"
+[sampled.valve.values]
+drag = { start = "opening*(1 + 0*rail.s)", next = "drag", unit = "1" }
+[loads.oil]
+type = "force"
+on = "block"
+vector = ["-(drag^2)*rail.v*1[N.s/m]", 0]
+[initial]
+"rail.v" = "1 m/s"
+[outputs]
+variables = ["rail.s"]
+"#;
+
+#[test]
+fn poles_at_the_start_follow_from_the_first_sampled_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("damper.toml");
+    fs::write(&file, SAMPLED_DAMPER).unwrap();
+    let refused = sources(&file, folder.path(), "1 ms").unwrap_err();
+    // -drag^2/m
+    assert!(refused.contains("a pole at -4050.0000 /s") && refused.contains("`--substeps 2`"), "{refused}");
+    assert!(sources(&file, folder.path(), "0.5 ms").is_ok());
+}
+
 #[test]
 fn the_page_of_the_refusal_shows_what_export_says() {
     let page = fs::read_to_string(Path::new(ROOT).join("docs/faults/export_sources.md")).unwrap();

@@ -25,6 +25,14 @@ pub enum Owner {
 }
 
 impl Owner {
+    /// True for a load.
+    pub fn is_load(self) -> bool {
+        match self {
+            Owner::Load(_) => true,
+            Owner::Place(_) | Owner::Joint(_) | Owner::Driver(_) | Owner::System => false,
+        }
+    }
+
     /// A motion of this owner with its rate and its acceleration.
     pub fn motion(self, quantities: [Quantity; 3]) -> [Variable; 3] {
         quantities.map(|quantity| Variable { owner: self, quantity })

@@ -1,7 +1,7 @@
 //! What a solver with a fixed step does not support, by name and place, and steps that are too long.
 
 use cotree::diagnostic::Span;
-use cotree::model::{Event, Mechanism, Owner};
+use cotree::model::{Contact, Event, Mechanism};
 use cotree::scene::{Fault, Faults, Source};
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::machine::Machine;
@@ -20,15 +20,14 @@ pub(super) fn start(program: &Program, source: &Source) -> Result<Start, Faults>
     let model = Model::new(program.clone()).map_err(|fault| refuse(fault.to_string()))?;
     let mut state = model.default_state(program.experiment.start);
     solve_initial(&model, &mut state).map_err(|failure| refuse(failure.to_string()))?;
-    let layout = program.layout();
     let mut machine = Machine::new(&model);
     machine.load(&model, &state);
-    let mut registers = machine.registers().to_vec();
-    let begin = &program.instants.begin;
-    let mut values = registers.clone();
-    begin.run(&mut values);
-    registers.iter_mut().skip(layout.discrete()).zip(begin.results(&values)).for_each(|(place, value)| *place = value);
-    Ok(Start { registers })
+    let mut begin = vec![0.0; program.instants.begin.results.len()];
+    machine.evaluate(&program.instants.begin, &mut begin);
+    state.discrete_mut().iter_mut().zip(begin).for_each(|(place, value)| *place = value);
+    // Once more: the parameter stage reads discrete variables.
+    machine.load(&model, &state);
+    Ok(Start { registers: machine.registers().to_vec() })
 }
 
 /// Refuses what the solver does not support, then a step that is not stable.
@@ -39,7 +38,7 @@ pub(super) fn check(
     source: &Source,
     step: FixedStep,
 ) -> Result<(), Faults> {
-    let mut list = contact(mechanism);
+    let mut list = contacts(mechanism);
     list.extend(jumping(program, mechanism));
     list.extend(unsampled(program, mechanism, start, step));
     list.extend(mechanism.events.iter().filter(removes_constraints).map(|event| {
@@ -57,7 +56,7 @@ pub(super) fn check(
 
 /// True for an event that removes more than loads.
 fn removes_constraints(event: &&Event) -> bool {
-    event.removes.iter().any(|owner| !matches!(owner, Owner::Load(_)))
+    !event.removes.iter().all(|owner| owner.is_load())
 }
 
 /// A constant that single precision does not hold.
@@ -112,8 +111,8 @@ fn without_series(program: &Program, start: &Start) -> Option<Fault> {
     None
 }
 
-fn contact(mechanism: &Mechanism) -> Vec<Fault> {
-    let of = |contact: &cotree::model::Contact| {
+fn contacts(mechanism: &Mechanism) -> Vec<Fault> {
+    let of = |contact: &Contact| {
         let kind = match (&contact.slip, contact.gap.of_rate) {
             (Some(_), _) => "friction that sticks",
             (None, true) => "a freewheel",
