@@ -353,15 +353,15 @@ impl Equations {
         let mechanism = self.system.mechanism.clone();
         let Owner::Joint(joint) = owner else { return Expr::ZERO };
         let part = &mechanism.joints[joint.0];
-        let held = (part.component().gaps)(part, &mechanism).into_iter().next();
+        let gap = (part.component().gaps)(part, &mechanism).into_iter().next();
         let relation = self.system.find(Origin::Joint(joint)).and_then(|id| self.system.relation(id));
-        let (Some(held), Some(relation)) = (held, relation) else { return Expr::ZERO };
+        let (Some(gap), Some(relation)) = (gap, relation) else { return Expr::ZERO };
         let along = couplings::along(&mut self.system, &self.kinematics, &relation.terms, Order::Position);
-        let bound = self.system.value(&held.bound);
+        let bound = self.system.value(&gap.bound);
         let arena = &mut self.system.arena;
         let bound = arena.add(relation.offset, bound);
         let off = arena.subtract(along, bound);
-        let sign = arena.constant(held.sign);
+        let sign = arena.constant(gap.sign);
         arena.multiply(sign, off)
     }
 

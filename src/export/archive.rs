@@ -137,7 +137,7 @@ fn libraries<'a>(package: &'a Package) -> Result<Vec<(String, MemberContent<'a>)
     };
     let place = |own: &Runtime| name(own.platform.folder(*version), own.platform.extension);
     let mut libraries: Vec<_> = runtimes.iter().map(|own| (place(own), content(own))).collect();
-    // Of FMI 2.0, importers on Apple silicon load what lies in the folder that the standard names for Macs; by its text they look in `aarch64-darwin`.
+    // With FMI 2.0, importers on Apple silicon load what lies in the folder that the standard names for Macs; by its text they look in `aarch64-darwin`.
     let macs: Vec<&Runtime> = runtimes.iter().filter(|own| own.platform.is_mac()).collect();
     if let (FmiVersion::V2, Some(&first)) = (version, macs.first()) {
         let all = match macs.len() {

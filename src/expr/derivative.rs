@@ -143,7 +143,7 @@ impl Symbol {
 
     /// True for a parameter, the one symbol that stays as it is along a motion, whatever happens in it.
     pub fn is_parameter(self) -> bool {
-        matches!(self, Symbol::Parameter(_))
+        self.is_constant_between_instants() && !matches!(self, Symbol::Discrete(_))
     }
 
     /// True for a parameter or a discrete variable, which stay as they are between instants.

@@ -41,7 +41,7 @@ pub struct Contact {
     pub name: String,
     pub gap: GapLaw,
     pub state: ContactState,
-    /// Of friction: how it slides. While it sticks, its relation holds on both sides, at `gap.bound`.
+    /// How it slides, if it is friction. While it sticks, its relation holds on both sides, at `gap.bound`.
     pub slip: Option<Slip>,
     /// Where its part stands in the file.
     pub span: Span,

@@ -29,7 +29,7 @@ pub enum DiscreteKind {
     Time,
     /// Whether a joint, driver or load is there: 1, or 0 after an event has removed it.
     Presence(Owner),
-    /// Of the state of a contact.
+    /// A variable in the state of a contact.
     Contact,
 }
 
@@ -37,8 +37,9 @@ impl Discrete {
     /// True for the state of a contact, and for what says whether a joint or driver is there: with others the mechanism is another one.
     pub fn is_of_mode(&self) -> bool {
         match self.kind {
-            DiscreteKind::Contact | DiscreteKind::Presence(Owner::Joint(_) | Owner::Driver(_)) => true,
-            DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Presence(_) => false,
+            DiscreteKind::Contact => true,
+            DiscreteKind::Presence(owner) => !owner.is_load(),
+            DiscreteKind::Sampled | DiscreteKind::Time => false,
         }
     }
 

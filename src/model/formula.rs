@@ -1,6 +1,6 @@
 //! Expressions of the scene with their names resolved.
 
-use super::{Class, DiscreteId, InputId, Owner, ParameterId, StateId, Variable};
+use super::{Class, DiscreteId, InputId, ParameterId, StateId, Variable};
 use crate::expr::Function;
 
 /// A parsed expression with its names resolved.
@@ -70,7 +70,7 @@ impl Formula {
             if let Formula::Variable(variable) = part {
                 reads |= match variable.quantity.class() {
                     Class::Acceleration => true,
-                    Class::Effort => !matches!(variable.owner, Owner::Load(_)),
+                    Class::Effort => !variable.owner.is_load(),
                     Class::Position | Class::Velocity | Class::State | Class::Contact | Class::System => false,
                 };
             }

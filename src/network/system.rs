@@ -266,7 +266,7 @@ impl System {
         let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
         let (mut translation, mut rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
         let there = self.mechanism.there(part.owner);
-        let is_load = matches!(part.owner, Owner::Load(_));
+        let is_load = part.owner.is_load();
         if let (Some(there), true) = (there, is_load) {
             let there = Formula::Discrete(there);
             translation.iter_mut().for_each(|row| row.through.scale(&there));

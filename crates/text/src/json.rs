@@ -107,7 +107,7 @@ fn parameters(equations: &Equations) -> Vec<Value> {
         .parameters
         .iter()
         .map(|parameter| json!({ "name": parameter.name, "value": parameter.value, "unit": parameter.unit.si }));
-    // Those of modes stand behind the parameters, sampled values and times of events behind the inputs.
+    // Discrete variables of modes are listed behind the parameters; sampled values and times of events behind the inputs.
     let of_modes = mechanism
         .discrete
         .iter()

@@ -4,7 +4,7 @@
 
 use cotree::equations::{Constraint, Equations};
 use cotree::expr::{Binary, Expr, Symbol};
-use cotree::model::{Contact, DiscreteId, DiscreteKind, Formula, Owner, Pressed, Quantity, Slip, Variable};
+use cotree::model::{Contact, DiscreteId, DiscreteKind, Formula, Pressed, Quantity, Slip, Variable};
 use serde_json::{Value, json};
 
 use super::document::{DocumentBlock, Piece};
@@ -334,7 +334,7 @@ fn pressing(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> Option
     })
 }
 
-/// What a discrete variable of a mode is that equations read; none if no equation does, and of sampled values and events.
+/// The meaning of a discrete variable that distinguishes modes; none if no equation reads it, and none for other discrete variables.
 pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static str> {
     let mechanism = &equations.system.mechanism;
     for contact in &mechanism.contacts {
@@ -352,11 +352,10 @@ pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static s
             return Some(if contact.slip.is_some() { "where it sticks" } else { "the angle at which it engaged" });
         }
     }
-    match mechanism.discrete[id.0].kind {
-        // That of a load is among the signals.
-        DiscreteKind::Presence(Owner::Load(_)) | DiscreteKind::Sampled | DiscreteKind::Time => None,
-        DiscreteKind::Presence(_) => Some("1 until it is removed, then 0"),
-        DiscreteKind::Contact => None,
+    let discrete = &mechanism.discrete[id.0];
+    match discrete.kind {
+        DiscreteKind::Presence(_) => discrete.is_of_mode().then_some("1 until it is removed, then 0"),
+        DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
     }
 }
 

@@ -81,9 +81,7 @@ impl Ord for Factor {
 impl Factor {
     pub fn is_constant(&self) -> bool {
         match self {
-            Factor::Symbol(symbol, _) => {
-                matches!(symbol, Symbol::Parameter(_) | Symbol::Discrete(_) | Symbol::Missing(..))
-            }
+            Factor::Symbol(symbol, _) => symbol.is_constant_between_instants() || matches!(symbol, Symbol::Missing(..)),
             Factor::Named(_, constant) => *constant,
             Factor::Trigonometric(argument, _) => argument.is_constant(),
             Factor::Call(_, arguments) => arguments.iter().all(Sum::is_constant),

@@ -65,7 +65,7 @@ pub fn values(equations: &mut Equations, named: &[NamedNumber]) -> Vec<DocumentB
         }
         rows.push(row);
     }
-    // The values of modes. What no equation reads is left out.
+    // Discrete variables of modes, without those that no equation reads.
     for (id, _) in mechanism.discrete_variables() {
         let name = Piece::Math(FormulaTree::Name(symbol_name(equations, Symbol::Discrete(id.0))));
         let cells = |words| [name, Piece::words(""), Piece::words("mode"), Piece::words(words)];

@@ -18,7 +18,7 @@ pub struct Tangent {
     corrections: Vec<f64>,
     /// Of a, then lambda.
     solved: Vec<f64>,
-    /// Of what discrete variables begin with.
+    /// Derivatives of the first values of discrete variables.
     begin: Vec<f64>,
     outputs: Vec<f64>,
 }

@@ -628,10 +628,10 @@ impl ContactValues {
             } else {
                 self.choices.rest(index, [1.0, -1.0], self.restitutions[index]);
             }
-            for (place, &kept) in data.all[index].state.signs.iter().enumerate().filter(|_| rubs) {
+            for (place, &sign) in data.all[index].state.signs.iter().enumerate().filter(|_| rubs) {
                 let turned = turns(count + slip.sums as usize + place);
-                let sign = self.kept[kept as usize];
-                self.choices.sign(kept, if turned { -sign } else { sign });
+                let value = self.kept[sign as usize];
+                self.choices.sign(sign, if turned { -value } else { value });
             }
         }
     }

@@ -31,7 +31,7 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// Of a piece, up to a time in it.
+    /// The part of a piece up to a time in it.
     pub(crate) fn new([from, to]: [f64; 2], until: f64) -> Self {
         let whole = to - from;
         Self { limit: (until - from) / whole, spacing: f64::EPSILON * minimum(from.abs(), to.abs()) / whole }

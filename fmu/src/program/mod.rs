@@ -120,7 +120,7 @@ pub struct Contact {
     pub state: ContactState,
     /// True for a freewheel, whose rate is what is never negative.
     pub of_rate: bool,
-    /// Of friction: its relation holds on both sides while it sticks, and it slides while it is open.
+    /// The friction, if it is one: its relation holds on both sides while it sticks, and it slides while it is open.
     pub slip: Option<Slip>,
 }
 

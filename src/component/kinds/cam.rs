@@ -1,7 +1,7 @@
 //! Cam (j): the guide of a follower is moved by a law of the cam's angle theta against the carrier, s = start + law(theta) for a sliding
 //! follower, psi = start -+ law(theta) for a turning one. The reaction is the force or torque on the follower; the cam gets law'(theta)
 //! times as much, and the contact a normal force that is never a pull only as long as the follower does not lift off; a groove or a conjugate cam
-//! (`closure = "form"`) also pulls. With `contact` the relation holds on one side only: the follower lifts off where it would have to be pulled.
+//! (`closure = "form"`) also pulls. With `unilateral` the relation holds on one side only: the follower lifts off where it would have to be pulled.
 
 mod breaks;
 mod check;

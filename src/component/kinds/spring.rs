@@ -69,8 +69,8 @@ pub(crate) fn law(part: &Part, free: &str, [place, rate]: [Q; 2]) -> Formula {
     let law = -(elastic + cubic + part.key("damping") * part.variable(rate));
     let zero = Formula::Number(0.0);
     match side(part) {
-        "above" => gaps(part, x, law.smaller(zero)),
-        "below" => gaps(part, x, law.larger(zero)),
+        "above" => one_sided(part, x, law.smaller(zero)),
+        "below" => one_sided(part, x, law.larger(zero)),
         _ => law,
     }
 }
@@ -80,10 +80,10 @@ pub(crate) fn energy(part: &Part, free: &str, place: Q) -> Formula {
     let x = part.variable(place) - part.key(free);
     let elastic = part.key("stiffness") * x.clone().raised(2.0);
     let cubic = part.key("cubic") * x.clone().raised(4.0);
-    gaps(part, x, Formula::Number(0.5) * elastic + Formula::Number(0.25) * cubic)
+    one_sided(part, x, Formula::Number(0.5) * elastic + Formula::Number(0.25) * cubic)
 }
 
-fn gaps(part: &Part, x: Formula, value: Formula) -> Formula {
+fn one_sided(part: &Part, x: Formula, value: Formula) -> Formula {
     let zero = Formula::Number(0.0);
     let comparison = match side(part) {
         "above" => Comparison::Greater,

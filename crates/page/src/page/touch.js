@@ -133,8 +133,12 @@ function pullOn(hold) {
   if (hold.due && hold.solving < MOST_REQUESTS) {
     const answer = hold.grip.follow(hold.local, hold.target, hold.names, SHARE_OF_FRAME);
     Object.assign(hold, { due: false, solving: hold.solving + 1, steps: hold.steps + 1 });
-    if (answer instanceof Promise) answer.then((found) => receive(hold, found), (fault) => tell(fault.message));
-    else receive(hold, answer);
+    if (answer instanceof Promise) {
+      answer.then((found) => receive(hold, found), (fault) => {
+        hold.solving--;
+        tell(fault.message);
+      });
+    } else receive(hold, answer);
   }
   if (hold.found) showPulled(hold);
 }

@@ -391,7 +391,7 @@ fn legend(equations: &Equations) -> Vec<String> {
 /// Arguments that the functions take, as arrays, and the index of a symbol in its array.
 pub fn argument(symbol: Symbol) -> Option<(&'static str, usize)> {
     match symbol {
-        // Those come after the parameters.
+        // Discrete variables come after the parameters; `steps` has added their number.
         Symbol::Parameter(i) | Symbol::Discrete(i) => Some(("p", i)),
         Symbol::Input(i, order) => Some(("u", 3 * i + order as usize)),
         Symbol::Follower(i, order) => Some(("f", 3 * i + order as usize)),
