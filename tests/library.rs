@@ -38,6 +38,7 @@ mod initial_values;
 mod laws;
 mod laws_without_value;
 mod lifting_cams;
+mod linear_laws;
 mod methods_by_name;
 mod model_exchange;
 mod nearly_neutral;

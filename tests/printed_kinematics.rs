@@ -12,7 +12,7 @@ use std::sync::Arc;
 use cotree::compile;
 use cotree::equations::Constraint;
 use cotree::formulate::formulate;
-use cotree::network::{Direction, Held};
+use cotree::network::{Constrained, Direction};
 use cotree::scene::{Resolved, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -102,10 +102,10 @@ impl Case {
         let constraints: Vec<_> = formulated.equations.loops().map(|(_, row)| row).collect();
         let has_masses = mechanism.bodies.iter().all(|body| body.mass.is_some());
         let reaction = |row: &&Constraint| {
-            let quantity = match row.held {
-                Held::Along(Direction::X) => "fx",
-                Held::Along(Direction::Y) => "fy",
-                Held::Along(Direction::Fixed(..)) => "fn",
+            let quantity = match row.constrained {
+                Constrained::Along(Direction::X) => "fx",
+                Constrained::Along(Direction::Y) => "fy",
+                Constrained::Along(Direction::Fixed(..)) => "fn",
                 other => panic!("{other:?} is not in these scenes"),
             };
             format!("{}.{quantity}", formulated.equations.system.element(row.element).name)

@@ -279,7 +279,7 @@ fn a_law_of_the_motion_is_why_there_are_no_matrices() {
     let page = equations(&written(&text));
     assert!(page.contains("There are no matrices D and K (24): the law of `drag` depends on the motion"), "{page}");
     let page = equations(&written(&SHAKEN.replace("length = 0.5", "length = 0.5\ncubic = 3.0")));
-    assert!(page.contains("the spring `spring` is not linear"), "{page}");
+    assert!(page.contains("the law of `spring` is not linear"), "{page}");
 }
 
 const DRIVEN: &str = r#"

@@ -6,7 +6,7 @@ use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
 use crate::expr::{Arena, Expr};
-use crate::network::{Angle, Coupling, Curve, Direction, Element, Held, Port, RNode, TNode};
+use crate::network::{Angle, Constrained, Coupling, Curve, Direction, Element, Port, RNode, TNode};
 
 impl Equations {
     pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), NoSeries> {
@@ -28,12 +28,12 @@ impl Equations {
     }
 
     fn row_of(&mut self, index: usize, element: Element, arms: &mut ArmEquations) -> Result<(), NoSeries> {
-        let held = self.constraints[index].held;
+        let held = self.constraints[index].constrained;
         if let (Some(coupling), false) = (element.coupling, self.constraints[index].coupled.is_empty()) {
             return self.coupled_row(index, &coupling, arms);
         }
         match (held, element.translation, element.rotation) {
-            (Held::Along(direction), Some(row), _) => {
+            (Constrained::Along(direction), Some(row), _) => {
                 let mut gap = self.kinematics.known(&mut self.system, &row.known).position;
                 let across = self.kinematics.across(&mut self.system.arena, row.ends).position;
                 let minus = self.system.arena.constant(-1.0);
@@ -43,7 +43,7 @@ impl Equations {
                 let (frame, along) = self.along(direction);
                 self.translational_row(index, gap, (frame, along), arms);
             }
-            (Held::Angle, _, Some(row)) => {
+            (Constrained::Angle, _, Some(row)) => {
                 let ends = row.ends.map(|node| self.kinematics.placement(node));
                 self.rotational_row(index, &row.angle, ends, arms)?;
             }

@@ -25,7 +25,6 @@ pub use schema::schema;
 use std::sync::Arc;
 
 use crate::diagnostic::{Fault, Span};
-use crate::equations::NonlinearLoad;
 use crate::expr::Expr;
 use crate::model::{
     Dimension, Formula, Friction, GapLaw, KeyValue, Mechanism, Owner, Part, Place, Pressed, Quantity, State, Unit,
@@ -122,8 +121,6 @@ pub struct Component {
     pub relation: fn(&Part, &mut System) -> Option<Coupling>,
     /// How its dry friction acts, if it can have any.
     pub rubs: Option<Rubs>,
-    /// Its share of a linear vibrating system; none if its law is to be taken as it is, an error if it can never be linear.
-    pub linear: fn(&Part) -> Result<Option<Linear>, NonlinearLoad>,
     /// What is wrong with it that only the whole mechanism shows.
     pub check: fn(&Part, &Mechanism) -> Vec<Fault>,
     /// The profile of a body that it stands for, at these parameters.
@@ -179,7 +176,6 @@ impl Component {
             gap_lever: |_, _| Expr::ONE,
             relation: |_, _| None,
             rubs: None,
-            linear: |_| Ok(None),
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
             placed,
@@ -239,9 +235,6 @@ impl Component {
         self.reactions.iter().copied().filter(is_there)
     }
 }
-
-/// Stiffness, damping and free length of a linear component on a line.
-pub(crate) type Linear = [Formula; 3];
 
 impl Part {
     /// What it is: its keys, its variables, its equations.

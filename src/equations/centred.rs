@@ -4,9 +4,10 @@
 
 use super::Equations;
 use super::form::{Coefficient, LinearForm};
+use super::linear_law::{LinearLaw, OwnLaw};
 use super::vector::{FrameId, Vector};
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::model::{Dimension, Formula, Owner};
+use crate::model::{Dimension, Owner};
 use crate::network::{ElementId, Force, Origin};
 
 /// Directions are the same up to this angle: each component is a rotation of two products, so rounded by up to two units in the last place of the longer side.
@@ -38,13 +39,12 @@ impl Equations {
         if !matches!(row.through, Force::Line(_)) || self.system.mechanism.dimension == Dimension::One {
             return None;
         }
-        let (ends, load_id, load) = (row.ends, load, &self.system.mechanism.loads[load.0]);
-        let [stiffness, damping, free] = (load.component().linear)(load).ok()??;
-        if free != Formula::Number(0.0) || self.system.mechanism.there(Owner::Load(load_id)).is_some() {
+        let ends = row.ends;
+        let OwnLaw::Linear(LinearLaw { stiffness, damping, rest }) = self.own_law(load) else { return None };
+        if !rest.is_zero() || self.system.mechanism.there(Owner::Load(load)).is_some() {
             return None;
         }
         let across = self.kinematics.spanned(&mut self.system, ends).position;
-        let [stiffness, damping] = [stiffness, damping].map(|formula| self.system.value(&formula));
         let arena = &mut self.system.arena;
         let mut damped = Vec::new();
         if !damping.is_zero() {

@@ -9,14 +9,14 @@ use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
-use crate::network::{Angle, Direction, ElementId, Held, Rotation, System, Translation, Tree};
+use crate::network::{Angle, Constrained, Direction, ElementId, Rotation, System, Translation, Tree};
 
-/// One scalar loop equation Phi = 0 with its derivatives, and the reaction that belongs to it.
+/// A row of the equations of motion: a scalar loop equation Phi = 0 with its derivatives and its reaction, or an unknown that appears among the reactions. See [`RowKind`].
 #[derive(Clone, Debug)]
 pub struct Constraint {
     /// The chord, or the element that couples others.
     pub element: ElementId,
-    pub held: Held,
+    pub constrained: Constrained,
     /// The chords through which a coupling acts; none if it is the element's own circuit.
     pub coupled: Vec<CoupledChord>,
     /// Phi (Eq. 15): the projection of \[B_f\]{r}, so that the multiplier is the chord's through variable.
@@ -31,9 +31,22 @@ pub struct Constraint {
     pub followers: Vec<(usize, Expr)>,
     /// It holds where its value is a multiple of this, too. See [`Constraint::gap`].
     pub period: Option<Expr>,
-    /// What it is while it is closed, if it holds on one side only: everything else here has the factor that is zero while it is open.
-    pub contact: Option<Gap>,
-    pub standing: Standing,
+    pub kind: RowKind,
+}
+
+/// What a row is. Each use of a row names all of these.
+#[derive(Clone, Debug)]
+pub enum RowKind {
+    /// A loop equation that holds always.
+    Loop(Standing),
+    /// A loop equation of a contact: imposed while it is closed. Everything else in the row has the factor that is zero while it is open.
+    Contact(Gap),
+    /// A contact with friction that drivers move: it slides as they say and is no equation.
+    DrivenContact(Gap),
+    /// No equation: its multiplier is the limit of the friction of the row before it, a law of accelerations and reactions.
+    FrictionLimit,
+    /// No equation: its multiplier is the value of a load that reads accelerations or reactions.
+    LoadValue,
 }
 
 /// A relation that holds on one side only: its value is never negative.
@@ -72,12 +85,6 @@ pub enum Standing {
     SecondOrder,
     /// No coordinate occurs in it: an identity, or a contradiction between two elements.
     Trivial,
-    /// It holds on one side only: imposed while it is closed.
-    Contact,
-    /// It is none: its multiplier is the level of the friction before it, a law of accelerations and reactions. Where drivers lead the motion, that before it is none either.
-    Level,
-    /// It is none: its multiplier is the value of a load that reads accelerations or reactions.
-    Feedback,
 }
 
 impl Gap {
@@ -104,19 +111,12 @@ fn along(arena: &mut Arena, row: &[(usize, Expr)], rest: Expr, mut of: impl FnMu
 }
 
 impl Constraint {
-    /// True for none of the equations: the row of a level.
-    pub fn is_level(&self) -> bool {
-        self.standing == Standing::Level
-    }
-
-    /// True for none of the equations: the row of a load that reads accelerations or reactions.
-    pub fn is_feedback(&self) -> bool {
-        self.standing == Standing::Feedback
-    }
-
-    /// True for a loop equation: its multiplier is no law.
+    /// True for a loop equation, of a contact too: its multiplier is a reaction, and not a law.
     pub fn is_loop(&self) -> bool {
-        !self.is_level() && !self.is_feedback()
+        match self.kind {
+            RowKind::Loop(_) | RowKind::Contact(_) => true,
+            RowKind::DrivenContact(_) | RowKind::FrictionLimit | RowKind::LoadValue => false,
+        }
     }
 
     /// A row without coordinates: an identity, or a contradiction between two parts of the scene.
@@ -126,30 +126,62 @@ impl Constraint {
 
     /// True for an equation of the motion: one that holds on one side only is one in every mode.
     pub fn is_imposed(&self) -> bool {
-        matches!(self.standing, Standing::Imposed | Standing::Contact)
+        match self.kind {
+            RowKind::Loop(standing) => standing == Standing::Imposed,
+            RowKind::Contact(_) => true,
+            RowKind::DrivenContact(_) | RowKind::FrictionLimit | RowKind::LoadValue => false,
+        }
     }
 
-    /// True if it holds whatever is open or closed.
-    pub fn always_holds(&self) -> bool {
-        self.standing == Standing::Imposed
+    /// What a loop equation that holds always does for the motion; none for other rows.
+    pub fn standing(&self) -> Option<Standing> {
+        match self.kind {
+            RowKind::Loop(standing) => Some(standing),
+            RowKind::Contact(_) | RowKind::DrivenContact(_) | RowKind::FrictionLimit | RowKind::LoadValue => None,
+        }
+    }
+
+    /// True for a loop equation with coordinates that is left out, because others stand for it.
+    pub fn repeats(&self) -> bool {
+        match self.kind {
+            RowKind::Loop(Standing::Repeats | Standing::SecondOrder) => true,
+            RowKind::Loop(Standing::Imposed | Standing::Trivial) | RowKind::Contact(_) => false,
+            RowKind::DrivenContact(_) | RowKind::FrictionLimit | RowKind::LoadValue => false,
+        }
+    }
+
+    /// The gap of a contact, driven or not.
+    pub fn contact(&self) -> Option<&Gap> {
+        match &self.kind {
+            RowKind::Contact(gap) | RowKind::DrivenContact(gap) => Some(gap),
+            RowKind::Loop(_) | RowKind::FrictionLimit | RowKind::LoadValue => None,
+        }
+    }
+
+    /// From here on drivers move this contact.
+    pub(crate) fn set_driven(&mut self) {
+        if let RowKind::Contact(gap) = &self.kind {
+            self.kind = RowKind::DrivenContact(gap.clone());
+        }
+    }
+
+    /// Has the part in the motion of the same row of the same mechanism with other names.
+    pub fn adopt(&mut self, other: &Constraint) {
+        match other.kind {
+            RowKind::Loop(standing) => self.kind = RowKind::Loop(standing),
+            RowKind::DrivenContact(_) => self.set_driven(),
+            RowKind::Contact(_) | RowKind::FrictionLimit | RowKind::LoadValue => {}
+        }
     }
 
     /// The entry of its multiplier on the diagonal of the equations of motion: minus one while it is open, so that its reaction is zero.
     pub fn multiplier_diagonal(&self, arena: &mut Arena) -> Expr {
-        self.contact.as_ref().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
-    }
-
-    /// True for a row with coordinates that is left out, because others stand for it.
-    pub fn repeats(&self) -> bool {
-        match self.standing {
-            Standing::Repeats | Standing::SecondOrder => true,
-            Standing::Imposed | Standing::Trivial | Standing::Contact | Standing::Level | Standing::Feedback => false,
-        }
+        self.contact().map_or(Expr::ZERO, |gap| arena.subtract(gap.closed, Expr::ONE))
     }
 
     /// The natural size of its value: 1 for an angle, the mechanism's own for a length.
     pub fn scale(&self, length: f64) -> f64 {
-        if self.held == Held::Angle { 1.0 } else { length }
+        if self.constrained == Constrained::Angle { 1.0 } else { length }
     }
 
     /// By how much it is open: its value, or how far that is from whole periods. Its derivatives are those of the value.
@@ -162,16 +194,11 @@ impl Constraint {
         arena.subtract_product(self.value, period, whole)
     }
 
-    /// The row after a relation that rubs.
-    fn level(&self) -> Constraint {
-        Constraint::none(self.element, self.held, Standing::Level)
-    }
-
     /// The row of a law, which is no equation.
-    pub(super) fn none(element: ElementId, held: Held, standing: Standing) -> Constraint {
+    pub(super) fn of_law(element: ElementId, constrained: Constrained, kind: RowKind) -> Constraint {
         Constraint {
             element,
-            held,
+            constrained,
             coupled: Vec::new(),
             value: Expr::ZERO,
             jacobian: Vec::new(),
@@ -179,14 +206,8 @@ impl Constraint {
             gamma: Expr::ZERO,
             followers: Vec::new(),
             period: None,
-            contact: None,
-            standing,
+            kind,
         }
-    }
-
-    /// A trivial row without followers: it does not constrain the motion.
-    pub fn says_nothing(&self) -> bool {
-        self.is_trivial() && self.followers.is_empty()
     }
 }
 
@@ -225,8 +246,8 @@ pub fn constraints(
             let arena = &mut system.arena;
             let (value, velocity, acceleration) = project(kinematics, arena, &gap, &along);
             let value = value.total(arena, &kinematics.frames);
-            let held = Held::Along(direction);
-            rows.push(assemble(arena, kinematics, (chord, held), value, &velocity, &acceleration));
+            let constrained = Constrained::Along(direction);
+            rows.push(assemble(arena, kinematics, (chord, constrained), value, &velocity, &acceleration));
         }
     }
     for &chord in &r_tree.chords {
@@ -242,7 +263,7 @@ pub fn constraints(
         let value = gap.position.total(arena);
         let [velocity, acceleration] = [&gap.velocity, &gap.acceleration]
             .map(|form| form.map(arena, |_, &coefficient| Scalar::plain(coefficient)));
-        rows.push(assemble(arena, kinematics, (chord, Held::Angle), value, &velocity, &acceleration));
+        rows.push(assemble(arena, kinematics, (chord, Constrained::Angle), value, &velocity, &acceleration));
     }
     couplings::append(system, kinematics, &mut rows);
     let loops = rows.into_iter().flat_map(|row| masked(system, row)).collect::<Vec<_>>();
@@ -257,14 +278,14 @@ fn masked(system: &mut System, row: Constraint) -> Vec<Constraint> {
     if row.is_trivial() && slip.is_none() {
         return vec![row];
     }
-    let level = slip.map(|_| row.level());
+    let level = slip.map(|_| Constraint::of_law(row.element, row.constrained, RowKind::FrictionLimit));
     std::iter::once(row.while_closed(&mut system.arena, closed, slip)).chain(level).collect()
 }
 
 pub(super) fn assemble(
     arena: &mut Arena,
     kinematics: &Kinematics,
-    (element, held): (ElementId, Held),
+    (element, constrained): (ElementId, Constrained),
     value: Expr,
     velocity: &LinearForm<Scalar>,
     acceleration: &LinearForm<Scalar>,
@@ -276,7 +297,7 @@ pub(super) fn assemble(
     let standing = if rates.is_empty() { Standing::Trivial } else { Standing::Imposed };
     Constraint {
         element,
-        held,
+        constrained,
         coupled: Vec::new(),
         value,
         jacobian: rates,
@@ -284,8 +305,7 @@ pub(super) fn assemble(
         gamma,
         followers,
         period: None,
-        contact: None,
-        standing,
+        kind: RowKind::Loop(standing),
     }
 }
 

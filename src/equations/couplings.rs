@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::constraints::{Constraint, Gap, SlidingRow, Standing, assemble};
+use super::constraints::{Constraint, Gap, RowKind, SlidingRow, assemble};
 use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
@@ -42,7 +42,7 @@ fn relation(
     element: ElementId,
     coupling: &Coupling,
 ) -> Option<Constraint> {
-    let held = coupling.terms.first()?.port.held();
+    let constrained = coupling.terms.first()?.port.constrained();
     let (mut value, mut velocity, mut acceleration) = (coupling.offset, LinearForm::default(), LinearForm::default());
     let mut coupled = Vec::new();
     let may_open = system.element(element).closed.is_some();
@@ -55,7 +55,7 @@ fn relation(
         acceleration.accumulate(arena, minus, &second);
         coupled.push(chord);
     }
-    let row = assemble(&mut system.arena, kinematics, (element, held), value, &velocity, &acceleration);
+    let row = assemble(&mut system.arena, kinematics, (element, constrained), value, &velocity, &acceleration);
     Some(Constraint { coupled, period: coupling.period(&mut system.arena), ..row })
 }
 
@@ -98,8 +98,7 @@ impl Constraint {
         };
         let (jacobian, followers) = (times(&self.jacobian), times(&self.followers));
         let [value, time_rate, gamma] = [value, time_rate, gamma].map(|part| arena.multiply(closed, part));
-        let standing = Standing::Contact;
-        Constraint { coupled, jacobian, followers, value, time_rate, gamma, contact: Some(gap), standing, ..self }
+        Constraint { coupled, jacobian, followers, value, time_rate, gamma, kind: RowKind::Contact(gap), ..self }
     }
 }
 
@@ -232,7 +231,7 @@ impl Couplings {
             for chord in constraint.coupled.iter().filter(|_| !constraint.is_trivial()) {
                 couplings.add_chord(arena, (index, Expr::ONE), chord);
             }
-            let slip = constraint.contact.iter().filter_map(|gap| gap.slip.as_ref());
+            let slip = constraint.contact().into_iter().filter_map(|gap| gap.slip.as_ref());
             for (slip, chord) in slip.flat_map(|slip| slip.coupled.iter().map(move |chord| (slip, chord))) {
                 couplings.add_chord(arena, (index + 1, slip.direction), chord);
             }

@@ -16,8 +16,8 @@ use super::vector::{FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{
-    Angle, Curve, Direction, ElementId, Force, Held, Origin, Resistance, Rotation, RotationalRow, System, Topology,
-    Torque, Translation, TranslationalRow, Tree,
+    Angle, Constrained, Curve, Direction, ElementId, Force, Origin, Resistance, Rotation, RotationalRow, System,
+    Topology, Torque, Translation, TranslationalRow, Tree,
 };
 
 /// Forces and torques of all elements, and the projected cutset equations.
@@ -151,7 +151,7 @@ impl Dynamics {
         couplings.add_moments(system, kinematics, &mut moments);
         for &chord in &r_tree.chords {
             let mut torque = constitutive_torque(system, kinematics, laws, &moments, chord);
-            for (index, _) in of(chord).filter(|(_, constraint)| constraint.held == Held::Angle) {
+            for (index, _) in of(chord).filter(|(_, constraint)| constraint.constrained == Constrained::Angle) {
                 let reaction = system.arena.symbol(Symbol::Reaction(index));
                 torque.add_term(&mut system.arena, reaction, &Scalar::plain(Expr::ONE));
             }
@@ -274,7 +274,7 @@ fn without_reactions(arena: &mut Arena, kinematics: &Kinematics, balance: &Linea
 /// The nontrivial circuit equations, and trivial ones that are to share a load, by their chord; couplings act through other elements' chords.
 fn by_chord(constraints: &[Constraint]) -> HashMap<ElementId, Vec<usize>> {
     let mut held: HashMap<ElementId, Vec<usize>> = HashMap::new();
-    let counts = |constraint: &Constraint| constraint.is_loop() && constraint.standing != Standing::Trivial;
+    let counts = |constraint: &Constraint| constraint.is_loop() && constraint.standing() != Some(Standing::Trivial);
     let is_plain = |constraint: &Constraint| counts(constraint) && constraint.coupled.is_empty();
     for (index, constraint) in constraints.iter().enumerate().filter(|(_, constraint)| is_plain(constraint)) {
         held.entry(constraint.element).or_default().push(index);
@@ -289,7 +289,7 @@ fn add_reaction(
     (index, constraint): (usize, &Constraint),
     force: &mut LinearForm<Vector>,
 ) {
-    if let Held::Along(direction) = constraint.held {
+    if let Constrained::Along(direction) = constraint.constrained {
         let (_, along) = kinematics.direction(system, direction);
         let reaction = system.arena.symbol(Symbol::Reaction(index));
         force.add_term(&mut system.arena, reaction, &along);

@@ -6,7 +6,7 @@ use super::vector::Vector;
 use crate::expr::Expr;
 use crate::model::translate::translate;
 use crate::model::{BodyId, Formula};
-use crate::network::{Direction, ElementId, Force, Held, TNode, Torque};
+use crate::network::{Constrained, Direction, ElementId, Force, TNode, Torque};
 
 impl Equations {
     /// Evaluates the terminal equations of all force and torque actuators, and the rates of the states.
@@ -21,7 +21,7 @@ impl Equations {
                 self.laws.forces.insert(id, force);
             }
             if let Some(Torque::Law(law)) = torque {
-                let torque = self.law(id, Held::Angle, &law);
+                let torque = self.law(id, Constrained::Angle, &law);
                 self.laws.torques.insert(id, torque);
             }
         }
@@ -70,7 +70,7 @@ impl Equations {
         let mut force = LinearForm::default();
         let axes = [(Direction::X, [Expr::ONE, Expr::ZERO]), (Direction::Y, [Expr::ZERO, Expr::ONE])];
         for (component, (along, axis)) in vector.iter().zip(axes) {
-            let value = self.law(id, Held::Along(along), component);
+            let value = self.law(id, Constrained::Along(along), component);
             let (_, along) = self.kinematics.direction(&mut self.system, Direction::Fixed(body, axis));
             force.add_term(&mut self.system.arena, value, &along);
         }
@@ -84,7 +84,7 @@ impl Equations {
         }
         if law.reads_the_motion() {
             // The multiplier that stands for the law is to be a term of its own, as those of reactions are.
-            let value = self.law(id, Held::Length, law);
+            let value = self.law(id, Constrained::Length, law);
             let across = self.kinematics.spanned(&mut self.system, ends).position;
             let length = self.length(&across);
             let arena = &mut self.system.arena;

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use super::{Constraint, Equations};
+use super::{Equations, RowKind};
 use crate::expr::{Arena, Binary, Expr, Symbol, Unary};
 use crate::model::{Contact, Owner, Pressed, Quantity, Variable};
 
@@ -57,7 +57,7 @@ impl Pressing {
 impl Equations {
     /// True if anything rubs that may stick.
     pub fn rubs_dry(&self) -> bool {
-        self.constraints.iter().any(Constraint::is_level)
+        self.constraints.iter().any(|row| matches!(row.kind, RowKind::FrictionLimit))
     }
 
     /// The levels of everything that rubs, with the place of each in the mechanism.
@@ -135,7 +135,7 @@ impl Equations {
         let known = |(index, contact): (usize, &Contact)| {
             let direction = contact.state.direction.filter(|_| self.is_led(index))?;
             let row = &self.constraints[self.row_of_contact(index)?];
-            let (gap, least) = (row.contact.as_ref()?, STILL * row.scale(length));
+            let (gap, least) = (row.contact()?, STILL * row.scale(length));
             let arena = &mut self.system.arena;
             let rate = gap.rate(arena);
             let second = gap.acceleration(arena, |_, index| accelerations[index]);

@@ -12,6 +12,7 @@ pub(crate) mod inertias;
 pub(crate) mod kinematics;
 pub(crate) mod laws;
 mod levels;
+mod linear_law;
 mod power;
 mod record;
 pub(crate) mod shares;
@@ -22,7 +23,7 @@ mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
 
-pub use constraints::{Constraint, Gap, Standing};
+pub use constraints::{Constraint, Gap, RowKind, Standing};
 pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::{Laws, Sums};
@@ -75,7 +76,7 @@ pub struct Equations {
 impl Equations {
     /// True if drivers determine the motion: there are as many independent loop equations as coordinates.
     pub fn is_driven(&self) -> bool {
-        self.constraints.iter().filter(|row| row.always_holds()).count() == self.coordinates.len()
+        self.rows_of(Standing::Imposed).len() == self.coordinates.len()
     }
 
     /// Steps 2 and 3: the kinematics. Step 1 is evaluated lazily ([`Equations::dynamics`]).
@@ -148,9 +149,15 @@ impl Equations {
         self.through.insert(through)
     }
 
+    /// The loop equations of one standing.
+    pub fn rows_of(&self, standing: Standing) -> Vec<usize> {
+        let rows = self.constraints.iter().enumerate();
+        rows.filter(|(_, row)| row.standing() == Some(standing)).map(|(index, _)| index).collect()
+    }
+
     /// The loop equations that constrain the motion, with their indices: where a driver is parallel to its joint, the joint's circuit is an identity.
     pub fn loops(&self) -> impl Iterator<Item = (usize, &Constraint)> {
-        self.constraints.iter().enumerate().filter(|(_, row)| !row.says_nothing())
+        self.constraints.iter().enumerate().filter(|(_, row)| !row.is_trivial() || !row.followers.is_empty())
     }
 
     /// By how much one constraint is open.

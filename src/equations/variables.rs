@@ -5,15 +5,15 @@ use super::form::{Coefficient, LinearForm};
 use super::inertias::{inertia, mass};
 use super::kinematics::{Kinematics, PointMotion, ScalarMotion};
 use super::vector::Vector;
-use super::{Constraint, Equations, Standing};
+use super::{Constraint, Equations, RowKind, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
     Aspect, Axis, BodyId, ContactQuantity, Dimension, DiscreteId, DriverId, Effort, JointId, LoadId, Owner, Place,
     Quantity, Variable, Whole,
 };
 use crate::network::{
-    Angle, Coupling, Curve, Direction, ElementId, Force, Held, Origin, Port, RNode, RotationalRow, System, TNode,
-    Torque, TranslationalRow,
+    Angle, Constrained, Coupling, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System,
+    TNode, Torque, TranslationalRow,
 };
 
 /// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
@@ -38,12 +38,11 @@ impl Equations {
 
     /// Expressions of variables in which trivial loop equations have multipliers too: a joint that repeats a parallel one shares its load.
     pub(crate) fn with_all_reactions(&mut self, variables: &[Variable]) -> Vec<Expr> {
-        let trivial: Vec<usize> =
-            (0..self.constraints.len()).filter(|&row| self.constraints[row].standing == Standing::Trivial).collect();
+        let trivial: Vec<usize> = self.rows_of(Standing::Trivial);
         let before = (self.dynamics.take(), self.through.take(), std::mem::take(&mut self.known));
-        trivial.iter().for_each(|&row| self.constraints[row].standing = Standing::Repeats);
+        trivial.iter().for_each(|&row| self.constraints[row].kind = RowKind::Loop(Standing::Repeats));
         let values = variables.iter().map(|&variable| self.variable(variable)).collect();
-        trivial.iter().for_each(|&row| self.constraints[row].standing = Standing::Trivial);
+        trivial.iter().for_each(|&row| self.constraints[row].kind = RowKind::Loop(Standing::Trivial));
         (self.dynamics, self.through, self.known) = before;
         values
     }
@@ -230,7 +229,7 @@ impl Equations {
         let Some((index, ..)) = mechanism.slip_of(Owner::Joint(joint)) else { return Expr::ZERO };
         let rows = self.row_of_contact(index).zip(self.row_of_level(index));
         let Some((row, level)) = rows else { return Expr::ZERO };
-        let gap = self.constraints[row].contact.as_ref();
+        let gap = self.constraints[row].contact();
         let Some(direction) = gap.and_then(|gap| gap.slip.as_ref()).map(|slip| slip.direction) else {
             return Expr::ZERO;
         };
@@ -305,7 +304,7 @@ impl Equations {
             let arena = &mut self.system.arena;
             let value = match what {
                 ContactQuantity::Gap => {
-                    let gap = row.and_then(|row| self.constraints[row].contact.as_ref()).map(|gap| gap.value);
+                    let gap = row.and_then(|row| self.constraints[row].contact()).map(|gap| gap.value);
                     let lever = gap_lever(&mut self.system, owner);
                     self.system.arena.multiply(gap.unwrap_or(Expr::ZERO), lever)
                 }
@@ -400,23 +399,23 @@ impl Equations {
     /// The loop equation of something that is held on one side; none if nothing that moves is.
     pub fn row_of_contact(&self, index: usize) -> Option<usize> {
         let id = self.system.find(Origin::Contact(index))?;
-        self.constraints.iter().position(|row| row.element == id && row.contact.is_some())
+        self.constraints.iter().position(|row| row.element == id && row.contact().is_some())
     }
 
     /// The row whose multiplier is the friction limit of a contact; none without friction.
     pub fn row_of_level(&self, index: usize) -> Option<usize> {
         let id = self.system.find(Origin::Contact(index))?;
-        self.constraints.iter().position(|row| row.element == id && row.is_level() && row.contact.is_none())
+        self.constraints.iter().position(|row| row.element == id && matches!(row.kind, RowKind::FrictionLimit))
     }
 
     /// The loop equation of something that may hold or stick; none where drivers lead it, which never does.
     pub fn row_that_may_hold(&self, index: usize) -> Option<usize> {
-        self.row_of_contact(index).filter(|&row| !self.constraints[row].is_level())
+        self.row_of_contact(index).filter(|&row| matches!(self.constraints[row].kind, RowKind::Contact(_)))
     }
 
     /// True for what rubs where drivers lead it.
     pub fn is_led(&self, index: usize) -> bool {
-        self.row_of_contact(index).is_some_and(|row| self.constraints[row].is_level())
+        self.row_of_contact(index).is_some_and(|row| matches!(self.constraints[row].kind, RowKind::DrivenContact(_)))
     }
 
     /// The first thing that rubs where drivers lead it.
@@ -559,7 +558,7 @@ impl Equations {
         let Some(Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone()) else {
             return Expr::ZERO;
         };
-        self.law(id, Held::Length, &law)
+        self.law(id, Constrained::Length, &law)
     }
 
     fn of_system(&mut self, quantity: Quantity) -> Expr {

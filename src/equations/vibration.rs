@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::inertias::mass;
+use super::linear_law::{LinearLaw, OwnLaw};
 use super::{Equations, GraphRecord};
 use crate::expr::{Expr, Symbol};
 use crate::model::{Dimension, Owner};
@@ -45,11 +46,11 @@ pub enum NonlinearLoad {
         /// The load.
         load: String,
     },
-    /// A spring with a cubic stiffness, or on one side of its free length only.
-    #[error("the spring `{spring}` is not linear")]
-    Spring {
-        /// The spring.
-        spring: String,
+    /// A law that is not linear in the length and the rate of its load: a cubic stiffness, a spring on one side of its free length only.
+    #[error("the law of `{load}` is not linear")]
+    Own {
+        /// The load.
+        load: String,
     },
     /// A law of the motion.
     #[error("the law of `{load}` depends on the motion; if it is linear, write it as a spring")]
@@ -118,17 +119,16 @@ impl Equations {
                 return Err(NonlinearLoad::Removable { load: mechanism.loads[load.0].name.clone() });
             }
             Origin::Load(load) => {
-                let load = &mechanism.loads[load.0];
-                match (load.component().linear)(load)? {
-                    Some(linear) => {
-                        let [stiffness, damping, free] = linear.each_ref().map(|formula| self.formula(formula));
+                let name = &mechanism.loads[load.0].name;
+                match self.own_law(load) {
+                    OwnLaw::Linear(LinearLaw { stiffness, damping, rest }) => {
                         (column.stiffness, column.damping) = (stiffness, damping);
                         let arena = &mut self.system.arena;
-                        let short = arena.subtract(free, position);
-                        let push = arena.multiply(column.stiffness, short);
-                        column.force = arena.subtract_product(push, column.damping, rate);
+                        let push = arena.subtract_product(rest, stiffness, position);
+                        column.force = arena.subtract_product(push, damping, rate);
                     }
-                    None => column.force = self.outer_force(element, &load.name)?,
+                    OwnLaw::Nonlinear => return Err(NonlinearLoad::Own { load: name.clone() }),
+                    OwnLaw::Outer => column.force = self.outer_force(element, name)?,
                 }
             }
             _ => {}

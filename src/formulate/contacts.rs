@@ -7,7 +7,7 @@ use crate::equations::Equations;
 use crate::expr::{Expr, Symbol};
 use crate::formulate::explain::assembly::show;
 use crate::model::{Contact, Mechanism, Owner};
-use crate::network::Held;
+use crate::network::Constrained;
 
 /// What is open by less than nothing, by no more than this share of its scale, touches: starts are solved for to rounding errors.
 const TOUCHING: f64 = 1e-11;
@@ -75,11 +75,11 @@ pub(super) fn check_contacts(equations: &mut Equations, state: &State, length: f
             continue;
         }
         let bound = equations.system.value(&contact.gap.bound);
-        let gap = equations.constraints[row].contact.as_ref().map_or(bound, |gap| gap.value);
+        let gap = equations.constraints[row].contact().map_or(bound, |gap| gap.value);
         let [gap, bound] = equations.system.arena.evaluate(&[gap, bound], state)[..] else { continue };
         let scale = equations.constraints[row].scale(length);
         if gap < -TOUCHING * scale {
-            let is_angle = equations.constraints[row].held == Held::Angle;
+            let is_angle = equations.constraints[row].constrained == Constrained::Angle;
             let signed = |value: f64| format!("{}{}", if value < 0.0 { "-" } else { "" }, show(value, is_angle));
             let [value, limit, by] = [bound + contact.gap.sign * gap, bound, -gap].map(signed);
             let message =

@@ -7,18 +7,16 @@ use super::restrictions::{Restrictions, owners};
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
 use crate::equations::Standing;
-use crate::network::Held;
+use crate::network::Constrained;
 use crate::redundancy::prescribed::first_contradiction;
 use crate::typeset::rounded;
 
 /// Loop equations that were left out because they repeat others at the start must hold along the motion, too.
 pub(super) fn contradiction(found: &Restrictions) -> Option<Fault> {
     let Restrictions { equations, model, state, .. } = found;
-    let of = |standings: &[Standing]| {
-        let rows = equations.constraints.iter().enumerate().filter(|(_, row)| standings.contains(&row.standing));
-        rows.map(|(index, _)| index).collect::<Vec<usize>>()
-    };
-    let (kept, all) = (of(&[Standing::Imposed]), of(&[Standing::Imposed, Standing::Repeats]));
+    let kept = equations.rows_of(Standing::Imposed);
+    let mut all = [kept.clone(), equations.rows_of(Standing::Repeats)].concat();
+    all.sort_unstable();
     let open = first_contradiction(model, state, &kept, &all)?;
     let involved: BTreeSet<String> =
         open.rows.iter().flat_map(|&row| circuit_names(equations, &equations.constraints[row])).collect();
@@ -36,7 +34,7 @@ pub(super) fn contradiction(found: &Restrictions) -> Option<Fault> {
         "{} {} {whose}: the constraints are compatible until t = {until} s, but at t = {time} s `{owner}` is open by {}",
         list(&drivers),
         if drivers.len() == 1 { "contradicts" } else { "contradict" },
-        show(open.gap, row.held == Held::Angle),
+        show(open.gap, row.constrained == Constrained::Angle),
     );
     let fault = Fault::new("scene::conflict", message, owner_span(equations, last));
     Some(fault.label("incompatible with the other constraints").help(

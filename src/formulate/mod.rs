@@ -27,7 +27,7 @@ use crate::formulate::restrictions::{Restrictions, judge, restrictions};
 use crate::formulate::start::Start;
 use crate::laws::Jump;
 use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
-use crate::network::{ElementId, Held, Origin, System, Trees};
+use crate::network::{Constrained, ElementId, Origin, System, Trees};
 use crate::program::Lowered;
 use crate::scene::constant;
 use crate::solve::{Obstacle, Shared};
@@ -47,7 +47,7 @@ pub struct Formulated {
 
 impl Formulated {
     pub fn mobility(&self) -> usize {
-        let independent = self.equations.constraints.iter().filter(|row| row.always_holds()).count();
+        let independent = self.equations.rows_of(Standing::Imposed).len();
         self.equations.coordinates.len().saturating_sub(independent)
     }
 
@@ -122,8 +122,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
             return Err(faults);
         }
         // What rubs where drivers move it slides as they say, and never holds.
-        let led = |row: &&mut Constraint| row.contact.is_some() && (driven || row.is_trivial());
-        equations.constraints.iter_mut().filter(led).for_each(|row| row.standing = Standing::Level);
+        equations.constraints.iter_mut().filter(|row| driven || row.is_trivial()).for_each(Constraint::set_driven);
         faults.extend(contacts::check_led(&mut equations));
         if !faults.is_empty() {
             return Err(faults);
@@ -273,7 +272,8 @@ fn check_trivial(equations: &mut Equations, length: f64) -> Vec<Fault> {
     let gaps = equations.gaps();
     let (equations, mechanism) = (&*equations, &equations.system.mechanism);
     let mut faults = Vec::new();
-    for (constraint, gap) in equations.constraints.iter().zip(gaps).filter(|(constraint, _)| constraint.says_nothing())
+    for (constraint, gap) in
+        equations.constraints.iter().zip(gaps).filter(|(row, _)| row.is_trivial() && row.followers.is_empty())
     {
         for share in [0.0, 0.137, 0.619, 1.0] {
             let time = experiment.start + share * (experiment.stop - experiment.start);
@@ -292,7 +292,7 @@ fn conflict(equations: &Equations, constraint: &Constraint, time: f64, gap: f64,
     let closing = &equations.system.element(constraint.element).name;
     let mut others = circuit_names(equations, constraint);
     others.retain(|name| name != closing);
-    let amount = show(gap, constraint.held == Held::Angle);
+    let amount = show(gap, constraint.constrained == Constrained::Angle);
     let mechanism = &equations.system.mechanism;
     let driven = mechanism.drivers.iter().any(|driver| driver.name == *closing || others.contains(&driver.name));
     let when = if driven { format!("at t = {time} s ") } else { String::new() };

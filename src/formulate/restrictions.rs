@@ -13,7 +13,7 @@ use super::first_state;
 use super::start::Start;
 use crate::diagnostic::Fault;
 use crate::diagnostic::suggest::list;
-use crate::equations::{Equations, Standing};
+use crate::equations::{Equations, RowKind, Standing};
 use crate::expr::Expr;
 use crate::model::{BodyId, Dimension, Owner, Place, Quantity, Variable};
 use crate::network::{Implied, Measured, System};
@@ -38,7 +38,7 @@ pub(super) struct Restrictions {
 impl Restrictions {
     /// Directions of motion.
     pub fn mobility(&self) -> usize {
-        let imposed = self.equations.constraints.iter().filter(|row| row.always_holds()).count();
+        let imposed = self.equations.rows_of(Standing::Imposed).len();
         self.equations.coordinates.len().saturating_sub(imposed)
     }
 }
@@ -89,11 +89,10 @@ fn generic(found: Independence, state: &State) -> State {
 /// Gives each loop equation its standing: `independent` ones, in ascending order, are imposed, and `restricting` ones restrict in second order only.
 pub(super) fn judge(equations: &mut Equations, independent: &[usize], restricting: &[usize]) {
     for (index, row) in equations.constraints.iter_mut().enumerate() {
-        row.standing = if !row.is_loop() {
-            row.standing
-        } else if row.contact.is_some() && !row.is_trivial() {
-            Standing::Contact
-        } else if independent.binary_search(&index).is_ok() {
+        if row.standing().is_none() {
+            continue;
+        }
+        row.kind = RowKind::Loop(if independent.binary_search(&index).is_ok() {
             Standing::Imposed
         } else if row.is_trivial() {
             Standing::Trivial
@@ -101,7 +100,7 @@ pub(super) fn judge(equations: &mut Equations, independent: &[usize], restrictin
             Standing::SecondOrder
         } else {
             Standing::Repeats
-        };
+        });
     }
 }
 

@@ -182,9 +182,9 @@ impl Curve {
     }
 }
 
-/// What part of an across variable a loop equation holds.
+/// What a loop equation constrains of an across variable, so that its reaction is along or about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Held {
+pub enum Constrained {
     /// An angle; the reaction is a torque.
     Angle,
     /// A displacement along a direction; the reaction is a force.
@@ -195,11 +195,11 @@ pub enum Held {
 
 impl Port {
     /// What it contributes to a loop equation.
-    pub fn held(self) -> Held {
+    pub fn constrained(self) -> Constrained {
         match self {
-            Port::Angle(_) | Port::Curve(..) => Held::Angle,
-            Port::Along(_, direction) => Held::Along(direction),
-            Port::Length(_) | Port::Heading(_) => Held::Length,
+            Port::Angle(_) | Port::Curve(..) => Constrained::Angle,
+            Port::Along(_, direction) => Constrained::Along(direction),
+            Port::Length(_) | Port::Heading(_) => Constrained::Length,
         }
     }
 }

@@ -51,7 +51,7 @@ impl ContactKernels {
         let mechanism = equations.system.mechanism.clone();
         for (index, contact) in mechanism.contacts.iter().enumerate() {
             let row = equations.row_that_may_hold(index).map(|row| equations.constraints[row].clone());
-            let Some(gap) = row.and_then(|row| row.contact) else { continue };
+            let Some(gap) = row.as_ref().and_then(|row| row.contact()) else { continue };
             let arena = &mut equations.system.arena;
             let acceleration = |arena: &mut Arena, index| arena.symbol(Symbol::Coordinate(index, Order::Acceleration));
             let mut motion = [gap.value, gap.rate(arena), gap.acceleration(arena, acceleration)];

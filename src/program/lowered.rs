@@ -20,11 +20,11 @@ use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::VariableTable;
 use crate::arms::{NoSeries, arm_form, mass_form, repeat_exactly};
-use crate::equations::{Constraint as Row, Equations, Standing, if_positive};
+use crate::equations::{Constraint as Row, Equations, RowKind, Standing, if_positive};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{Method, Output};
-use crate::network::{Held, Origin};
+use crate::network::{Constrained, Origin};
 use crate::solve::{
     Block, Incidence, LevelSolution, Levels, Loops, Obstacle, Shared, SolveTree, blocks, least_norm, solve_tree,
     typical,
@@ -542,15 +542,14 @@ fn assemble(
 fn roles(equations: &mut Equations, length: f64, pose: &State) -> Vec<Role> {
     let chosen = equations.is_driven()
         && equations.states.is_empty()
-        && equations.constraints.iter().all(|row| row.standing != Standing::SecondOrder)
+        && equations.constraints.iter().all(|row| row.standing() != Some(Standing::SecondOrder))
         && repeat_exactly(equations, length, &typical(pose));
-    let role = |row: &Row| match row.standing {
-        Standing::Imposed => Role::Imposed,
-        Standing::Contact => Role::Contact,
-        Standing::Repeats if chosen => Role::Repeating,
-        Standing::Repeats | Standing::SecondOrder | Standing::Trivial | Standing::Level | Standing::Feedback => {
-            Role::LeftOut
-        }
+    let role = |row: &Row| match row.kind {
+        RowKind::Loop(Standing::Imposed) => Role::Imposed,
+        RowKind::Contact(_) => Role::Contact,
+        RowKind::Loop(Standing::Repeats) if chosen => Role::Repeating,
+        RowKind::Loop(Standing::Repeats | Standing::SecondOrder | Standing::Trivial) => Role::LeftOut,
+        RowKind::DrivenContact(_) | RowKind::FrictionLimit | RowKind::LoadValue => Role::LeftOut,
     };
     equations.constraints.iter().map(role).collect()
 }
@@ -646,8 +645,7 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
     let masked = rows.filter(|(_, (_, role))| **role == Role::Contact).filter_map(|(index, (row, _))| {
-        let ExprNode::Symbol(Symbol::Discrete(closed)) = equations.system.arena.node(row.contact.as_ref()?.closed)
-        else {
+        let ExprNode::Symbol(Symbol::Discrete(closed)) = equations.system.arena.node(row.contact()?.closed) else {
             return None;
         };
         Some((index as u32, closed as u32))
@@ -656,10 +654,10 @@ fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
 }
 
 fn measure(row: &Row) -> GapMeasure {
-    match (row.held, row.period) {
-        (Held::Angle, Some(_)) => GapMeasure::Direction,
-        (Held::Angle, None) => GapMeasure::Angle,
-        (Held::Along(_) | Held::Length, _) => GapMeasure::Length,
+    match (row.constrained, row.period) {
+        (Constrained::Angle, Some(_)) => GapMeasure::Direction,
+        (Constrained::Angle, None) => GapMeasure::Angle,
+        (Constrained::Along(_) | Constrained::Length, _) => GapMeasure::Length,
     }
 }
 

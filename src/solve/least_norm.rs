@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use super::blocks::{Block, transposed};
 use super::eliminate::{EliminationSystem, Factorisation, Obstacle};
 use super::motion::{scales, typical, unit_masses};
-use crate::equations::{Constraint, Equations, Standing};
+use crate::equations::{Equations, Standing};
 use crate::expr::{Arena, Expr, Symbol};
 use crate::model::{Owner, Quantity, Variable};
 use cotree_fmu::model::State;
@@ -51,7 +51,7 @@ pub fn impose(equations: &mut Equations, length: f64, [pose, generic]: [&State; 
     let largest = values.iter().flatten().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let shares = |row: &[f64], states: &[usize]| states.iter().any(|&state| row[state].abs() > NONE * largest);
     let dropped = equations.constraints.iter().filter(|row| !row.is_imposed() && row.is_loop());
-    let unbounded = dropped.enumerate().filter(|(_, row)| row.standing == Standing::SecondOrder);
+    let unbounded = dropped.enumerate().filter(|(_, row)| row.standing() == Some(Standing::SecondOrder));
     let unbounded: Vec<usize> = unbounded.map(|(state, _)| state).collect();
     let undetermined = reactions.iter().zip(&values).filter(|(_, row)| shares(row, &unbounded));
     let undetermined = undetermined.map(|(reaction, _)| reaction.variable).collect();
@@ -89,8 +89,7 @@ pub fn impose_in_every_pose(
     length: f64,
     generic: &State,
 ) -> Result<Option<Shared>, Obstacle> {
-    let trivial =
-        (0..equations.constraints.len()).filter(|&row| equations.constraints[row].standing == Standing::Trivial);
+    let trivial = equations.rows_of(Standing::Trivial);
     let rows: Vec<usize> = block.rows.iter().map(|&row| row as usize).chain(trivial).collect();
     let single: Vec<BTreeMap<usize, Expr>> = rows.iter().map(|&row| BTreeMap::from([(row, Expr::ONE)])).collect();
     let reactions = reactions(equations, &single, length);
@@ -187,9 +186,9 @@ fn self_stresses(equations: &mut Equations, length: f64, pose: &State) -> Result
     let scales = scales(equations, length);
     let values = typical(pose);
     // What may be open takes no part: where it closes upon what is held already, the run is refused.
-    let is_loop = |row: &Constraint| row.contact.is_none() && row.is_loop();
-    let always = (0..equations.constraints.len()).filter(|&row| is_loop(&equations.constraints[row]));
-    let (rows, dropped): (Vec<usize>, Vec<usize>) = always.partition(|&row| equations.constraints[row].always_holds());
+    let standing = |row: &usize| equations.constraints[*row].standing();
+    let always = (0..equations.constraints.len()).filter(|row| standing(row).is_some());
+    let (rows, dropped): (Vec<usize>, Vec<usize>) = always.partition(|row| standing(row) == Some(Standing::Imposed));
     let jacobian: Vec<_> = rows.iter().map(|&row| equations.constraints[row].jacobian.clone()).collect();
     let dropped = dropped.into_iter().map(|row| (row, equations.constraints[row].jacobian.clone()));
     let dropped: Vec<_> = dropped.collect();

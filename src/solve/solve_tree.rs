@@ -16,7 +16,7 @@ use super::motion::{Branch, LoopRow, MotionSolver, MotionSystem, scales, typical
 use crate::equations::{Constraint, Coordinate, Equations};
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::BodyId;
-use crate::network::{ElementId, Held, Trees};
+use crate::network::{Constrained, ElementId, Trees};
 use crate::tape::{Cost, kernel_cost};
 use cotree_fmu::model::State;
 
@@ -139,7 +139,7 @@ fn in_other_trees(equations: &mut Equations, other: &mut Equations, length: f64)
 /// The other trees' loop equations, without those that are not imposed in branch coordinates.
 fn imposed_rows(equations: &Equations, other: &mut Equations) -> Vec<LoopRow> {
     // The equations of one chord in one graph have the same order for all trees; those of its coupling are separate.
-    let kind = |row: &Constraint| (row.element, row.held == Held::Angle, row.coupled.is_empty());
+    let kind = |row: &Constraint| (row.element, row.constrained == Constrained::Angle, row.coupled.is_empty());
     let mut by_kind: HashMap<(ElementId, bool, bool), Vec<usize>> = HashMap::new();
     for (index, constraint) in equations.constraints.iter().enumerate().rev() {
         by_kind.entry(kind(constraint)).or_default().push(index);

@@ -1,8 +1,8 @@
 //! Loads that read accelerations or reactions: printed as a term in addition to {Q}, which is a function of positions and rates.
 
-use cotree::equations::{Constraint, Equations};
+use cotree::equations::{Constraint, Equations, RowKind};
 use cotree::expr::{Expr, Symbol};
-use cotree::network::{Direction, Force, Held};
+use cotree::network::{Constrained, Direction, Force};
 
 use super::motion::{Entry, has_masses};
 use super::name::{Name, symbol_name};
@@ -10,10 +10,10 @@ use super::name::{Name, symbol_name};
 /// What such loads add to {Q}, and their laws.
 pub fn feedback(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] {
     let titles = ["Loads that read accelerations or reactions", "Their laws"];
-    if !equations.constraints.iter().any(Constraint::is_feedback) || !has_masses(equations) {
+    if !equations.constraints.iter().any(|row| matches!(row.kind, RowKind::LoadValue)) || !has_masses(equations) {
         return titles.map(|title| (title, Vec::new()));
     }
-    let loads = beside_load(equations, Constraint::is_feedback, "feedback");
+    let loads = beside_load(equations, |row| matches!(row.kind, RowKind::LoadValue), "feedback");
     let laws = equations.feedback();
     let laws = laws.into_iter().map(|law| (symbol_name(equations, Symbol::Reaction(law.row)), law.value)).collect();
     let [first, second] = titles;
@@ -46,13 +46,13 @@ pub fn value_name(equations: &Equations, row: &Constraint) -> Name {
     let load = equations.system.name(row.element);
     let in_body = equations.system.element(row.element).translation.as_ref();
     let in_body = in_body.is_some_and(|row| matches!(row.through, Force::InBody(..)));
-    let axis = if row.held == Held::Along(Direction::X) { "x" } else { "y" };
-    match row.held {
-        Held::Angle => Name::variable(&format!("{load}.torque")),
-        Held::Length => Name::variable(&format!("{load}.force")),
-        Held::Along(_) if in_body => {
+    let axis = if row.constrained == Constrained::Along(Direction::X) { "x" } else { "y" };
+    match row.constrained {
+        Constrained::Angle => Name::variable(&format!("{load}.torque")),
+        Constrained::Length => Name::variable(&format!("{load}.force")),
+        Constrained::Along(_) if in_body => {
             Name { plain: format!("f[{load},{axis}]"), ..Name::letter("f", &format!("{load}, {axis}")) }
         }
-        Held::Along(_) => Name::variable(&format!("{load}.f{axis}")),
+        Constrained::Along(_) => Name::variable(&format!("{load}.f{axis}")),
     }
 }

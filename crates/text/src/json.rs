@@ -3,7 +3,7 @@
 use cotree::equations::Equations;
 use cotree::expr::{Order, Symbol};
 use cotree::model::{DriverId, InputId};
-use cotree::network::Held;
+use cotree::network::Constrained;
 use serde_json::{Map, Value, json};
 
 use super::matrices::Matrices;
@@ -153,7 +153,7 @@ fn coordinates(equations: &Equations) -> Vec<Value> {
 
 fn reactions(equations: &Equations) -> Vec<Value> {
     let of = |(index, constraint): (usize, &cotree::equations::Constraint)| {
-        let unit = if constraint.held == Held::Angle { "N.m" } else { "N" };
+        let unit = if constraint.constrained == Constrained::Angle { "N.m" } else { "N" };
         let name = symbol_name(equations, Symbol::Reaction(index));
         json!({ "name": name, "owner": equations.system.name(constraint.element), "unit": unit })
     };

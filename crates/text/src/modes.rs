@@ -2,7 +2,7 @@
 //!
 //! All modes are one system of equations. The factor of a relation is 1 in the mode in which it holds, and its multiplier is zero in the others.
 
-use cotree::equations::{Constraint, Equations};
+use cotree::equations::{Equations, RowKind};
 use cotree::expr::{Binary, Expr, Symbol};
 use cotree::model::{Contact, DiscreteId, DiscreteKind, Formula, Pressed, Quantity, Slip, Variable};
 use serde_json::{Value, json};
@@ -260,7 +260,7 @@ pub fn indicators(equations: &mut Equations) -> [(&'static str, Vec<Entry>); 2] 
     let mechanism = equations.system.mechanism.clone();
     let (mut gaps, mut rates) = (Vec::new(), Vec::new());
     for ContactRow { contact, row } in edges(equations, &mechanism.contacts) {
-        let Some(gap) = equations.constraints[row].contact.clone() else { continue };
+        let Some(gap) = equations.constraints[row].contact().cloned() else { continue };
         if contact.slip.is_none() && !contact.gap.of_rate {
             gaps.push((gap_name(&contact.name), gap.value));
             continue;
@@ -276,7 +276,14 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
     if !equations.rubs_dry() || !has_masses(equations) {
         return (title, Vec::new());
     }
-    (title, beside_load(equations, Constraint::is_level, "friction"))
+    (
+        title,
+        beside_load(
+            equations,
+            |row| matches!(row.kind, RowKind::FrictionLimit | RowKind::DrivenContact(_)),
+            "friction",
+        ),
+    )
 }
 
 /// coulomb + mu x what presses, in the scene's names.

@@ -2,10 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use cotree::equations::{Constraint, Equations, Share};
+use cotree::equations::{Constraint, Equations, RowKind, Share};
 use cotree::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
 use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
-use cotree::network::{Direction, Force, Held, Origin, Torque};
+use cotree::network::{Constrained, Direction, Force, Origin, Torque};
 
 use super::document::{DocumentBlock, Piece};
 use super::feedback::feedback;
@@ -170,7 +170,7 @@ pub fn governing(equations: &Equations, dynamic: bool) -> Vec<(FormulaTree, Form
     terms.extend(loops.as_ref().map(|_| (false, product(transposed, column("lambda", "")))));
     let mut loads = vec![(false, column("Q", ""))];
     loads.extend(equations.rubs_dry().then(|| (false, column("Q", "friction"))));
-    let reads = equations.constraints.iter().any(Constraint::is_feedback);
+    let reads = equations.constraints.iter().any(|row| matches!(row.kind, RowKind::LoadValue));
     loads.extend(reads.then(|| (false, column("Q", "feedback"))));
     dynamic.then(|| (FormulaTree::sum(terms), FormulaTree::sum(loads))).into_iter().chain(loops).collect()
 }
@@ -431,15 +431,15 @@ fn coordinates(equations: &Equations) -> Vec<Vec<Piece>> {
 
 fn reactions(equations: &Equations) -> Vec<Vec<Piece>> {
     let row = |(index, constraint): (usize, &Constraint)| {
-        let along = match constraint.held {
-            Held::Along(Direction::Fixed(..)) if !constraint.coupled.is_empty() => {
+        let along = match constraint.constrained {
+            Constrained::Along(Direction::Fixed(..)) if !constraint.coupled.is_empty() => {
                 "N, force along its coupled direction"
             }
-            Held::Along(Direction::X) => "N, force along x",
-            Held::Along(Direction::Y) => "N, force along y",
-            Held::Along(Direction::Fixed(..)) => "N, force along its constrained direction",
-            Held::Length => "N, force along its line",
-            Held::Angle => "N.m, torque",
+            Constrained::Along(Direction::X) => "N, force along x",
+            Constrained::Along(Direction::Y) => "N, force along y",
+            Constrained::Along(Direction::Fixed(..)) => "N, force along its constrained direction",
+            Constrained::Length => "N, force along its line",
+            Constrained::Angle => "N.m, torque",
         };
         let name = FormulaTree::Name(super::name::symbol_name(equations, Symbol::Reaction(index)));
         let owner = equations.system.name(constraint.element).to_owned();

@@ -1,7 +1,7 @@
 //! Names of quantities: the user's, and a letter with a subscript and dots.
 
 use cotree::diagnostic::Span;
-use cotree::equations::Equations;
+use cotree::equations::{Equations, RowKind};
 use cotree::expr::{Order, Property, Symbol};
 
 #[derive(Clone, Debug, PartialEq)]
@@ -231,12 +231,14 @@ pub fn symbol_name(equations: &Equations, symbol: Symbol) -> Name {
 
 /// A multiplier, the level of friction, or the value of a load.
 fn reaction_name(equations: &Equations, row: usize) -> Name {
-    match equations.constraints.get(row) {
-        Some(constraint) if constraint.is_level() => {
+    // Counted among the loop equations that constrain the motion.
+    let multiplier = || Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]);
+    let Some(constraint) = equations.constraints.get(row) else { return multiplier() };
+    match constraint.kind {
+        RowKind::FrictionLimit | RowKind::DrivenContact(_) => {
             super::modes::level_name(equations.system.name(constraint.element))
         }
-        Some(constraint) if constraint.is_feedback() => super::feedback::value_name(equations, constraint),
-        // Counted among the loop equations that constrain the motion.
-        _ => Name::entry("lambda", &[equations.loops().filter(|(index, _)| *index < row).count()]),
+        RowKind::LoadValue => super::feedback::value_name(equations, constraint),
+        RowKind::Loop(_) | RowKind::Contact(_) => multiplier(),
     }
 }

@@ -39,7 +39,7 @@ pub fn with_names(equations: &Equations, symbolic: &Symbolic) -> Equations {
     let mut renamed =
         Equations::new(System::new(&symbolic.mechanism).implying(&equations.system.implied), equations.trees.clone());
     for (constraint, other) in renamed.constraints.iter_mut().zip(&equations.constraints) {
-        constraint.standing = other.standing;
+        constraint.adopt(other);
     }
     renamed.symbolic = true;
     renamed

@@ -1,7 +1,7 @@
 //! Equations of a scene, as the commands write them.
 
 use cotree::diagnostic::{Fault, Faults, Span};
-use cotree::equations::{Constraint, Equations};
+use cotree::equations::{Equations, RowKind};
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::explain::size::check_written;
 use cotree::formulate::{Formulated, formulate};
@@ -177,7 +177,7 @@ pub fn reduced(
 /// They are too large to be written.
 pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<Fault>> {
     check(&formulated.equations)?;
-    if formulated.equations.constraints.iter().any(Constraint::is_feedback) {
+    if formulated.equations.constraints.iter().any(|row| matches!(row.kind, RowKind::LoadValue)) {
         let why = "the lesson solves for accelerations with loads that are known";
         return Err(vec![reads(
             &formulated.equations,
@@ -190,7 +190,7 @@ pub fn derived(formulated: &mut Formulated, prose: Prose) -> Result<String, Vec<
 
 /// Something reads accelerations or reactions where it cannot.
 fn reads(equations: &Equations, why: &str, help: &str) -> Fault {
-    let row = equations.constraints.iter().find(|row| row.is_feedback());
+    let row = equations.constraints.iter().find(|row| matches!(row.kind, RowKind::LoadValue));
     let (what, span) = match row {
         Some(row) => {
             let element = equations.system.element(row.element);

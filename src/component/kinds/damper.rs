@@ -2,10 +2,9 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, IconStroke, Linear, line};
-use crate::equations::NonlinearLoad;
+use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::measure::DAMPING;
-use crate::model::{Formula, Part, Quantity as Q, Range};
+use crate::model::{Quantity as Q, Range};
 use crate::scene::{Load, Quantity};
 
 pub(crate) const DAMPER: Component = Component {
@@ -24,14 +23,8 @@ pub(crate) const DAMPER: Component = Component {
     pose: &[Q::Length, Q::Force],
     pulls: true,
     law: |part| Some(-(part.key("damping") * part.variable(Q::Rate))),
-    linear,
     ..Component::load("damper", |part, system| line::rows(system, part, "d"), anywhere, |_| Icon::Line(dashpot))
 };
-
-fn linear(part: &Part) -> Result<Option<Linear>, NonlinearLoad> {
-    let zero = Formula::Number(0.0);
-    Ok(Some([zero.clone(), part.formula("damping").clone(), zero]))
-}
 
 /// A piston in an open cylinder.
 fn dashpot(length: f64) -> Vec<IconStroke> {

@@ -4,8 +4,7 @@
 
 use crate::component::frame::anywhere;
 use crate::component::key::{BETWEEN_POINTS, Form, Key};
-use crate::component::{Component, Icon, IconStroke, Linear, line};
-use crate::equations::NonlinearLoad;
+use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
 use crate::model::{Comparison, Formula, Part, Quantity as Q, Range};
 use crate::network::{Rows, System};
@@ -33,7 +32,6 @@ pub(crate) const SPRING: Component = Component {
     law: |part| Some(law(part, "length", [Q::Length, Q::Rate])),
     energy: |part| Some(energy(part, "length", Q::Length)),
     stored: "0.5*(stiffness*(example.length - length)^2) + 0.25*(cubic*(example.length - length)^4)",
-    linear,
     ..Component::load("spring", rows, anywhere, |_| Icon::Line(zigzag))
 };
 
@@ -50,12 +48,6 @@ pub(crate) const SIDE: Key = Key::optional(
 fn rows(part: &Part, system: &mut System) -> Rows {
     let is_zero = |key| matches!(part.formula(key), Formula::Number(0.0));
     line::rows(system, part, if is_zero("stiffness") && is_zero("cubic") { "d" } else { "k" })
-}
-
-fn linear(part: &Part) -> Result<Option<Linear>, NonlinearLoad> {
-    let is_linear = matches!(part.formula("cubic"), Formula::Number(0.0)) && side(part) == "both";
-    let linear = ["stiffness", "damping", "length"].map(|key| part.formula(key).clone());
-    if is_linear { Ok(Some(linear)) } else { Err(NonlinearLoad::Spring { spring: part.name.clone() }) }
 }
 
 fn side(part: &Part) -> &'static str {

@@ -16,7 +16,7 @@ use crate::diagnostic::{Fault, Span};
 use crate::equations::{Constraint, CoupledChord, Equations};
 use crate::expr::Symbol;
 use crate::model::{Mechanism, Part};
-use crate::network::{ElementId, Held, Origin, SignedRow, Topology};
+use crate::network::{Constrained, ElementId, Origin, SignedRow, Topology};
 use crate::redundancy::matrices::jacobian;
 use crate::typeset::rounded;
 
@@ -287,10 +287,10 @@ pub fn circuit_names(equations: &Equations, constraint: &Constraint) -> Vec<Stri
         CoupledChord::Force(ends, ..) => translation.circuit_between(*ends),
         CoupledChord::Torque(ends, _) => rotation.circuit_between(*ends),
     });
-    let row: SignedRow = match constraint.held {
+    let row: SignedRow = match constraint.constrained {
         _ if !constraint.coupled.is_empty() => coupled.collect(),
-        Held::Angle => rotation.circuit(constraint.element),
-        Held::Along(_) | Held::Length => translation.circuit(constraint.element),
+        Constrained::Angle => rotation.circuit(constraint.element),
+        Constrained::Along(_) | Constrained::Length => translation.circuit(constraint.element),
     };
     // Arms and axes of the circuit turn as the rotational tree says.
     let carriers = row.iter().filter_map(|(element, _)| system.element(*element).translation.as_ref()?.carrier());
@@ -314,7 +314,8 @@ pub fn span_of(equations: &Equations, element: ElementId) -> Span {
 
 fn loop_of(equations: &Equations, gap: &Gap) -> Vec<String> {
     let is_owner = |row: &&Constraint| {
-        equations.system.element(row.element).name == gap.owner && (row.held == Held::Angle) == gap.angular
+        equations.system.element(row.element).name == gap.owner
+            && (row.constrained == Constrained::Angle) == gap.angular
     };
     equations.constraints.iter().find(is_owner).map_or_else(Vec::new, |row| circuit_names(equations, row))
 }

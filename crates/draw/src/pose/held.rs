@@ -39,7 +39,7 @@ impl PoseValues<'_> {
             return None;
         }
         let row = self.equations.row_of_contact(index)?;
-        let gap = self.equations.constraints[row].contact.as_ref()?.value;
+        let gap = self.equations.constraints[row].contact()?.value;
         let gap = self.values(&[gap])[0];
         let moving = usize::from(part.between[1].body().is_some());
         // In which sense the moving body goes towards the stop.

@@ -5,7 +5,7 @@
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree::model::{Contact, Mechanism};
-use cotree::network::Held;
+use cotree::network::Constrained;
 use cotree::report::data::shown;
 use cotree::scene::constant;
 use cotree_fmu::model::Model;
@@ -67,7 +67,7 @@ fn status(
     let equations = &formulated.equations;
     let row = equations.row_of_contact(index)?;
     let constraint = &equations.constraints[row];
-    let gap = constraint.contact.as_ref()?;
+    let gap = constraint.contact()?;
     let columns = gap.jacobian.iter();
     let (rates, entries): (Vec<f64>, Vec<_>) =
         columns.map(|&(column, entry)| (point.value(Symbol::Coordinate(column, Order::Velocity)), entry)).unzip();
@@ -100,7 +100,7 @@ fn status(
         kind,
         gap: values[0],
         force,
-        angular: constraint.held == Held::Angle,
+        angular: constraint.constrained == Constrained::Angle,
         scale: constraint.scale(formulated.lowered.program.length),
         rate,
     })

@@ -164,7 +164,7 @@ impl Variation {
             }
         }
         let lines = lines(equations);
-        let mask = |&row: &usize| equations.constraints[row].contact.as_ref().map(|gap| gap.closed);
+        let mask = |&row: &usize| equations.constraints[row].contact().map(|gap| gap.closed);
         let masks = active.iter().map(mask).collect();
         let outputs = Vec::new();
         Variation {

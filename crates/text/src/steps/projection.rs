@@ -1,8 +1,8 @@
 //! Steps 1 and 2: cutsets on motion spaces, circuits on reaction spaces.
 
-use cotree::equations::Edge;
+use cotree::equations::{Edge, RowKind};
 use cotree::expr::Expr;
-use cotree::network::{Angle, Direction, Element, ElementId, Held, Known, Origin, System, Translation};
+use cotree::network::{Angle, Constrained, Direction, Element, ElementId, Known, Origin, System, Translation};
 
 use super::graphs::{list, shortened};
 use super::view::GraphView;
@@ -115,8 +115,10 @@ impl Lesson<'_> {
                 "No chord holds anything: there are no loops, no loop equations and no multipliers (m = 0).",
             ));
         } else {
-            let switch = loops.iter().filter(|&&row| !self.equations.constraints[row].always_holds());
-            let switch = switch.filter(|&&row| self.equations.constraints[row].is_imposed()).count();
+            let switch = loops
+                .iter()
+                .filter(|&&row| matches!(self.equations.constraints[row].kind, RowKind::Contact(_)))
+                .count();
             let switch = match switch {
                 0 => String::new(),
                 1 => ", of which 1 holds in one mode only".to_owned(),
@@ -193,8 +195,8 @@ impl Lesson<'_> {
     /// The loop equations that are circuits of one chord, then without what is zero.
     fn own_circuits(&mut self) -> Vec<DocumentBlock> {
         let constraints = self.equations.loops().filter(|(_, constraint)| constraint.coupled.is_empty());
-        let constraints: Vec<(ElementId, Held)> =
-            constraints.map(|(_, constraint)| (constraint.element, constraint.held)).collect();
+        let constraints: Vec<(ElementId, Constrained)> =
+            constraints.map(|(_, constraint)| (constraint.element, constraint.constrained)).collect();
         let struck: Vec<Vec<usize>> = constraints.iter().map(|constraint| self.struck(*constraint)).collect();
         let mut blocks = list(constraints.iter().filter_map(|constraint| self.circuit_row(*constraint, &[])).collect());
         let mut zeros = Rows::new();
@@ -218,8 +220,8 @@ impl Lesson<'_> {
     }
 
     /// The edges of a circuit whose displacements are zero where it is projected, by their terminal equations: branches, then the chord.
-    fn struck(&mut self, (chord, held): (ElementId, Held)) -> Vec<usize> {
-        let (Held::Along(along), Some(circuit)) = (held, self.translation.record.circuit(chord)) else {
+    fn struck(&mut self, (chord, held): (ElementId, Constrained)) -> Vec<usize> {
+        let (Constrained::Along(along), Some(circuit)) = (held, self.translation.record.circuit(chord)) else {
             return Vec::new();
         };
         let edges = circuit[1..].iter().chain(&circuit[..1]).map(|(edge, _)| *edge);
@@ -227,8 +229,8 @@ impl Lesson<'_> {
     }
 
     /// What is zero in a circuit equation.
-    fn zeros(&self, (chord, held): (ElementId, Held), edges: &[usize]) -> Rows {
-        let Held::Along(along) = held else { return Rows::new() };
+    fn zeros(&self, (chord, held): (ElementId, Constrained), edges: &[usize]) -> Rows {
+        let Constrained::Along(along) = held else { return Rows::new() };
         let left = |edge: &Edge<Translation>| {
             let vector = self.letters.displacement(&edge.label);
             if self.is_pin(edge) { vector } else { self.held_part(vector, along, chord) }
@@ -237,8 +239,12 @@ impl Lesson<'_> {
     }
 
     /// The circuit of a chord, projected on what it holds, without some edges.
-    fn circuit_row(&self, (chord, held): (ElementId, Held), without: &[usize]) -> Option<(FormulaTree, FormulaTree)> {
-        let Held::Along(along) = held else {
+    fn circuit_row(
+        &self,
+        (chord, held): (ElementId, Constrained),
+        without: &[usize],
+    ) -> Option<(FormulaTree, FormulaTree)> {
+        let Constrained::Along(along) = held else {
             let circuit = self.rotation.record.circuit(chord)?;
             let sum = FormulaTree::sum(self.rotation.terms(circuit, |label| self.letters.angle(label)));
             return Some((sum, FormulaTree::zero()));

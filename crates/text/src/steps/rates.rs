@@ -1,7 +1,8 @@
 //! Velocities and accelerations: (20) and (21) by the graph and by calculus.
 
+use cotree::equations::Standing;
 use cotree::expr::{Expr, Order, Symbol};
-use cotree::network::{Direction, ElementId, Held};
+use cotree::network::{Constrained, Direction, ElementId};
 
 use super::numbers::agree;
 use super::projection::Rows;
@@ -36,13 +37,14 @@ impl Lesson<'_> {
     /// Does the axis of a loop equation turn?
     fn turns(&self, index: usize) -> bool {
         let constraint = &self.equations.constraints[index];
-        matches!(constraint.held, Held::Along(Direction::Fixed(Some(_), _))) && constraint.coupled.is_empty()
+        matches!(constraint.constrained, Constrained::Along(Direction::Fixed(Some(_), _)))
+            && constraint.coupled.is_empty()
     }
 
     /// The circuit holds for velocities and accelerations.
     fn by_graph(&mut self, index: usize) -> Vec<DocumentBlock> {
         let constraint = self.equations.constraints[index].clone();
-        let Held::Along(along) = constraint.held else {
+        let Constrained::Along(along) = constraint.constrained else {
             return vec![words(
                 "By the graph: the circuit holds for rates and accelerations term by term, with the same factors.",
             )];
@@ -191,7 +193,8 @@ impl Lesson<'_> {
     /// Where the drivers prescribe everything: which equation gives which coordinate, read from the zeros in Phi_q.
     fn order(&self, loops: &[usize]) -> Vec<DocumentBlock> {
         let mut open: Vec<usize> = (0..self.equations.coordinates.len()).collect();
-        let always = |&(_, index): &(usize, usize)| self.equations.constraints[index].always_holds();
+        let always =
+            |&(_, index): &(usize, usize)| self.equations.constraints[index].standing() == Some(Standing::Imposed);
         let mut rows: Vec<(usize, usize)> = loops.iter().copied().enumerate().filter(always).collect();
         if rows.len() != open.len() || rows.is_empty() {
             return Vec::new();

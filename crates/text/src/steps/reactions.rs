@@ -1,9 +1,10 @@
 //! Reactions: the cutsets that Step 1 did not use, on the reaction spaces of their branches; and the numbers of the start.
 
+use cotree::equations::RowKind;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
 use cotree::model::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
-use cotree::network::{ElementId, Held, Origin};
+use cotree::network::{Constrained, ElementId, Origin};
 
 use super::graphs::list;
 use super::numbers::{Moment, agree, short};
@@ -83,8 +84,10 @@ impl Lesson<'_> {
             .map(|(row, (_, constraint))| {
                 let element = self.equations.system.element(constraint.element);
                 let lambda = FormulaTree::Name(Name::entry("lambda", &[row]));
-                let left = match constraint.held {
-                    Held::Along(along) => self.held_part(self.letters.force(&element.label), along, constraint.element),
+                let left = match constraint.constrained {
+                    Constrained::Along(along) => {
+                        self.held_part(self.letters.force(&element.label), along, constraint.element)
+                    }
                     _ => self.letters.torque(&element.label),
                 };
                 (left, lambda)
@@ -116,7 +119,12 @@ impl Lesson<'_> {
                 FormulaTree::number(short(values.reactions[index])),
             ));
         }
-        let levels = self.equations.constraints.iter().enumerate().filter(|(_, constraint)| constraint.is_level());
+        let levels = self
+            .equations
+            .constraints
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| matches!(row.kind, RowKind::FrictionLimit | RowKind::DrivenContact(_)));
         for (index, _) in levels.filter(|_| self.dynamic) {
             let name = symbol_name(&self.equations, Symbol::Reaction(index));
             rows.push((FormulaTree::Name(name), FormulaTree::number(short(values.reactions[index]))));

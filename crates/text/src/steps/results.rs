@@ -1,5 +1,6 @@
 //! Step 4: M, Q and their properties.
 
+use cotree::equations::Standing;
 use cotree::expr::Expr;
 use cotree_study::analysis::dense;
 
@@ -89,7 +90,7 @@ impl Lesson<'_> {
         }
         let (m, mobility) = (
             // What holds on one side only takes no freedom while it is open.
-            loops.iter().filter(|&&row| self.equations.constraints[row].always_holds()).count(),
+            loops.iter().filter(|&&row| self.equations.constraints[row].standing() == Some(Standing::Imposed)).count(),
             self.source.mobility(),
         );
         blocks.push(check(&format!("n - m = {n} - {m} = {mobility}, the mobility of section 1"), n == m + mobility));

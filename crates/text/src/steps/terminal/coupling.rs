@@ -50,7 +50,7 @@ impl TerminalWriter<'_> {
         let index = self.equations.constraints.iter().position(|row| row.element == id && !row.coupled.is_empty());
         let (Some(coupling), Some(index)) = (&element.coupling, index) else { return Rows::new() };
         let multiplier = FormulaTree::Name(symbol_name(self.equations, Symbol::Reaction(index)));
-        let gap = self.equations.constraints[index].contact.clone();
+        let gap = self.equations.constraints[index].contact().cloned();
         let reaction = match gap.and_then(|gap| gap.slip) {
             Some(slip) => {
                 let level = FormulaTree::Name(symbol_name(self.equations, Symbol::Reaction(index + 1)));
