@@ -220,7 +220,7 @@ fn modes(equations: &mut Equations) -> Vec<(String, Expr)> {
     let mut friction = vec![Expr::ZERO; equations.coordinates.len()];
     for (index, own) in mechanism.contacts.iter().enumerate() {
         let row = equations.row_of_contact(index).unwrap();
-        let gap = equations.constraints[row].contact.clone().unwrap();
+        let gap = equations.constraints[row].contact().cloned().unwrap();
         let Some(direction) = own.state.direction else {
             all.push((format!("{}.gap", own.name), gap.value));
             continue;
