@@ -49,7 +49,8 @@ fn an_actuator_with_a_linear_law_is_a_spring_of_a_linear_system() {
 
 #[test]
 fn other_laws_are_refused_by_name() {
-    for law in ["-800*length^3", "-800*length*rate", "-800*abs(length)", "if(rate > 0, -3*rate, -5*rate)", "-3*rate*abs(rate)"]
+    for law in
+        ["-800*length^3", "-800*length*rate", "-800*abs(length)", "if(rate > 0, -3*rate, -5*rate)", "-3*rate*abs(rate)"]
     {
         let why = matrices(&format!("type = 'actuator'\nforce = '{law}'")).unwrap_err();
         assert_eq!(why, "the law of `link` is not linear", "{law}");

@@ -37,7 +37,7 @@ use input::{InputStart, Watched};
 pub use report::usual;
 pub use samples::ValueAt;
 use samples::{ANGULAR, Derivatives};
-use stops::Obstacles;
+use stops::ContactGaps;
 pub use stops::Stops;
 pub use tolerance::{Deviation, TurnTolerances, tolerances};
 
@@ -228,7 +228,7 @@ struct Course {
 impl Course {
     fn of(scene: &Scene, mechanism: &Mechanism, request: &MotionRequest) -> Result<Course, MotionError> {
         without_history(mechanism)?;
-        let obstacles = Obstacles::of(mechanism)?;
+        let gaps = ContactGaps::of(mechanism)?;
         let mechanism = mechanism.without_stops();
         let input @ (joint, motion) = input::driven(&mechanism, request.input.as_deref())?;
         let output = input::output(scene, &mechanism, input, request.output.as_deref())?;
@@ -255,7 +255,7 @@ impl Course {
         input::is_there(&mechanism, &requested, &moved, &drive)?;
         let lacking = drive::lacking(&moved, &drive)?;
         let moved = input::without_masses(moved, &drive, &lacking);
-        let stops = obstacles.met(&moved, &drive, &request.units)?;
+        let stops = gaps.met(&moved, &drive, &request.units)?;
         let (mut table, places) = match (request.range, &stops) {
             (Some(range), stops) => {
                 drive.range = Some(

@@ -16,7 +16,7 @@ use super::figures::{Extent, Figures, MotionColumn, Peak, Speed, Transmission};
 use super::friction::DriveFriction;
 use super::growth::Unbounded;
 use super::samples::ValueAt;
-use super::stops::{Beyond, Clear, InputStop, Play, Stops};
+use super::stops::{Clear, InputLimit, Penetration, Play, Stops};
 
 /// Below this the transmission is poor, by a rule of thumb (Norton) \[rad\].
 const POOR: f64 = 40.0 * std::f64::consts::PI / 180.0;
@@ -134,7 +134,7 @@ impl Figures {
     }
 
     /// What stops the input at an end of the range, which may go backwards.
-    fn stop_at(&self, index: usize) -> Option<&InputStop> {
+    fn stop_at(&self, index: usize) -> Option<&InputLimit> {
         let at = self.range?[index];
         self.stops.iter().flat_map(|stop| stop.ends.iter().flatten()).find(|end| end.input == at)
     }
@@ -168,8 +168,8 @@ impl Figures {
     }
 
     /// Where a stop ends what the drive can do; how hard it is driven against the stop is nobody's to say.
-    fn end_line(&self, input_stop: &InputStop, word: &str) -> Cell {
-        let InputStop { name, input, unit, presses } = input_stop;
+    fn end_line(&self, input_stop: &InputLimit, word: &str) -> Cell {
+        let InputLimit { name, input, unit, presses } = input_stop;
         let effort = unit_of(if self.input.angular { "N.m" } else { "N" });
         let presses = match presses {
             Some(presses) => line![
@@ -185,7 +185,7 @@ impl Figures {
     }
 
     /// Where the mechanism would be beyond a stop.
-    fn beyond_line(&self, beyond: &Beyond) -> Cell {
+    fn beyond_line(&self, beyond: &Penetration) -> Cell {
         let name = &beyond.name;
         match [beyond.from, beyond.to].map(|at| at.map(|at| self.exactly(at))) {
             [Some(from), Some(to)] => line!["beyond `", name, "` it would be from ", from, " to ", to],

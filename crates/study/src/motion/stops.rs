@@ -24,9 +24,9 @@ const STEPS: usize = 80;
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Stops {
     /// What the input reaches first, going back from the start of the scene and forth.
-    pub ends: [Option<InputStop>; 2],
+    pub ends: [Option<InputLimit>; 2],
     /// Where each would be passed, as far as was looked: not reachable.
-    pub beyond: Vec<Beyond>,
+    pub beyond: Vec<Penetration>,
     /// The least gap of each that does not end the range, within it.
     pub clear: Vec<Clear>,
     /// The range that was asked for, if it is not reachable as a whole.
@@ -38,7 +38,7 @@ pub struct Stops {
 
 /// What stops the input.
 #[derive(Clone, Debug, Serialize)]
-pub struct InputStop {
+pub struct InputLimit {
     /// Such as `guide.max`.
     pub name: String,
     /// The input at which its gap is zero [rad] or \[m\].
@@ -51,7 +51,7 @@ pub struct InputStop {
 
 /// Inputs for which the mechanism would be beyond a stop; an end that is absent is beyond what was looked at.
 #[derive(Clone, Debug, Serialize)]
-pub struct Beyond {
+pub struct Penetration {
     pub name: String,
     pub from: Option<f64>,
     pub to: Option<f64>,
@@ -75,7 +75,7 @@ pub struct Play {
 }
 
 /// How far something is open that can stop the drive.
-struct StopGap {
+struct ContactGap {
     name: String,
     unit: Unit,
     bound: f64,
@@ -83,14 +83,14 @@ struct StopGap {
 }
 
 /// What of a mechanism holds on one side only.
-pub(super) struct Obstacles {
-    gaps: Vec<StopGap>,
+pub(super) struct ContactGaps {
+    gaps: Vec<ContactGap>,
     /// Joints whose relation has play.
     plays: Vec<JointId>,
 }
 
 /// None of what couples: that holds always while the drive moves it.
-fn gap(mechanism: &Mechanism, contact: &Contact, part: &Part) -> Result<Option<StopGap>, MotionError> {
+fn gap(mechanism: &Mechanism, contact: &Contact, part: &Part) -> Result<Option<ContactGap>, MotionError> {
     let name = contact.name.clone();
     if contact.gap.of_rate {
         return Err(MotionError::Request(format!(
@@ -115,13 +115,13 @@ fn gap(mechanism: &Mechanism, contact: &Contact, part: &Part) -> Result<Option<S
     let bound = evaluate(&contact.gap.bound, &mechanism.parameter_values());
     let requested = mechanism.output(Variable { owner: part.owner, quantity: Quantity::Gap });
     let output = Output { name: format!("cotree_gap.{name}"), unit: unit.clone(), value, ..requested };
-    Ok(Some(StopGap { name, unit, bound, output }))
+    Ok(Some(ContactGap { name, unit, bound, output }))
 }
 
-impl Obstacles {
+impl ContactGaps {
     /// # Errors
     /// Freewheels: what they hold is no place.
-    pub fn of(mechanism: &Mechanism) -> Result<Obstacles, MotionError> {
+    pub fn of(mechanism: &Mechanism) -> Result<ContactGaps, MotionError> {
         let stops = mechanism.contacts.iter().filter(|contact| contact.slip.is_none());
         let parts = stops.filter_map(|stop| Some((stop, mechanism.parts().find(|part| part.owner == stop.owner)?)));
         let gaps =
@@ -131,7 +131,7 @@ impl Obstacles {
                 && joint.component().keys.iter().any(|key| matches!(key.form, Form::Record(Record::Play(_))))
         };
         let joints = mechanism.joints.iter().enumerate().filter(|(_, joint)| has_play(joint));
-        Ok(Obstacles { gaps, plays: joints.map(|(index, _)| JointId(index)).collect() })
+        Ok(ContactGaps { gaps, plays: joints.map(|(index, _)| JointId(index)).collect() })
     }
 
     /// What of it the drive meets, all along its range or as far as it goes from its start; none if there is nothing.
@@ -177,17 +177,17 @@ impl Obstacles {
 }
 
 /// From the crossings back and forth, each of which begins within, where it is beyond.
-fn beyond(gap: &StopGap, start: f64, [back, forth]: &[Vec<f64>; 2]) -> Vec<Beyond> {
+fn beyond(gap: &ContactGap, start: f64, [back, forth]: &[Vec<f64>; 2]) -> Vec<Penetration> {
     let name = || gap.name.clone();
     let at = |way: Option<&f64>, direction: f64| way.map(|way| start + direction * way);
     let below = back.chunks(2).rev();
-    let below = below.map(|pair| Beyond { name: name(), from: at(pair.get(1), -1.0), to: at(pair.first(), -1.0) });
+    let below = below.map(|pair| Penetration { name: name(), from: at(pair.get(1), -1.0), to: at(pair.first(), -1.0) });
     let above = forth.chunks(2);
-    let above = above.map(|pair| Beyond { name: name(), from: at(pair.first(), 1.0), to: at(pair.get(1), 1.0) });
+    let above = above.map(|pair| Penetration { name: name(), from: at(pair.first(), 1.0), to: at(pair.get(1), 1.0) });
     below.chain(above).collect()
 }
 
-impl StopGap {
+impl ContactGap {
     /// The unit of what presses where it is closed.
     fn effort(&self) -> String {
         if self.unit.si == "rad" { "N.m" } else { "N" }.to_owned()
@@ -196,21 +196,21 @@ impl StopGap {
 
 impl Stops {
     /// Adds what is met of one gap.
-    fn meet(&mut self, index: usize, gap: &StopGap, courses: &[GapCourse; 2], start: f64) {
+    fn meet(&mut self, index: usize, gap: &ContactGap, courses: &[GapCourse; 2], start: f64) {
         let crossings = courses.each_ref().map(|course| course.crossings(index));
         for ((course, crossings), end) in courses.iter().zip(&crossings).zip(&mut self.ends) {
             let Some(&way) = crossings.first() else { continue };
             let input = start + course.direction * way;
             if end.as_ref().is_none_or(|end| course.direction * (end.input - input) > 0.0) {
                 let (name, unit, presses) = (gap.name.clone(), gap.effort(), course.presses(index, way));
-                *end = Some(InputStop { name, input, unit, presses });
+                *end = Some(InputLimit { name, input, unit, presses });
             }
         }
         self.beyond.extend(beyond(gap, start, &crossings));
     }
 
     /// Adds the least gap within what is reachable, if this is not what ends that.
-    fn pass(&mut self, index: usize, gap: &StopGap, courses: &[GapCourse; 2], start: f64) {
+    fn pass(&mut self, index: usize, gap: &ContactGap, courses: &[GapCourse; 2], start: f64) {
         if self.ends.iter().flatten().any(|end| end.name == gap.name) {
             return;
         }
@@ -254,7 +254,7 @@ impl Stops {
         }
         let unit = shown(units, &unit_of(drive.motion).si);
         let [from, to] = requested.map(|at| unit.show(at));
-        let stopped = |end: &InputStop| format!("`{}` stops it at {}", end.name, unit.show(end.input));
+        let stopped = |end: &InputLimit| format!("`{}` stops it at {}", end.name, unit.show(end.input));
         let ends = suggest::joined(self.ends.iter().flatten().map(stopped), suggest::MOST);
         let name = drive::called(&mechanism.joints[drive.joint.0], drive.motion);
         Err(MotionError::Request(format!(
@@ -285,7 +285,7 @@ struct GapCourse {
 
 impl GapCourse {
     fn along(
-        gaps: &[StopGap],
+        gaps: &[ContactGap],
         (moved, drive): (&Moved, &DrivenJoint),
         direction: f64,
         way: f64,
@@ -317,7 +317,7 @@ impl GapCourse {
         samples.collect()
     }
 
-    fn check_start(&self, index: usize, gap: &StopGap, units: &Units) -> Result<(), MotionError> {
+    fn check_start(&self, index: usize, gap: &ContactGap, units: &Units) -> Result<(), MotionError> {
         let Some(start) = self.gaps.get(index).and_then(|gap| gap.values().first()) else { return Ok(()) };
         if *start >= -self.touching(index) {
             return Ok(());
