@@ -40,11 +40,11 @@ impl Equations {
             return None;
         }
         let ends = row.ends;
-        let OwnLaw::Linear(LinearLaw { stiffness, damping, rest }) = self.own_law(load) else { return None };
-        if !rest.is_zero() || self.system.mechanism.there(Owner::Load(load)).is_some() {
+        if self.own_law(load) != OwnLaw::Centred || self.system.mechanism.there(Owner::Load(load)).is_some() {
             return None;
         }
         let across = self.kinematics.spanned(&mut self.system, ends).position;
+        let LinearLaw { stiffness, damping, .. } = self.linear_law(load)?;
         let arena = &mut self.system.arena;
         let mut damped = Vec::new();
         if !damping.is_zero() {

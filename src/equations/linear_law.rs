@@ -15,16 +15,18 @@ pub(super) struct LinearLaw {
 }
 
 /// What a law is, seen from the length and the rate of its load.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OwnLaw {
     /// It reads neither, or there is no such law.
     Outer,
-    Linear(LinearLaw),
+    /// Without force at length and rate zero.
+    Centred,
+    Linear,
     Nonlinear,
 }
 
 impl Equations {
-    /// Reads the law of a load.
+    /// What the law of a load is. Nothing is added to the expressions of the mechanism.
     pub(super) fn own_law(&mut self, load: LoadId) -> OwnLaw {
         let Some(law) = self.system.mechanism.loads[load.0].law() else { return OwnLaw::Outer };
         let (mut own, mut other) = (false, false);
@@ -36,8 +38,18 @@ impl Equations {
         match (own, other) {
             (false, _) => OwnLaw::Outer,
             (true, true) => OwnLaw::Nonlinear,
-            (true, false) => linear(&mut self.system.arena, &law).map_or(OwnLaw::Nonlinear, OwnLaw::Linear),
+            (true, false) => match linear(&mut Arena::default(), &law) {
+                Some(LinearLaw { rest: Expr::ZERO, .. }) => OwnLaw::Centred,
+                Some(_) => OwnLaw::Linear,
+                None => OwnLaw::Nonlinear,
+            },
         }
+    }
+
+    /// Stiffness, damping and rest of a load whose law is [`OwnLaw::Linear`] or [`OwnLaw::Centred`].
+    pub(super) fn linear_law(&mut self, load: LoadId) -> Option<LinearLaw> {
+        let law = self.system.mechanism.loads[load.0].law()?;
+        linear(&mut self.system.arena, &law)
     }
 }
 

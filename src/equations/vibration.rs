@@ -120,16 +120,20 @@ impl Equations {
             }
             Origin::Load(load) => {
                 let name = &mechanism.loads[load.0].name;
-                match self.own_law(load) {
-                    OwnLaw::Linear(LinearLaw { stiffness, damping, rest }) => {
-                        (column.stiffness, column.damping) = (stiffness, damping);
-                        let arena = &mut self.system.arena;
-                        let push = arena.subtract_product(rest, stiffness, position);
-                        column.force = arena.subtract_product(push, damping, rate);
+                let linear = match self.own_law(load) {
+                    OwnLaw::Outer => {
+                        column.force = self.outer_force(element, name)?;
+                        return Ok(column);
                     }
-                    OwnLaw::Nonlinear => return Err(NonlinearLoad::Own { load: name.clone() }),
-                    OwnLaw::Outer => column.force = self.outer_force(element, name)?,
-                }
+                    OwnLaw::Centred | OwnLaw::Linear => self.linear_law(load),
+                    OwnLaw::Nonlinear => None,
+                };
+                let nonlinear = || NonlinearLoad::Own { load: name.clone() };
+                let LinearLaw { stiffness, damping, rest } = linear.ok_or_else(nonlinear)?;
+                (column.stiffness, column.damping) = (stiffness, damping);
+                let arena = &mut self.system.arena;
+                let push = arena.subtract_product(rest, stiffness, position);
+                column.force = arena.subtract_product(push, damping, rate);
             }
             _ => {}
         }
