@@ -173,6 +173,22 @@ fn only_stiff_motion_changes_the_engine() {
     }
 }
 
+/// Oil holds the steps of series back, but implicit ones are shorter still: the trial of them ends. It went on from 1e-4 to 1e-7, with three to seven times as many steps.
+#[test]
+fn implicit_steps_that_are_no_longer_are_given_up() {
+    let lever = model(&scene_of("hydraulic_lever"));
+    for tolerance in [1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
+        let [auto, series] = [None, Some(Engine::Taylor)].map(|engine| {
+            let mut instance = started(&lever, engine, 1.5, tolerance);
+            instance.step_to(1.5).unwrap();
+            let statistics = instance.statistics();
+            (statistics.steps, statistics.factorisations)
+        });
+        assert!(auto.1 > 0 && auto.1 < 20, "{tolerance:e}: there was no trial, or a long one: {auto:?}");
+        assert!(auto.0 < series.0 + 20, "{tolerance:e}: {auto:?} steps, {series:?} by series");
+    }
+}
+
 /// Two masses on a rail: one on a soft spring, the other coupled to it by this law (its stretch is d, its rate w).
 fn coupled(law: &str) -> String {
     let law = law.replace('d', "(b.x-a.x-l)").replace('w', "(b.vx-a.vx)");

@@ -78,12 +78,24 @@ pub(crate) struct Overlooked {
     pub place: f64,
 }
 
+/// About how much work it is to look at the laws at one place.
+fn work_of_a_place(model: &Model) -> usize {
+    let laws = &model.program().tapes.laws;
+    laws.tape.instructions().len() + laws.kinds.len() + 2 * model.coordinates() * DENSE_DEGREE
+}
+
+/// About how much work it is to look at the laws along a step on which nothing happens.
+pub(crate) fn work_of_laws(model: &Model) -> usize {
+    match model.program().tapes.laws.kinds.len() {
+        0 => 0,
+        _ => PLACES.len() * work_of_a_place(model),
+    }
+}
+
 impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
     /// About how much work the evaluations have been, in instructions of tapes: of a motion they are polynomials, of each law some comparisons.
     pub fn work(&self) -> u64 {
-        let (laws, coordinates) = (&self.model.program().tapes.laws, self.model.coordinates());
-        let each = laws.tape.instructions().len() + laws.kinds.len() + 2 * coordinates * DENSE_DEGREE;
-        self.places * each as u64
+        self.places * work_of_a_place(self.model) as u64
     }
 
     fn load(&mut self, place: f64, motion: &mut [f64]) {

@@ -2,7 +2,9 @@
 //!
 //! Now and then the fastest rate at which anything can change is estimated. If the step is as long as that rate permits, whatever the accuracy, the
 //! implicit method goes on, on trial: it stays while its steps are longer than those that the rate would permit the other engine, in the proportion of
-//! what the steps cost. Costs are counted in instructions, not timed, so that the same run always takes the same steps.
+//! what the steps cost. On trial they must be so by a margin, because the errors of implicit steps are larger at the same tolerance; later the proportion is that of
+//! the instructions alone, so that a few short steps do not end what has proved itself. Costs are counted in instructions, not timed, so that the same run always
+//! takes the same steps.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +17,7 @@ use super::taylor::{self, Reading, Taylor, order_for};
 use crate::constraints::domains;
 use crate::context::Context;
 use crate::context::Settings;
+use crate::events::work_of_laws;
 use crate::failure::Failure;
 use crate::model::{Model, State, motion};
 use crate::motion::Run;
@@ -56,6 +59,15 @@ const IMPLICIT_RUNS: f64 = 12.0;
 const IMPLICIT_RUNS_EACH: f64 = 7.0;
 /// Evaluations of an explicit step.
 const EXPLICIT_EVALUATIONS: f64 = 13.0;
+/// What steps take beside their instructions, in those of a tape; an instruction of a series in those of a tape. Fitted to the times of steps of the models.
+const IMPLICIT_BEGINNING: f64 = 350.0;
+const EXPLICIT_BEGINNING: f64 = 500.0;
+const IN_SERIES: f64 = 0.35;
+/// So many implicit steps are a trial.
+const TRIAL: u32 = 32;
+/// So many times longer than that proportion the steps of a trial must be: at the same tolerance their errors are ten to a hundred times as large, the fifth root of which
+/// is 1.6 to 2.5.
+const WORTHWHILE: f64 = 1.5;
 
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,6 +83,8 @@ pub(crate) struct Choice {
     shares: f64,
     /// The step at which the other engine was held back \[s\].
     held_back: f64,
+    /// Implicit steps of the trial that are left.
+    trial: u32,
     /// Has it been the current one?
     has_been_stiff: bool,
     /// Does stiffness hold steps back that come to a singular pose?
@@ -86,6 +100,7 @@ impl Choice {
             suspected: 0,
             shares: 1.0,
             held_back: 0.0,
+            trial: 0,
             has_been_stiff: false,
             passing: false,
         }
@@ -106,6 +121,7 @@ impl Choice {
         self.held_back.is_finite()
             && self.held_back >= 0.0
             && self.suspected < LOOKS
+            && self.trial <= TRIAL
             && self.shares.is_finite()
             && self.shares > 0.0
             && (FIRST_LOOK..=MOST_PATIENCE).contains(&self.patience)
@@ -124,6 +140,7 @@ impl Choice {
         let all = self.suspected == LOOKS;
         self.stiff = all && self.shares > 1.0;
         self.has_been_stiff |= self.stiff;
+        self.trial = if self.stiff { TRIAL } else { 0 };
         // Written so that NaN is free.
         let may_be = share > least;
         if all || !may_be {
@@ -134,6 +151,7 @@ impl Choice {
 
     /// Counts an implicit step for or against the return; says whether that is enough.
     fn returns(&mut self, back: bool) -> bool {
+        self.trial = self.trial.saturating_sub(1);
         self.count = if back { self.count + 1 } else { 0 };
         self.stiff = self.count < VOTES;
         if !self.stiff {
@@ -342,8 +360,12 @@ impl Engines<'_> {
         // Steps that a switch has made short say nothing of stiffness, while they grow again.
         let change = run.last.natural / (run.last.end_time - run.last.start_time);
         let settled = (1.0 / RECOVERING..RECOVERING).contains(&change);
-        let cheap = settled && run.last.natural < possible * self.cost_ratio(context);
-        if !goes_on || is_regular(run) && self.memory.choice.returns(cheap) {
+        let proportion = match self.memory.choice.trial {
+            0 => self.cost_ratio(context),
+            _ => WORTHWHILE * self.time_ratio(context),
+        };
+        let short = settled && run.last.natural < possible * proportion;
+        if !goes_on || is_regular(run) && self.memory.choice.returns(short) {
             // Series find their own step.
             run.last.natural = if context.settings.engine == Engine::Taylor { 0.0 } else { possible };
             self.explicit.forget();
@@ -418,19 +440,37 @@ impl Engines<'_> {
         implicit / other.max(1.0)
     }
 
+    /// How long an implicit step takes, in steps of the engine that the settings name.
+    fn time_ratio(&self, context: &Context) -> f64 {
+        let [implicit, other] = self.costs(context);
+        let laws = work_of_laws(context.model) as f64;
+        let other = match (context.settings.engine, &self.taylor) {
+            (Engine::Taylor, Some(_)) => IN_SERIES * other,
+            _ => EXPLICIT_BEGINNING + laws + other,
+        };
+        (IMPLICIT_BEGINNING + laws + implicit) / other.max(1.0)
+    }
+
+    /// Runs of the tape in an implicit step, with derivatives or without.
+    fn runs(&self, model: &Model) -> f64 {
+        let n = model.coordinates() as f64;
+        match self.implicit.has_each() {
+            true => IMPLICIT_RUNS_EACH + (2.0 * n / 3.0).ceil() * TANGENTS_AT_NODES,
+            false => IMPLICIT_RUNS + (2.0 * n / 4.0).ceil() * TANGENTS,
+        }
+    }
+
     /// About what an implicit step costs, and one of the engine that the settings name, in instructions of a tape.
     fn costs(&self, context: &Context) -> [f64; 2] {
         let model: &Model = context.model;
         let n = model.coordinates() as f64;
         let tape = model.program().tapes.acceleration.instructions().len() as f64;
-        let (runs, algebra) = if self.implicit.has_each() {
-            (IMPLICIT_RUNS_EACH + (2.0 * n / 3.0).ceil() * TANGENTS_AT_NODES, 9.0 * n * n * n + 3.0 * 9.0 * n * n)
-        } else {
+        let algebra = match self.implicit.has_each() {
+            true => 9.0 * n * n * n + 3.0 * 9.0 * n * n,
             // A real and a complex factorisation.
-            let algebra = 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n;
-            (IMPLICIT_RUNS + (2.0 * n / 4.0).ceil() * TANGENTS, algebra)
+            false => 5.0 * n * n * n / 3.0 + 4.0 * 5.0 * n * n,
         };
-        let implicit = runs * tape + algebra / 3.0;
+        let implicit = self.runs(model) * tape + algebra / 3.0;
         let other = match (context.settings.engine, &self.taylor) {
             (Engine::Taylor, Some(taylor)) => taylor.cost(),
             _ => EXPLICIT_EVALUATIONS * tape,
