@@ -65,9 +65,8 @@ const EXPLICIT_BEGINNING: f64 = 500.0;
 const IN_SERIES: f64 = 0.35;
 /// So many implicit steps are a trial.
 const TRIAL: u32 = 32;
-/// So many times longer than that proportion the steps of a trial must be: at the same tolerance their errors are ten to a hundred times as large, the fifth root of which
-/// is 1.6 to 2.5.
-const WORTHWHILE: f64 = 1.5;
+/// So many times longer than that proportion the steps of a trial must be: at the same tolerance their errors are larger.
+const WORTHWHILE: f64 = 1.2;
 
 /// What a run remembers of the choice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
