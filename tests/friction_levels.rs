@@ -80,3 +80,97 @@ fn accelerations_and_forces_are_refused() {
         assert!(faults.list[0].message.contains("`level` of joint `brake`"), "{faults}");
     }
 }
+
+/// An event resets a state while the wheel is braked: p' = 1, but 0 again at 0.5 s: 2 w' = -4 p, so w falls by t^2 from either start.
+#[test]
+fn an_event_sets_a_state() {
+    let more = "[states]\np = { start = 0, rate = \"1[1/s]\" }\n[initial]\n\"wheel.omega\" = 1\n\
+                [events.vent]\nwhen = \"t > 0.5\"\nset = { p = \"p - 0.5\" }";
+    let exact = |t: f64| f64::max(1.0 - if t < 0.5 { t * t } else { 0.25 + (t - 0.5) * (t - 0.5) }, 0.0);
+    check(&wheel("4[N.m]*p", more), "wheel.omega", &[0.3, 0.7, 1.2, 2.0], exact);
+    check(&wheel("4[N.m]*p", more), "p", &[0.3, 0.49, 0.75, 2.0], |t| if t < 0.5 { t } else { t - 0.5 });
+}
+
+/// A sled on a floor whose coefficient of friction falls with the time: v' = -10 (0.5 - 0.1 t), and with a ratio that falls it slips under a load once static x mu N is less than that.
+#[test]
+fn coefficients_of_friction_follow_laws() {
+    let sled = |friction: &str, more: &str| {
+        format!(
+            "name = \"sled\"\ngravity = [0, -10]\n[bodies.sled]\nmass = 1\ninertia = 1\n[joints.guide]\ntype = \"prismatic\"\n\
+             between = [\"ground\", \"sled\"]\naxis = [1, 0]\nfriction = {friction}\n[experiment]\nstop = 2\n{more}"
+        )
+    };
+    let falling = sled("{ mu = \"0.5 - 0.1*t\" }", "[initial]\n\"guide.v\" = 8");
+    check(&falling, "guide.v", &[0.4, 1.0, 1.6], |t| 8.0 - 5.0 * t + 0.5 * t * t);
+    let pull = "[loads.pull]\ntype = \"force\"\non = \"sled\"\nvector = [6, 0]";
+    let held = sled("{ mu = 0.5, static = \"1.7 - 0.5*t\" }", pull);
+    // It slips at 1 s, where 5 (1.7 - 0.5 t) is 6.
+    check(&held, "guide.v", &[0.5, 0.9, 1.5, 2.0], |t| (t - 1.0).max(0.0));
+    let coulomb = sled("{ coulomb = \"2 + 3*abs(guide.v)\" }", "[initial]\n\"guide.v\" = 2");
+    check(&coulomb, "guide.v", &[0.2, 0.4, 0.6], |t| (8.0 / 3.0 * (-3.0 * t).exp() - 2.0 / 3.0).max(0.0));
+}
+
+/// Of a law that becomes negative the run says which one, and its value.
+#[test]
+fn a_negative_friction_limit_ends_the_run() {
+    for (law, name) in [("12[N.m]*(0.5 - t)", "joints.brake.level"), ("-1[N.m]*t", "joints.brake.level")] {
+        let model = run::model(&wheel(law, "[initial]\n\"wheel.omega\" = 9"));
+        for engine in ENGINES {
+            let mut instance = run::started(&model, engine, 2.0, 1e-9);
+            let told = (1..=20).find_map(|step| instance.step_to(0.1 * f64::from(step)).err()).expect("an end").to_string();
+            assert!(told.contains(name) && told.contains("must not be negative") && told.contains("is -"), "{told}");
+        }
+    }
+    // Rounding errors of a state that decays to zero are none.
+    let decays = "[states]\np = { start = 1, rate = \"-50[1/s]*p\" }\n[initial]\n\"wheel.omega\" = 9";
+    let model = run::model(&wheel("1[N.m]*p", decays));
+    ENGINES.iter().for_each(|&engine| run::started(&model, engine, 2.0, 1e-9).step_to(2.0).unwrap());
+}
+
+/// Of a level that falls at rest (it slips once the load exceeds it) and one that rises while it slides (nothing happens before it stands).
+#[test]
+fn a_level_falls_at_rest_and_rises_while_it_slides() {
+    let pull = "[loads.pull]\ntype = \"torque\"\non = \"wheel\"\nvalue = \"3 N.m\"";
+    let falls = |t: f64| 1.5 * (t - 0.8).max(0.0);
+    check(&wheel("if(t < 0.8, 5, 0)", pull), "wheel.omega", &[0.4, 0.9, 2.0], falls);
+    // Without a load it stays at rest.
+    check(&wheel("max(1 - t, 0)", ""), "wheel.omega", &[0.5, 1.5, 2.0], |_| 0.0);
+    // 2 w' = -(1 + 40 t): w = 6 - t/2 - 10 t^2, to rest at 0.75 s.
+    let rises = "[initial]\n\"wheel.omega\" = 6";
+    check(&wheel("1 + 40*t", rises), "wheel.omega", &[0.3, 0.7, 0.9], |t: f64| if t < 0.75 { 6.0 - 0.5 * t - 10.0 * t * t } else { 0.0 });
+}
+
+/// A sample at the instant at which the wheel stops: it acts first. The brake stands at 1 s, where the controller opens it under a load.
+#[test]
+fn a_sample_at_the_instant_of_sticking_acts_first() {
+    let more = "[sampled.controller]\nperiod = 1\nvalues = { on = { start = 1, next = \"if(t > 0.5, 0, 1)\" } }\n\
+                [loads.pull]\ntype = \"torque\"\non = \"wheel\"\nvalue = \"2 N.m\"\n[initial]\n\"wheel.omega\" = 1";
+    // 2 w' = 2 - 4 until 1 s, then 2 w' = 2.
+    check(&wheel("4[N.m]*on", more), "wheel.omega", &[0.5, 1.0, 1.5], |t| if t < 1.0 { 1.0 - t } else { t - 1.0 });
+}
+
+/// A belt that slips by Euler and Eytelwein: 2 P r tanh(mu wrap/2) on the second pulley.
+#[test]
+fn a_belt_slips_at_its_wrap() {
+    let scene = |friction: &str| {
+        format!(
+            "name = \"belt\"\n[ground]\npoints = {{ far = [1, 0] }}\n[bodies]\na = {{ mass = 1, inertia = 1 }}\nb = {{ mass = 1, inertia = 2 }}\n\
+             [joints]\npa = {{ type = \"revolute\", between = [\"ground\", \"a\"] }}\npb = {{ type = \"revolute\", between = [\"ground.far\", \"b\"] }}\n\
+             band = {{ type = \"belt\", between = [\"a\", \"b\"], first_radius = 0.1, second_radius = 0.2, friction = {friction} }}\n\
+             [loads.motor]\ntype = \"torque\"\non = \"a\"\nvalue = 30\n[experiment]\nstop = 1"
+        )
+    };
+    let limit = 2.0 * 50.0 * 0.2 * f64::tanh(0.5 * 0.4 * 2.5);
+    let by_wrap = scene("{ mu = 0.4, wrap = 2.5, pretension = 50 }");
+    check(&by_wrap, "b.omega", &[0.3, 1.0], |t| 0.5 * limit * t);
+    check(&by_wrap, "a.omega", &[0.3, 1.0], |t| (30.0 - 0.5 * limit) * t);
+    check(&scene(&format!("{{ coulomb = {limit:?} }}")), "b.omega", &[1.0], |t| 0.5 * limit * t);
+    for (friction, told) in [
+        ("{ mu = 0.4 }", "needs its angle of wrap"),
+        ("{ mu = 0.4, wrap = 2, pretension = 5, coulomb = 1 }", "remove `coulomb`"),
+        ("{ wrap = 2, pretension = 5 }", "needs its angle of wrap"),
+    ] {
+        let faults = Scene::from_toml(&scene(friction)).and_then(|scene| cotree::compile::compile(&scene)).unwrap_err();
+        assert!(faults.to_string().contains(told), "{faults}");
+    }
+}

@@ -237,6 +237,23 @@ const FEATURES: &[Feature] = &[
         Wheels,
         "[joints.hold]\ntype = \"brake\"\nbetween = [\"ground\", \"wheel\"]\nlevel = \"3 N.m\"\n[events.free]\nwhen = \"t > 0.25\"\nremove = [\"hold\"]",
     ),
+    Feature(
+        "lock by events",
+        Wheels,
+        "[joints.detent]\ntype = \"lock\"\njoint = \"axle\"\nengaged = false\n[events.detain]\nwhen = \"t > 0.2\"\nengage = [\"detent\"]\n[events.let_go]\nwhen = \"t > 0.4\"\nrelease = [\"detent\"]",
+    ),
+    Feature(
+        "rod by an event",
+        Cart,
+        "[joints.tie]\ntype = \"distance\"\nbetween = [\"ground.wall\", \"arm.tip\"]\nengaged = false\n[events.tied]\nwhen = \"t > 0.25\"\nengage = [\"tie\"]",
+    ),
+    Feature("rate by an event", Cart, "[events.kick]\nwhen = \"t > 0.15\"\nset = { \"rail.v\" = 0.5 }"),
+    Feature(
+        "state by an event",
+        Wheels,
+        "[states]\nfilled = { start = 0, rate = \"1[1/s]\" }\n[loads.filling]\ntype = \"torque\"\non = \"drum\"\nvalue = \"filled*1[N.m]\"\n[events.emptied]\nwhen = \"t > 0.3\"\nset = { filled = 0 }",
+    ),
+    Feature("friction by a law", Wheels, "[joints.axle.friction]\ncoulomb = \"0.1 + 0.02*abs(axle.omega)\""),
     Feature("event", Nothing, "[events.late]\nwhen = \"t > 10\"\nstop = true"),
     Feature(
         "input",

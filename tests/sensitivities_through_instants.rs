@@ -637,3 +637,58 @@ tolerance = 1e-11
         check(text, &["push", "drag", "weight", "rim.omega"], time, 1e-5, 1e-6);
     }
 }
+
+/// An arm that grips a flying disc where it is then, is struck while it carries it, and lets it go; a state is reset on the way.
+const GRIPPED: &str = r#"
+name = "gripped"
+gravity = [0, -9.81]
+[parameters]
+reach = 0.1
+speed = 2.0
+heavy = 0.5
+blow = 0.4
+[bodies]
+arm = { mass = 1, inertia = 0.1, com = [0.5, 0], points = { o = [0, 0], tip = [1, 0] } }
+disc = { mass = "heavy", inertia = 0.002 }
+[joints]
+pin = { type = "revolute", between = ["ground", "arm.o"] }
+grip = { type = "weld", between = ["arm.tip", "disc"], engaged = false }
+[states]
+turned = { start = 0, rate = "arm.omega" }
+[events.catch]
+when = "(disc.x - arm.tip.x)^2 + (disc.y - arm.tip.y)^2 < reach^2"
+engage = ["grip"]
+set = { turned = "0.5*turned + disc.x" }
+once = true
+[events.strike]
+when = "turned > 0.05"
+set = { "arm.omega" = "blow*arm.omega" }
+once = true
+[events.drop]
+when = "arm.angle > -1.25"
+release = ["grip"]
+once = true
+[initial]
+"pin.angle" = "-90 deg"
+"pin.omega" = 0.2
+"disc.x" = -0.6
+"disc.y" = -0.95
+"disc.angle" = 0.1
+"disc.vx" = "speed"
+"disc.vy" = 1
+"disc.omega" = 3
+[outputs]
+variables = ["arm.angle", "arm.omega", "disc.x", "disc.y", "disc.omega", "turned", "grip.impulse_x", "grip.impulse_torque"]
+[experiment]
+stop = "0.7 s"
+tolerance = 1e-12
+"#;
+
+#[test]
+fn derivatives_go_through_joints_that_engage() {
+    for end in [0.3, 0.7] {
+        check(GRIPPED, &["reach", "speed", "heavy", "blow", "disc.y"], end, 1e-4, 1e-7);
+    }
+    let explicit = GRIPPED.replace("[experiment]", "[solver]\nmethod = \"explicit\"\n[experiment]");
+    check(&explicit, &["reach", "heavy"], 0.7, 1e-4, 1e-6);
+}

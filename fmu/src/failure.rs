@@ -126,6 +126,14 @@ pub enum Failure {
         /// The contradiction.
         gap: Gap,
     },
+    /// A joint engages beside the pose that it is to hold.
+    #[error("at t = {time} s a joint engages beside its named pose, by {gap}; let the event compare what is off, or let the joint engage where it stands: `at = \"here\"`")]
+    Beside {
+        /// When [s].
+        time: f64,
+        /// By how much.
+        gap: Gap,
+    },
     /// What is held on one side only cannot be opened or closed so that everything fits.
     #[error("at t = {time} s {}: {why}", list(.names))]
     Contact {

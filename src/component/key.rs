@@ -17,6 +17,17 @@ const TWO_BODIES: &str = "give two bodies: `between = [\"ground\", \"BODY\"]`";
 pub(super) const ON_POINT: Key =
     Key::required("on", Form::Point, "the point", "give a point: `on = \"BODY\"` or `on = \"BODY.POINT\"`");
 pub(super) const TWO_COMPONENTS: &str = "give two components, such as `[\"-20 N\", 0]`";
+pub(super) const ENGAGED: Key = Key::default(
+    "engaged",
+    Form::Switch,
+    "whether it is engaged at the start; [events](#events) engage and release it",
+    "`true`",
+);
+pub(super) const AT: Key = Key::optional(
+    "at",
+    Form::Choice(&["here", "named"], "a joint engages \"here\", where it stands, or \"named\", in the pose that its constants give"),
+    "where it engages: where it stands, or in the pose that its constants give",
+);
 pub(super) const AXIS: Key = Key::required(
     "axis",
     Form::Axis,

@@ -27,7 +27,7 @@ use std::sync::Arc;
 use crate::diagnostic::{Fault, Span};
 use crate::expr::Expr;
 use crate::model::{
-    Dimension, Formula, Friction, GapLaw, KeyValue, Mechanism, Owner, Part, Place, Pressed, Quantity, State, Unit,
+    Captured, Dimension, Formula, Friction, GapLaw, KeyValue, Mechanism, Owner, Part, Place, Pressed, Quantity, State, Unit,
     Variable,
 };
 use crate::network::{Coupling, Rows, System};
@@ -121,6 +121,10 @@ pub struct Component {
     pub relation: fn(&Part, &mut System) -> Option<Coupling>,
     /// How its dry friction acts, if it can have any.
     pub rubs: Option<Rubs>,
+    /// What it takes from where an event engages it.
+    pub captures: &'static [Captured],
+    /// Its variables if events engage it; one that none can engage has none.
+    pub engaging: &'static [Quantity],
     /// What is wrong with it that only the whole mechanism shows.
     pub check: fn(&Part, &Mechanism) -> Vec<Fault>,
     /// The profile of a body that it stands for, at these parameters.
@@ -176,6 +180,8 @@ impl Component {
             gap_lever: |_, _| Expr::ONE,
             relation: |_, _| None,
             rubs: None,
+            captures: &[],
+            engaging: &[],
             check: |_, _| Vec::new(),
             profile: |_, _, _| None,
             placed,

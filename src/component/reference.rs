@@ -212,7 +212,7 @@ fn shown(keys: &[Key]) -> String {
     let mut chosen = false;
     for key in keys {
         let shown = match key.need {
-            Need::Required(help) => help,
+            Need::Required(help) | Need::Captured(help) => help,
             Need::OneOf(help) if !std::mem::replace(&mut chosen, true) => help,
             _ => continue,
         };
@@ -272,6 +272,7 @@ fn range(form: Form) -> String {
 fn default(key: &Key) -> String {
     match (key.need, key.form) {
         (Need::Required(_), _) => "must be given".to_string(),
+        (Need::Captured(_), _) => "must be given, unless an event engages it where it stands".to_string(),
         (Need::Default(otherwise), _) => otherwise.to_string(),
         (Need::OneOf(_), _) => "one of these".to_string(),
         (_, Form::Constant(..)) => "0".to_string(),

@@ -9,7 +9,8 @@ use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, known_angle, project};
 use super::vector::Scalar;
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
-use crate::network::{Angle, Constrained, Direction, ElementId, Rotation, System, Translation, Tree};
+use crate::model::{Engaging, Owner, Quantity};
+use crate::network::{Angle, Constrained, Direction, ElementId, Origin, Rotation, System, Translation, Tree};
 
 /// A row of the equations of motion: a scalar loop equation Phi = 0 with its derivatives and its reaction, or an unknown that appears among the reactions. See [`RowKind`].
 #[derive(Clone, Debug)]
@@ -274,12 +275,39 @@ pub fn constraints(
 fn masked(system: &mut System, row: Constraint) -> Vec<Constraint> {
     let element = system.element(row.element);
     let (Some(closed), slip) = (element.closed, element.slip) else { return vec![row] };
+    if is_left_out(system, &row) {
+        return Vec::new();
+    }
     // What drivers alone move takes part in no motion, but what rubs there acts on them.
     if row.is_trivial() && slip.is_none() {
         return vec![row];
     }
     let level = slip.map(|_| Constraint::of_law(row.element, row.constrained, RowKind::FrictionLimit));
     std::iter::once(row.while_closed(&mut system.arena, closed, slip)).chain(level).collect()
+}
+
+/// True for an equation of a joint that engages, or of a rate that is set, which holds anyway.
+fn is_left_out(system: &System, row: &Constraint) -> bool {
+    let stands = row.is_trivial() && row.time_rate.is_zero() && row.followers.is_empty();
+    match system.element(row.element).origin {
+        Origin::SetRate(_) => row.is_trivial(),
+        Origin::Joint(joint) => system.mechanism.engaging(Owner::Joint(joint)).is_some_and(|engaging| {
+            let is_repeated = impulse_of(row.constrained, engaging).is_some_and(|impulse| engaging.left_out.contains(&impulse));
+            stands && engaging.here || is_repeated
+        }),
+        _ => false,
+    }
+}
+
+/// The impulse of a loop equation of a joint that engages.
+pub fn impulse_of(constrained: Constrained, engaging: &Engaging) -> Option<Quantity> {
+    let wanted: &[Quantity] = match constrained {
+        Constrained::Along(Direction::X) => &[Quantity::ImpulseX],
+        Constrained::Along(Direction::Y) => &[Quantity::ImpulseY],
+        Constrained::Along(Direction::Fixed(..)) | Constrained::Length => &[Quantity::Impulse],
+        Constrained::Angle => &[Quantity::ImpulseTorque, Quantity::AngularImpulse],
+    };
+    wanted.iter().copied().find(|wanted| engaging.impulses.iter().any(|(quantity, _)| quantity == wanted))
 }
 
 pub(super) fn assemble(

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::{Equations, RowKind};
 use crate::expr::{Arena, Binary, Expr, Symbol, Unary};
-use crate::model::{Contact, Owner, Pressed, Quantity, Variable};
+use crate::model::{Contact, Formula, Owner, Pressed, Quantity, Slip, Variable};
 
 /// What turns or moves by less than this share of its scale in a second does not slide, nor is it about to where that changes by less: rounding errors of what is zero are smaller.
 const STILL: f64 = 1e-12;
@@ -70,7 +70,25 @@ impl Equations {
     pub fn level_laws(&mut self) -> Vec<Expr> {
         let mechanism = self.system.mechanism.clone();
         let limits = mechanism.contacts.iter().filter_map(|contact| contact.slip.as_ref());
-        limits.map(|slip| self.formula(&slip.law.coulomb)).collect()
+        let laws = |slip: &Slip| {
+            let varying = [&slip.law.mu, &slip.law.ratio].into_iter().filter(|formula| formula.varies());
+            std::iter::once(&slip.law.coulomb).chain(varying).cloned().collect::<Vec<Formula>>()
+        };
+        limits.flat_map(laws).map(|formula| self.formula(&formula)).collect()
+    }
+
+    /// The ratio of the static to the kinetic friction limit.
+    pub fn static_ratio(&mut self, slip: &Slip) -> Expr {
+        self.at_least(&slip.law.ratio, Expr::ONE)
+    }
+
+    /// A factor of friction, which a law does not make smaller than this: where it would, the run ends (see [`crate::laws`]).
+    fn at_least(&mut self, factor: &Formula, least: Expr) -> Expr {
+        if !factor.varies() {
+            return self.system.value(factor);
+        }
+        let factor = self.formula(factor);
+        self.system.arena.binary(Binary::Max, least, factor)
     }
 
     fn level(&mut self, index: usize) -> Option<Level> {
@@ -86,9 +104,9 @@ impl Equations {
             let there = arena.symbol(Symbol::Discrete(there.0));
             free = arena.multiply(there, free);
         }
-        let mut share = self.system.value(&slip.law.mu);
+        let mut share = self.at_least(&slip.law.mu, Expr::ZERO);
         let pressing = match slip.pressed {
-            Pressed::Nothing => Pressing::Sum(Vec::new()),
+            Pressed::Nothing | Pressed::Belt => Pressing::Sum(Vec::new()),
             Pressed::Pin => {
                 let radius = slip.law.radius.as_ref().map_or(Expr::ZERO, |radius| self.system.value(radius));
                 share = self.system.arena.multiply(share, radius);

@@ -23,7 +23,7 @@ mod vibration;
 
 use std::collections::{BTreeMap, HashMap};
 
-pub use constraints::{Constraint, Gap, RowKind, Standing};
+pub use constraints::{Constraint, Gap, RowKind, Standing, impulse_of};
 pub use couplings::CoupledChord;
 pub use dynamics::Dynamics;
 use dynamics::{Laws, Sums};

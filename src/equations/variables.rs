@@ -12,8 +12,8 @@ use crate::model::{
     Quantity, Variable, Whole,
 };
 use crate::network::{
-    Angle, Constrained, Coupling, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow, System,
-    TNode, Torque, TranslationalRow,
+    Angle, Constrained, Coupling, CouplingTerm, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow,
+    System, TNode, Torque, TranslationalRow,
 };
 
 /// Ends are together where the square of their distance is no more than a few of the smallest numbers, so that its root has lost digits.
@@ -137,6 +137,9 @@ impl Equations {
                 Effort::Power => self.power(id),
             },
             Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
+            Aspect::Contact(ContactQuantity::Impulse) if self.system.mechanism.engaging(Owner::Joint(joint)).is_some() => {
+                self.engaging_impulse(Owner::Joint(joint), quantity)
+            }
             Aspect::Contact(contact) => self.contact_quantity(Owner::Joint(joint), contact),
             Aspect::State | Aspect::Whole(_) => Expr::ZERO,
         }
@@ -213,6 +216,8 @@ impl Equations {
                 let rubbing = self.rubbing(origin);
                 self.system.arena.add(resisting, rubbing)
             }
+            // What holds an angle alone exerts no force.
+            Some(coupling) if matches!(coupling.terms[..], [CouplingTerm { port: Port::Angle(_), .. }]) => Expr::ZERO,
             Some(_) => self.coupling_reaction(id),
         }
     }
@@ -287,6 +292,10 @@ impl Equations {
     /// Of what an owner holds on one side: a sum over both of its sides, each with the sign of the motion that it stops.
     fn contact_quantity(&mut self, owner: Owner, what: ContactQuantity) -> Expr {
         let mechanism = self.system.mechanism.clone();
+        if what == ContactQuantity::Engaged {
+            let engaged = mechanism.engaging(owner).map(|engaging| Symbol::Discrete(engaging.engaged.0));
+            return engaged.map_or(Expr::ZERO, |engaged| self.system.arena.symbol(engaged));
+        }
         let mut total = Expr::ZERO;
         let direction = mechanism.slip_of(owner).and_then(|(_, friction, _)| friction.state.direction);
         let rubs_only = mechanism.gaps_of(owner).next().is_none();
@@ -313,7 +322,7 @@ impl Equations {
                     let factor = arena.constant(-sign);
                     arena.multiply(factor, reaction)
                 }),
-                ContactQuantity::Sliding => Expr::ZERO,
+                ContactQuantity::Sliding | ContactQuantity::Engaged => Expr::ZERO,
                 ContactQuantity::Impulse => {
                     // A contact presses, whichever side it is on.
                     let presses = contact.gap.word.is_empty() && !contact.gap.of_rate;
@@ -331,6 +340,14 @@ impl Equations {
             total = self.system.arena.add(total, value);
         }
         total
+    }
+
+    /// The impulse of the last engagement of a joint.
+    fn engaging_impulse(&mut self, owner: Owner, quantity: Quantity) -> Expr {
+        let mechanism = self.system.mechanism.clone();
+        let impulses = mechanism.engaging(owner).into_iter().flat_map(|engaging| &engaging.impulses);
+        let mut found = impulses.filter(|(other, _)| *other == quantity);
+        found.next().map_or(Expr::ZERO, |(_, id)| self.system.arena.symbol(Symbol::Discrete(id.0)))
     }
 
     /// Which way something slides; 0 once an event has removed it.
@@ -387,6 +404,18 @@ impl Equations {
     /// True for a loop equation of something that only presses.
     pub(crate) fn presses(&self, row: &Constraint) -> bool {
         matches!(self.system.element(row.element).origin, Origin::Contact(_))
+    }
+
+    /// True for a loop equation of a joint that is open at the start, and of a rate that events set.
+    pub(crate) fn opens_at_start(&self, row: &Constraint) -> bool {
+        let mechanism = &self.system.mechanism;
+        match self.system.element(row.element).origin {
+            Origin::SetRate(_) => true,
+            Origin::Joint(joint) => {
+                mechanism.engaging(Owner::Joint(joint)).is_some_and(|engaging| !engaging.begins)
+            }
+            _ => false,
+        }
     }
 
     /// True if what is held on one side moves, as drivers say.

@@ -3,6 +3,7 @@
 pub mod assemblies;
 mod contacts;
 mod contradiction;
+mod engaging;
 pub mod explain;
 mod feedback;
 mod impulses;
@@ -114,8 +115,15 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     if faults.is_empty() {
         faults.extend(contradiction::contradiction(&found));
     }
-    let Restrictions { mut equations, state, generic, .. } = found;
+    let Restrictions { mut equations, model, state, generic } = found;
     if faults.is_empty() {
+        faults.extend(engaging::check(&equations));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        if let Some(mechanism) = engaging::without_repeated(&mut equations, &model, &state) {
+            return formulate_with(Equations::new(System::new(&mechanism), equations.trees), outputs);
+        }
         let driven = equations.is_driven();
         faults.extend(contacts::check_contacts(&mut equations, &state, length, driven));
         if !faults.is_empty() {
@@ -158,6 +166,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     let moves_freely = !program.is_driven();
     let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
     warnings.extend(crate::laws::touches(&equations.system.mechanism));
+    warnings.extend(engaging::warnings(&equations));
     if moves_freely {
         if let Some(formulated) = with_impulses(&equations, outputs, &jumps) {
             return Ok(formulated);

@@ -4,7 +4,7 @@ use cotree_fmu::program::domain::{Domain, Limit};
 
 use crate::equations::Equations;
 use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
-use crate::model::{Comparison, Formula, KeyValue, Mechanism, Motion, Owner, Part, Quantity, Variable};
+use crate::model::{Comparison, Formula, Friction, KeyValue, Mechanism, Motion, Owner, Part, Quantity, Variable};
 use crate::network::{Force, Origin};
 
 /// The arguments that must stay within limits, what may be said of one thing before what is said of a whole law.
@@ -108,6 +108,29 @@ impl ArgumentDomains<'_> {
         if let Some(law) = part.law() {
             self.law(&place, &law);
         }
+        if let Some(friction) = part.component().rubs.and_then(|rubs| (rubs.law)(part)) {
+            self.friction(&place, part, &friction);
+        }
+    }
+
+    /// Laws that may lead friction out of its range.
+    fn friction(&mut self, place: &str, part: &Part, friction: &Friction) {
+        let one = Formula::Number(1.0);
+        let keys = if part.friction().is_some() {
+            ["friction.coulomb", "friction.mu", "friction.static"]
+        } else {
+            ["level", "mu", "static"]
+        };
+        let laws = [
+            (&friction.coulomb, Limit::NotNegative, Formula::Number(-NEGATIVE)),
+            (&friction.mu, Limit::NotNegative, Formula::Number(-NEGATIVE)),
+            (&friction.ratio, Limit::AtLeast(1.0), Formula::Number(1.0 - NEGATIVE)),
+        ];
+        for (key, (law, limit, least)) in keys.into_iter().zip(laws).filter(|(_, (law, ..))| law.varies()) {
+            let domain = Domain { place: format!("{place}.{key}"), argument: self.mechanism.written(law), limit };
+            let outside = Formula::If(Comparison::Less, Box::new([law.clone(), least, law.clone(), one.clone()]));
+            self.arguments.push((domain, outside));
+        }
     }
 
     fn law(&mut self, place: &str, formula: &Formula) {
@@ -164,6 +187,9 @@ impl ArgumentDomains<'_> {
         self.arguments.push((domain, guarded));
     }
 }
+
+/// What is negative by no more than this, in SI units, is a zero with the errors of states.
+const NEGATIVE: f64 = 1e-9;
 
 /// A law is made of what the keys of its own part say: so far back the same argument is sought.
 const RECENT: usize = 16;

@@ -180,7 +180,12 @@ impl Mechanism {
                 (Pressed::Guide { .. }, Some(_)) => 2,
                 (Pressed::Guide { .. } | Pressed::Reaction(_), _) if law.mu != Formula::Number(0.0) => 1,
                 (
-                    Pressed::Guide { .. } | Pressed::Reaction(_) | Pressed::Nothing | Pressed::Pin | Pressed::Contact,
+                    Pressed::Guide { .. }
+                    | Pressed::Reaction(_)
+                    | Pressed::Nothing
+                    | Pressed::Belt
+                    | Pressed::Pin
+                    | Pressed::Contact,
                     _,
                 ) => 0,
             };

@@ -31,6 +31,12 @@ pub enum DiscreteKind {
     Presence(Owner),
     /// A variable in the state of a contact.
     Contact,
+    /// What a joint adds to its constants, to hold the pose in which it engages.
+    Captured(Owner),
+    /// The impulse of a joint that engages, or along a rate that an event sets.
+    Impulse,
+    /// A rate that an event sets, and whether it does so now.
+    Setting,
 }
 
 impl Discrete {
@@ -39,7 +45,8 @@ impl Discrete {
         match self.kind {
             DiscreteKind::Contact => true,
             DiscreteKind::Presence(owner) => !owner.is_load(),
-            DiscreteKind::Sampled | DiscreteKind::Time => false,
+            DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Captured(_) => false,
+            DiscreteKind::Impulse | DiscreteKind::Setting => false,
         }
     }
 

@@ -78,6 +78,22 @@ impl Formula {
         reads
     }
 
+    /// True if it may change in a run: it reads more than numbers and parameters.
+    pub fn varies(&self) -> bool {
+        let mut varies = false;
+        self.visit(&mut |part| {
+            varies |= match part {
+                Formula::Number(_) | Formula::Parameter(_) | Formula::Call(..) | Formula::If(..) => false,
+                Formula::Time
+                | Formula::Input(_)
+                | Formula::Discrete(_)
+                | Formula::State(_)
+                | Formula::Variable(_) => true,
+            };
+        });
+        varies
+    }
+
     /// Calls `visit` with every parameter that occurs.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         self.visit(&mut |part| {

@@ -20,6 +20,8 @@ pub struct Friction {
     pub radius: Option<Formula>,
     /// Length of a guide \[m\]; without it the guide is short: its torque does not press.
     pub length: Option<Formula>,
+    /// Angle of wrap \[rad\] and mean tension \[N\] of a belt.
+    pub belt: Option<[Formula; 2]>,
 }
 
 /// What presses where something rubs.
@@ -35,6 +37,8 @@ pub enum Pressed {
     Contact,
     /// A reaction of the part: the torque of a mesh, or the force of a thread at its radius.
     Reaction(Quantity),
+    /// The tension of a belt, which is given.
+    Belt,
 }
 
 /// What rubs, in its mechanism: its relation between across variables is a loop equation while it sticks.
@@ -51,6 +55,7 @@ impl Pressed {
     pub(crate) fn example(self) -> &'static str {
         match self {
             Pressed::Nothing => "{ coulomb = 0.1 }",
+            Pressed::Belt => "{ mu = 0.4, wrap = \"150 deg\", pretension = \"200 N\" }",
             Pressed::Pin => "{ mu = 0.1, radius = \"10 mm\" }",
             Pressed::Guide { .. } | Pressed::Contact => "{ mu = 0.3 }",
             Pressed::Reaction(Quantity::Force) => "{ mu = 0.15, radius = \"10 mm\" }",
@@ -62,7 +67,7 @@ impl Pressed {
 impl Friction {
     /// A level that nothing presses for.
     pub(crate) fn of_level(coulomb: Formula, ratio: Formula) -> Self {
-        Self { coulomb, velocity: None, mu: Formula::Number(0.0), ratio, radius: None, length: None }
+        Self { coulomb, velocity: None, mu: Formula::Number(0.0), ratio, radius: None, length: None, belt: None }
     }
 
     pub fn sticks(&self) -> bool {
@@ -72,6 +77,7 @@ impl Friction {
     /// Every formula in it.
     pub fn formulas(&self) -> impl Iterator<Item = &Formula> {
         let optional = [&self.velocity, &self.radius, &self.length];
-        [&self.coulomb, &self.mu, &self.ratio].into_iter().chain(optional.into_iter().flatten())
+        let belt = self.belt.iter().flatten();
+        [&self.coulomb, &self.mu, &self.ratio].into_iter().chain(optional.into_iter().flatten()).chain(belt)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! All of it acts through discrete variables, which are constant in between.
 
-use super::{Comparison, DiscreteId, Formula, Mechanism, Owner};
+use super::{Comparison, DiscreteId, Formula, Mechanism, Owner, StateId};
 use crate::diagnostic::Span;
 
 /// Values that change together at offset + k period, k = 0, 1, ...
@@ -33,7 +33,11 @@ pub struct Event {
     pub sides: [Formula; 2],
     /// What discrete variables become, seen from just before it.
     pub writes: Vec<(DiscreteId, Formula)>,
-    /// Joints, drivers and loads that are there no longer.
+    /// What states become, seen from just before it.
+    pub states: Vec<(StateId, Formula)>,
+    /// Joints that engage.
+    pub engages: Vec<Owner>,
+    /// Joints that are released, and joints, drivers and loads that are there no longer.
     pub removes: Vec<Owner>,
     /// True if the event happens once only.
     pub once: bool,
@@ -66,7 +70,8 @@ impl Mechanism {
             sampler.writes.iter().map(|(_, written)| (format!("sampler `{}`", sampler.name), written))
         });
         let events = self.events.iter().flat_map(|event| {
-            let read = event.sides.iter().chain(event.writes.iter().map(|(_, written)| written));
+            let written = event.writes.iter().map(|(_, written)| written);
+            let read = event.sides.iter().chain(written).chain(event.states.iter().map(|(_, written)| written));
             read.map(|read| (format!("event `{}`", event.name), read))
         });
         ticks.chain(events)

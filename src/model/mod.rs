@@ -9,6 +9,7 @@ mod contact;
 mod discrete;
 mod display;
 mod edit;
+mod engaging;
 mod exponents;
 mod formula;
 mod friction;
@@ -29,6 +30,8 @@ pub use bound::{Bound, Range};
 pub use contact::{Contact, ContactState, GapLaw, Limits};
 pub use discrete::{Discrete, DiscreteKind};
 pub use display::Units;
+pub use engaging::{Captured, Engaging, SetRate};
+pub(crate) use engaging::relative_angle;
 pub use exponents::Exponents;
 pub use formula::{Comparison, Formula};
 pub use friction::{Friction, Pressed, Slip};
@@ -104,6 +107,10 @@ pub struct Mechanism {
     pub events: Vec<Event>,
     /// What parts hold on one side only.
     pub contacts: Vec<Contact>,
+    /// Joints that events engage.
+    pub engaging: Vec<Engaging>,
+    /// Rates that events set.
+    pub set_rates: Vec<SetRate>,
     /// Points of the ground.
     pub ground: Vec<Point>,
     pub bodies: Vec<Body>,

@@ -81,6 +81,10 @@ pub enum Quantity {
     TotalEnergy,
     PositionResidual,
     VelocityResidual,
+    Engaged,
+    ImpulseX,
+    ImpulseY,
+    ImpulseTorque,
 }
 
 use Quantity::*;
@@ -150,6 +154,8 @@ pub enum ContactQuantity {
     Mode,
     /// 1 or -1 while it slides that way, 0 while it sticks, or does not touch.
     Sliding,
+    /// 1 while it is engaged, else 0.
+    Engaged,
 }
 
 /// Properties of the whole mechanism.
@@ -194,7 +200,8 @@ impl Quantity {
             Current | CapPressure | RodPressure => Aspect::State,
             Gap => Aspect::Contact(ContactQuantity::Gap),
             StopForce | StopTorque => Aspect::Contact(ContactQuantity::Reaction),
-            Impulse | AngularImpulse => Aspect::Contact(ContactQuantity::Impulse),
+            Impulse | AngularImpulse | ImpulseX | ImpulseY | ImpulseTorque => Aspect::Contact(ContactQuantity::Impulse),
+            Engaged => Aspect::Contact(ContactQuantity::Engaged),
             Mode => Aspect::Contact(ContactQuantity::Mode),
             Sliding => Aspect::Contact(ContactQuantity::Sliding),
             Fx => Aspect::Effort(Effort::X),
@@ -265,6 +272,10 @@ impl Quantity {
             StopTorque => ("stop", "torque of the hard stop of", TORQUE, Effort),
             Impulse => ("impulse", "impulse of the last impact of", IMPULSE, Contact),
             AngularImpulse => ("impulse", "angular impulse of the last impact of", ANGULAR_IMPULSE, Contact),
+            Engaged => ("engaged", "engagement of", NUMBER, Contact),
+            ImpulseX => ("impulse_x", "x impulse of the last engagement of", IMPULSE, Contact),
+            ImpulseY => ("impulse_y", "y impulse of the last engagement of", IMPULSE, Contact),
+            ImpulseTorque => ("impulse_torque", "angular impulse of the last engagement of", ANGULAR_IMPULSE, Contact),
             Mode => ("mode", "mode of", NUMBER, Contact),
             Sliding => ("sliding", "direction of sliding of", NUMBER, Contact),
             KineticEnergy => ("kinetic", "kinetic energy", ENERGY, System),
@@ -303,7 +314,10 @@ impl Quantity {
     pub fn is_on_a_line(self) -> bool {
         !matches!(
             self,
-            Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque | PressureAngle | Curvature | StopTorque | AngularImpulse
+            Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque | PressureAngle | Curvature | StopTorque
+                | AngularImpulse
+                | ImpulseY
+                | ImpulseTorque
         )
     }
 }

@@ -43,6 +43,8 @@ pub enum Origin {
     Implied(usize),
     /// One of what parts hold on one side only.
     Contact(usize),
+    /// One of the rates that events set.
+    SetRate(usize),
 }
 
 impl Origin {

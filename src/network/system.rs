@@ -7,13 +7,15 @@ use petgraph::unionfind::UnionFind;
 
 use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use super::{
-    Angle, Coupling, CouplingTerm, Element, Force, FunctionOfTime, Implied, Known, Origin, Port, RotationalRow, Rows,
+    Angle, Coupling, CouplingTerm, Direction, Element, Force, FunctionOfTime, Implied, Known, Origin, Port, RotationalRow, Rows,
     Torque, arm, body, table3,
 };
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::translate::translate;
-use crate::model::{Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place};
+use crate::model::{
+    Aspect, Axis, Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Variable,
+};
 
 /// The rows of an element of the scene: its component gives them.
 type RowsOf = fn(&Part, &mut System) -> Rows;
@@ -60,7 +62,7 @@ impl System {
             rotation: LinearGraph::default(),
             followers: Vec::new(),
             implied: Vec::new(),
-            used: mechanism.parts().flat_map(Part::places).collect(),
+            used: mechanism.parts().flat_map(Part::places).chain(mechanism.places_of_set_rates()).collect(),
             held: UnionFind::new(mechanism.bodies.len() + 1),
             t_nodes: HashMap::from([(Place::Origin, TNode::DATUM)]),
             r_nodes: HashMap::new(),
@@ -78,6 +80,7 @@ impl System {
             system.add_part(part);
         }
         system.add_contacts();
+        system.add_set_rates();
         system.hold_particles();
         system.find_held();
         system
@@ -148,6 +151,7 @@ impl System {
             Origin::Load(load) => mechanism.loads[load.0].span,
             Origin::Implied(relation) => self.implied[relation].span(mechanism),
             Origin::Contact(index) => mechanism.contacts[index].span,
+            Origin::SetRate(index) => mechanism.set_rates[index].span,
         }
     }
 
@@ -314,6 +318,44 @@ impl System {
             let slip = contact.state.direction.map(|direction| self.arena.symbol(Symbol::Discrete(direction.0)));
             self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip });
         }
+    }
+
+    /// The rate of a motion that events set: a loop equation of that motion, which holds at the instant only.
+    fn add_set_rates(&mut self) {
+        let mechanism = Arc::clone(&self.mechanism);
+        for (index, set) in mechanism.set_rates.iter().enumerate() {
+            let Some(port) = self.port_of(set.variable) else { continue };
+            let name = mechanism.variable_name(set.variable);
+            let label = self.label("k", &name);
+            let (coupling, origin) = (Some(Coupling::of(port)), Origin::SetRate(index));
+            let closed = Some(self.arena.symbol(Symbol::Discrete(set.now.0)));
+            self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip: None });
+        }
+    }
+
+    /// The motion whose rate a variable is.
+    fn port_of(&mut self, variable: Variable) -> Option<Port> {
+        let mechanism = Arc::clone(&self.mechanism);
+        let from_ground = |system: &Self, place: Place| [RNode::DATUM, system.r_node(place.body())];
+        Some(match (variable.owner, variable.quantity.aspect()) {
+            (Owner::Place(place), Aspect::Angle(_)) => Port::Angle(from_ground(self, place)),
+            (Owner::Place(place), Aspect::Along(axis, _)) => {
+                let direction = match axis {
+                    Axis::X => Direction::X,
+                    Axis::Y => Direction::Y,
+                };
+                Port::Along([TNode::DATUM, self.t_node(place)], direction)
+            }
+            (Owner::Joint(joint), Aspect::Angle(_)) => {
+                Port::Angle(mechanism.joints[joint.0].bodies().map(|body| self.r_node(body)))
+            }
+            (Owner::Joint(joint), Aspect::Slide(_)) => {
+                let part = &mechanism.joints[joint.0];
+                let axis = Direction::Fixed(part.between[0].body(), self.values(&part.vector("axis")));
+                Port::Along(part.between.map(|place| self.t_node(place)), axis)
+            }
+            _ => return None,
+        })
     }
 
     fn push(&mut self, element: Element) {

@@ -100,7 +100,7 @@ fn joint(system: &System) -> Trees {
         Origin::Arm(..) | Origin::GroundVector(_) => (0, 0),
         Origin::Joint(joint) => (1, depth[joint.0]),
         Origin::Body(_) => (2, 0),
-        Origin::Driver(_) | Origin::Load(_) | Origin::Implied(_) | Origin::Contact(_) => (3, 0),
+        Origin::Driver(_) | Origin::Load(_) | Origin::Implied(_) | Origin::Contact(_) | Origin::SetRate(_) => (3, 0),
     };
     by_rank(system, rank)
 }

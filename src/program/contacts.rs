@@ -62,13 +62,15 @@ impl ContactKernels {
             kernels.gaps.push(motion[0]);
             kernels.rates.push(motion[1]);
             kernels.accelerations.push(motion[2]);
-            let share = contact.slip.as_ref().map_or(&contact.gap.restitution, |slip| &slip.law.ratio);
-            kernels.restitutions.push(equations.system.value(share));
+            kernels.restitutions.push(match &contact.slip {
+                Some(slip) => equations.static_ratio(slip),
+                None => equations.system.value(&contact.gap.restitution),
+            });
         }
         let has_signs = |place: usize| !mechanism.contacts[place].state.signs.is_empty();
         let signed = levels.signed().filter(|(place, _)| has_signs(*place));
         kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
-        if !kernels.gaps.is_empty() {
+        if !kernels.gaps.is_empty() || mechanism.has_impulses() {
             let arena = &mut equations.system.arena;
             let requested: Vec<Expr> =
                 (0..equations.constraints.len()).map(|row| arena.symbol(Symbol::Reaction(row))).collect();
@@ -108,6 +110,7 @@ impl ContactKernels {
             all.push(Contact { name, constraint: row as u32, state: state(&contact.state), of_rate, slip });
         }
         let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
-        (contacts.gaps.results.len() == contacts.all.len() && !contacts.all.is_empty()).then_some(contacts)
+        let has_impulses = !contacts.impact.results.is_empty();
+        (contacts.gaps.results.len() == contacts.all.len() && has_impulses).then_some(contacts)
     }
 }

@@ -5,7 +5,7 @@ use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::Expr;
-use crate::model::{self, Discrete, DiscreteId, DiscreteKind, Formula, Mechanism};
+use crate::model::{self, Discrete, DiscreteKind, Formula, Mechanism};
 
 /// The expressions behind [`Instants`].
 #[derive(Clone, Debug, Default)]
@@ -25,7 +25,7 @@ impl InstantKernels {
         Self {
             begin: all(of_scene(&mechanism).map(|discrete| &discrete.begin).collect()),
             clocks: all(mechanism.samplers.iter().flat_map(|sampler| [&sampler.period, &sampler.offset]).collect()),
-            written: all(writes(&mechanism).map(|(_, formula)| formula).collect()),
+            written: all(writes(&mechanism).into_iter().map(|(_, formula)| formula).collect()),
             sides: all(mechanism.events.iter().flat_map(|event| event.ordered()).collect()),
         }
     }
@@ -41,22 +41,20 @@ impl InstantKernels {
         if self.begin.len() < of_scene(mechanism).count() {
             return Instants::default();
         }
-        let mut result = 0;
-        let mut write = |(discrete, _): &(DiscreteId, Formula)| {
-            result += 1;
-            Write { discrete: discrete.0 as u32, result: result - 1 }
-        };
+        let targets = writes(mechanism).into_iter().map(|(target, _)| target).enumerate();
+        let mut all = targets.map(|(result, target)| Write { target, result: result as u32 });
+        let mut next = |count: usize| all.by_ref().take(count).collect();
         let samplers = mechanism.samplers.iter().map(|sampler| Sampler {
             name: sampler.name.clone(),
-            writes: sampler.writes.iter().map(&mut write).collect(),
+            writes: next(sampler.writes.len()),
         });
-        let samplers = samplers.collect();
+        let samplers: Vec<Sampler> = samplers.collect();
         let events = mechanism.events.iter().map(|event| Event {
             name: event.name.clone(),
             strict: event.is_strict(),
             once: event.once,
             stop: event.stop,
-            writes: event.writes.iter().map(&mut write).collect(),
+            writes: next(event.writes.len() + event.states.len()),
             removes: removes(mechanism, event),
         });
         Instants { samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
@@ -68,6 +66,7 @@ fn removes(mechanism: &Mechanism, event: &model::Event) -> Vec<u32> {
     let parts = mechanism.discrete.iter().filter_map(|discrete| match discrete.kind {
         DiscreteKind::Presence(owner) => Some(owner).filter(|owner| event.removes.contains(owner)),
         DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
+        DiscreteKind::Captured(_) | DiscreteKind::Impulse | DiscreteKind::Setting => None,
     });
     parts.flat_map(|owner| mechanism.values_of_presence(owner)).map(|part| part.0 as u32).collect()
 }
@@ -77,8 +76,14 @@ fn of_scene(mechanism: &Mechanism) -> impl Iterator<Item = &Discrete> {
     mechanism.discrete.iter().take_while(|discrete| discrete.kind != DiscreteKind::Contact)
 }
 
-/// Everything that is written at instants, those of samplers first.
-fn writes(mechanism: &Mechanism) -> impl Iterator<Item = &(DiscreteId, Formula)> {
+/// Everything that is written at instants, those of samplers first, each with its target.
+fn writes(mechanism: &Mechanism) -> Vec<(u32, &Formula)> {
+    let states = mechanism.discrete.len();
     let ticks = mechanism.samplers.iter().flat_map(|sampler| &sampler.writes);
-    ticks.chain(mechanism.events.iter().flat_map(|event| &event.writes))
+    let mut all: Vec<(u32, &Formula)> = ticks.map(|(id, formula)| (id.0 as u32, formula)).collect();
+    for event in &mechanism.events {
+        all.extend(event.writes.iter().map(|(id, formula)| (id.0 as u32, formula)));
+        all.extend(event.states.iter().map(|(id, formula)| ((states + id.0) as u32, formula)));
+    }
+    all
 }

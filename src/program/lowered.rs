@@ -20,10 +20,10 @@ use super::instants::InstantKernels;
 use super::kernels::Kernels;
 use super::table::VariableTable;
 use crate::arms::{NoSeries, arm_form, mass_form, repeat_exactly};
-use crate::equations::{Constraint as Row, Equations, RowKind, Standing, if_positive};
+use crate::equations::{Constraint as Row, Equations, RowKind, Standing, if_positive, impulse_of};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::laws::{domains, motion_indicators, ranges, steep};
-use crate::model::{Method, Output};
+use crate::model::{DiscreteId, Method, Output, Owner};
 use crate::network::{Constrained, Origin};
 use crate::solve::{
     Block, Incidence, LevelSolution, Levels, Loops, Obstacle, Shared, SolveTree, blocks, least_norm, solve_tree,
@@ -117,7 +117,8 @@ struct MotionKernels {
 /// A program with which the mechanism can be assembled, but not moved.
 pub fn positions(equations: &mut Equations, length: f64) -> Program {
     // What may be open is so until the loops are closed.
-    let presses: Vec<bool> = equations.constraints.iter().map(|constraint| equations.presses(constraint)).collect();
+    let is_open = |row: &Row| equations.presses(row) || equations.opens_at_start(row);
+    let presses: Vec<bool> = equations.constraints.iter().map(is_open).collect();
     let role = |(row, presses): (&Row, &bool)| if row.is_trivial() || *presses { Role::LeftOut } else { Role::Imposed };
     let roles: Vec<Role> = equations.constraints.iter().zip(&presses).map(role).collect();
     let kernels = PositionKernels::new(equations, length);
@@ -546,12 +547,33 @@ fn roles(equations: &mut Equations, length: f64, pose: &State) -> Vec<Role> {
         && repeat_exactly(equations, length, &typical(pose));
     let role = |row: &Row| match row.kind {
         RowKind::Loop(Standing::Imposed) => Role::Imposed,
-        RowKind::Contact(_) => Role::Contact,
+        RowKind::Contact(_) => masked_role(equations, row),
         RowKind::Loop(Standing::Repeats) if chosen => Role::Repeating,
         RowKind::Loop(Standing::Repeats | Standing::SecondOrder | Standing::Trivial) => Role::LeftOut,
         RowKind::DrivenContact(_) | RowKind::FrictionLimit | RowKind::LoadValue => Role::LeftOut,
     };
     equations.constraints.iter().map(role).collect()
+}
+
+/// The role of what does not always hold, with the discrete variables that the runtime writes to.
+fn masked_role(equations: &Equations, row: &Row) -> Role {
+    let system = &equations.system;
+    let place = |id: DiscreteId| id.0 as u32;
+    match system.element(row.element).origin {
+        Origin::SetRate(index) => {
+            let set = &system.mechanism.set_rates[index];
+            Role::Set { value: place(set.value), impulse: place(set.impulse) }
+        }
+        Origin::Joint(joint) => {
+            let engaging = system.mechanism.engaging(Owner::Joint(joint));
+            let impulse = engaging.and_then(|engaging| {
+                let quantity = impulse_of(row.constrained, engaging)?;
+                engaging.impulses.iter().find(|(other, _)| *other == quantity)
+            });
+            impulse.map_or(Role::Contact, |(_, id)| Role::Engaging { impulse: place(*id) })
+        }
+        _ => Role::Contact,
+    }
 }
 
 /// The blocks of the loop equations that determine the motion.

@@ -11,7 +11,7 @@ use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANYTHING, TIME};
 use crate::model::{
-    Discrete, DiscreteId, DiscreteKind, DriverId, Event, Formula, JointId, LoadId, Owner, Range, Sampler, Unit,
+    Discrete, DiscreteId, DiscreteKind, DriverId, Event, Formula, JointId, LoadId, Owner, Range, Sampler, StateId, Unit,
 };
 use crate::scene::constant;
 use crate::scene::dimension::KnownUnit;
@@ -57,20 +57,21 @@ impl model::Scene {
         Some((place, self.time_of(place)))
     }
 
-    /// The variable that says whether a part is there, if an event removes it.
+    /// The variable that says whether a part is there, if an event removes, engages or releases it.
     pub(super) fn presence(&self, owner: Owner) -> Option<DiscreteId> {
         let place = self.removed().iter().position(|(removed, _)| *removed == owner)?;
         Some(DiscreteId(self.time_of(self.events.len()).0 + place))
     }
 
-    /// The parts that events remove, each once, with their names.
+    /// The parts that events remove, engage or release, each once, with their names.
     fn removed(&self) -> Vec<(Owner, &Text)> {
         let names: HashSet<&str> =
             self.events.iter().flat_map(|event| &event.remove).map(|name| name.text.as_str()).collect();
         let all = (self.joints.iter().enumerate().map(|(index, part)| (Owner::Joint(JointId(index)), &part.name)))
             .chain(self.drivers.iter().enumerate().map(|(index, part)| (Owner::Driver(DriverId(index)), &part.name)))
             .chain(self.loads.iter().enumerate().map(|(index, part)| (Owner::Load(LoadId(index)), &part.name)));
-        all.filter(|(_, name)| names.contains(name.text.as_str())).collect()
+        let is_one = |(owner, name): &(Owner, &Text)| names.contains(name.text.as_str()) || self.engaging(*owner).is_some();
+        all.filter(is_one).collect()
     }
 }
 
@@ -100,12 +101,16 @@ impl Resolver<'_> {
         }
         for (owner, name) in scene.removed() {
             self.discrete_units.push(None);
+            let (word, description, begins) = match scene.engaging(owner) {
+                Some(begins) => ("engaged", format!("1 while `{}` is engaged", name.text), begins),
+                None => ("there", format!("1 until `{}` is removed", name.text), true),
+            };
             all.push(Discrete {
-                name: format!("{}.there", name.text),
-                description: format!("1 until `{}` is removed", name.text),
+                name: format!("{}.{word}", name.text),
+                description,
                 unit: Unit::default(),
                 kind: DiscreteKind::Presence(owner),
-                begin: Formula::Number(1.0),
+                begin: Formula::Number(f64::from(u8::from(begins))),
                 span: name.span,
             });
         }
@@ -266,14 +271,25 @@ impl Resolver<'_> {
     fn event(&mut self, place: usize, event: &model::Event) -> Option<Event> {
         let scene = self.scene;
         let what = format!("event `{}`", event.name.text);
-        if event.remove.is_empty() && event.set.is_empty() && !event.stop {
+        let changes = [&event.remove, &event.engage, &event.release].iter().any(|names| !names.is_empty());
+        if !changes && event.set.is_empty() && !event.stop {
             self.nothing_happens(event, &what);
         }
-        let mut writes = vec![(scene.time_of(place), Formula::Time)];
+        let (mut writes, mut states) = (vec![(scene.time_of(place), Formula::Time)], Vec::new());
+        let mut rates = Vec::new();
         for (name, value) in &event.set {
-            writes.extend(self.set(name, value, &what));
+            match self.names.get(&name.text) {
+                Some(Named::State(id)) => states.push((id, self.set_state(id, name, value, &what))),
+                None if name.text.contains('.') => rates.extend(self.set_rate(name, value, &what)),
+                _ => writes.extend(self.set(name, value, &what)),
+            }
         }
-        let removes = event.remove.iter().filter_map(|name| self.removed(name, &what)).collect();
+        self.set_rates.push(rates);
+        let mut removes: Vec<Owner> = event.remove.iter().filter_map(|name| self.removed(name, &what)).collect();
+        removes.extend(event.release.iter().filter_map(|name| self.engaged(name, ("releases", "released"), &what)));
+        let engages = event.engage.iter().filter_map(|name| self.engaged(name, ("engages", "engaged"), &what));
+        let engages: Vec<Owner> = engages.collect();
+        self.check_once(event, &what);
         let (comparison, sides) = self.sides(&event.when, &format!("`when` of {what}"))?;
         Some(Event {
             name: event.name.text.clone(),
@@ -281,6 +297,8 @@ impl Resolver<'_> {
             comparison,
             sides,
             writes,
+            states,
+            engages,
             removes,
             once: event.once,
             stop: event.stop,
@@ -304,8 +322,24 @@ impl Resolver<'_> {
 
     fn nothing_happens(&mut self, event: &model::Event, what: &str) {
         let fault = Fault::new("scene::missing_key", format!("{what} has no effect"), event.name.span);
-        let help = "give its effect: `remove = [\"spring\"]`, `set = { x = 0 }` or `stop = true`";
-        self.faults.push(fault.label("has neither `remove` nor `set` nor `stop`").help(help));
+        let help = "give its effect: `remove = [\"spring\"]`, `engage = [\"latch\"]`, `set = { x = 0 }` or `stop = true`";
+        let label = "has neither `remove` nor `engage` nor `release` nor `set` nor `stop`";
+        self.faults.push(fault.label(label).help(help));
+    }
+
+    /// What a state becomes: a bare number is in its unit, an expression must have it.
+    fn set_state(
+        &mut self,
+        id: StateId,
+        name: &Text,
+        value: &crate::scene::quantity::Quantity,
+        what: &str,
+    ) -> Formula {
+        let what = format!("`set.{}` of {what}", name.text);
+        let unit = self.declared_state_units.get(id.0).cloned().flatten();
+        let (formula, found, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Instant(None));
+        self.must_agree(&what, unit.as_ref(), found.as_ref().filter(|_| known != KnownUnit::Number), value.span);
+        formula * Formula::Number(bare_factor(unit.as_ref(), value))
     }
 
     fn set(
@@ -318,13 +352,13 @@ impl Resolver<'_> {
         let Some(Named::Sampled(id)) = self.names.get(&name.text) else {
             if !self.is_reported(name, &name.text) {
                 let names = scene.sampled_values().map(|(_, value)| value.name.text.as_str());
-                let known: Vec<&str> = names.collect();
+                let known: Vec<&str> = names.chain(scene.states.iter().map(|state| state.name.text.as_str())).collect();
                 let otherwise = match known.is_empty() {
-                    true => "the scene has none: define it under `[sampled]`".to_owned(),
+                    true => "the scene has none: define it under `[sampled]` or `[states]`".to_owned(),
                     false => format!("they are {}", suggest::list(known.iter().copied())),
                 };
-                let message = format!("{what} sets `{}`, which is not a sampled value", name.text);
-                let fault = Fault::new("scene::unknown_name", message, name.span).label("not a sampled value");
+                let message = format!("{what} sets `{}`, which is neither a sampled value nor a state", name.text);
+                let fault = Fault::new("scene::unknown_name", message, name.span).label("cannot be set");
                 self.faults.push(fault.help(suggest::hint(&name.text, known, otherwise)));
             }
             return None;

@@ -8,7 +8,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::expr::{Binary, Function, Unary};
-use crate::model::measure::{ANYTHING, LENGTH, NUMBER, Wanted};
+use crate::model::measure::{ANGLE, ANYTHING, FORCE, LENGTH, NUMBER, Wanted};
 use crate::model::{Formula, Friction, InputId, KeyValue, Limits, Motion, Pressed, Range};
 use crate::scene::constant;
 use crate::scene::decode::{Fields, written};
@@ -94,18 +94,25 @@ impl Resolver<'_> {
         (!is_refused && self.check_friction_keys(&fields, pressed, node.span, example)).then_some(fields)
     }
 
-    /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks.
+    /// `{ coulomb = 0.1, velocity = 0.01 }`, which is smooth, or `{ coulomb = 0.1 }`, `{ mu = 0.2 }`, which sticks: then these and `static` may be laws.
     fn friction(&mut self, fields: &Fields, user: &str, [level, speed]: &[Wanted; 2]) -> Option<Friction> {
         let of = |key: &str| format!("`{key}` of the friction of {user}");
+        let sticks = fields.get("velocity").is_none();
         let mut given = |key: &str, range: Range, wanted: &Wanted| -> Option<Option<Formula>> {
             let Some(node) = fields.get(key) else { return Some(None) };
             let quantity = self.faults.quantity(node, &of(key))?;
-            Some(Some(self.constant_in(range, &quantity, &of(key), wanted)))
+            let is_law = sticks && ["coulomb", "mu", "static"].contains(&key);
+            Some(Some(match is_law {
+                true => self.law_in(range, &quantity, &of(key), wanted),
+                false => self.constant_in(range, &quantity, &of(key), wanted),
+            }))
         };
         let coulomb = given("coulomb", Range::NotNegative, level);
         let velocity = given("velocity", Range::Positive, speed);
         let (mu, ratio) = (given("mu", Range::NotNegative, &NUMBER), given("static", Range::FromOne, &NUMBER));
         let (radius, length) = (given("radius", Range::Positive, &LENGTH), given("length", Range::Positive, &LENGTH));
+        let (wrap, pretension) =
+            (given("wrap", Range::Positive, &ANGLE), given("pretension", Range::NotNegative, &FORCE));
         let [zero, one] = [0.0, 1.0].map(Formula::Number);
         Some(Friction {
             coulomb: coulomb?.unwrap_or_else(|| zero.clone()),
@@ -114,7 +121,18 @@ impl Resolver<'_> {
             ratio: ratio?.unwrap_or(one),
             radius: radius?,
             length: length?,
+            belt: wrap?.zip(pretension?).map(|(wrap, pretension)| [wrap, pretension]),
         })
+    }
+
+    /// A law, which must be in a range: one that is constant now, others while the mechanism moves.
+    fn law_in(&mut self, range: Range, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
+        let law = self.formula(quantity, what, wanted, Context::Level);
+        if law.varies() {
+            return law;
+        }
+        let law = self.check_finite(law, quantity, what);
+        self.keep_in(range, law, quantity, what, wanted)
     }
 
     /// True if the keys belong together, and to what presses here.
@@ -127,6 +145,12 @@ impl Resolver<'_> {
             _ if has("velocity") && !fades => Some(("velocity", "it sticks at rest: remove `velocity`")),
             Pressed::Contact if has("coulomb") => {
                 Some(("coulomb", "friction of a contact is in proportion to the normal force: give `mu`"))
+            }
+            Pressed::Belt if has("mu") != has("wrap") || has("mu") != has("pretension") => {
+                Some(("mu", "a belt with `mu` needs its angle of wrap and its tension: give `mu`, `wrap` and `pretension`"))
+            }
+            Pressed::Belt if has("mu") && has("coulomb") => {
+                Some(("coulomb", "`mu`, `wrap` and `pretension` give the friction limit: remove `coulomb`"))
             }
             Pressed::Nothing if has("mu") => Some(("mu", "it has no normal force: give the friction limit, `coulomb`")),
             _ if has("velocity") && !has("coulomb") => {

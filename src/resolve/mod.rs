@@ -6,6 +6,7 @@
 mod bodies;
 mod calculated;
 mod context;
+mod engaging;
 mod efforts;
 mod formulas;
 mod initial;
@@ -131,6 +132,8 @@ impl Scene {
             samplers,
             events: resolver.events(),
             contacts: Vec::new(),
+            engaging: Vec::new(),
+            set_rates: Vec::new(),
             initial: resolver.initial(),
             begins: resolver.begins(),
             experiment: resolver.experiment(),
@@ -143,6 +146,10 @@ impl Scene {
         };
         let outputs = resolver.outputs(requested);
         mechanism.add_own_states();
+        mechanism.engaging = resolver.engaging(&mechanism.joints, &mechanism.discrete);
+        if !resolver.incomplete && !resolver.faults.has_errors() {
+            mechanism.add_engaging(&std::mem::take(&mut resolver.set_rates));
+        }
         mechanism.add_contacts();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);
@@ -173,10 +180,14 @@ struct Resolver<'s> {
     input_units: Vec<Option<(Exponents, i8)>>,
     /// The units of the states, in the same way.
     state_units: Vec<Option<(Exponents, i8)>>,
+    /// The units that states have, by themselves or by their starts.
+    declared_state_units: Vec<Option<Unit>>,
     /// The units of the discrete variables, in the same way.
     discrete_units: Vec<Option<(Exponents, i8)>>,
     /// The units that sampled values are given.
     declared_units: HashMap<DiscreteId, Unit>,
+    /// The rates that each event sets, with their values.
+    set_rates: Vec<Vec<(Variable, Formula, Span)>>,
     /// Next values of sampled values.
     nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.
@@ -221,8 +232,10 @@ impl<'s> Resolver<'s> {
             parameters: Vec::new(),
             input_units: Vec::new(),
             state_units: Vec::new(),
+            declared_state_units: Vec::new(),
             discrete_units: Vec::new(),
             declared_units: HashMap::new(),
+            set_rates: Vec::new(),
             nexts: instants::Nexts::default(),
             signals: Vec::new(),
             transfers: transfers::Transfers::default(),

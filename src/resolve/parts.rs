@@ -46,6 +46,8 @@ struct PartReading<'n> {
     ends: Option<([Text; 2], [Place; 2])>,
     values: Vec<(&'static str, KeyValue)>,
     complete: bool,
+    /// Does it engage later, where it stands?
+    engages_here: bool,
 }
 
 /// What people write for a driver's speed, and the motions that it can be of.
@@ -93,6 +95,7 @@ impl<'s> Resolver<'s> {
             ends: None,
             values: Vec::new(),
             complete: true,
+            engages_here: part.engages_here(),
         };
         self.room(&mut reading)?;
         self.one_of(&mut reading);
@@ -213,10 +216,12 @@ impl<'s> Resolver<'s> {
     fn key(&mut self, key: &'static Key, reading: &mut PartReading<'_>) {
         let node = match key.need {
             Need::Required(help) => reading.fields.required(key.name, help, self.faults),
-            Need::Optional | Need::Default(_) | Need::OneOf(_) => reading.fields.get(key.name),
+            Need::Captured(help) if !reading.engages_here => reading.fields.required(key.name, help, self.faults),
+            Need::Optional | Need::Default(_) | Need::OneOf(_) | Need::Captured(_) => reading.fields.get(key.name),
         };
         let Some(node) = node else {
-            reading.complete &= !matches!(key.need, Need::Required(_));
+            let is_needed = matches!(key.need, Need::Captured(_)) && !reading.engages_here;
+            reading.complete &= !is_needed && !matches!(key.need, Need::Required(_));
             reading.values.extend(self.carrier(key.form).map(|carrier| (key.name, KeyValue::Place(carrier))));
             return;
         };
@@ -411,8 +416,15 @@ impl<'s> Resolver<'s> {
             return None;
         };
         let component = self.scene.joints[id.0].component(Section::Joints)?;
-        if component.drivers.contains(&motion) {
+        let is_locked = motion == "lock";
+        if component.drivers.contains(&motion) || is_locked && component.drivers.len() == 1 {
             return Some(id);
+        }
+        if is_locked {
+            let message = format!("{user} locks joint `{}`, which is of type `{}`", name.text, component.name);
+            let fault = Fault::new("scene::engage", message, name.span).label("not revolute or prismatic");
+            self.faults.push(fault.help("name a revolute or a prismatic joint, or two bodies: `between = [\"BODY\", \"BODY\"]`"));
+            return None;
         }
         let [found, help] = component.undriven;
         let message = format!("{user} prescribes `{motion}`, but joint `{}` is {found}", name.text);

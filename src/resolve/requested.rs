@@ -2,7 +2,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::variables::of_part;
 use crate::component::body::{POINT_VARIABLES as POINT, VARIABLES as BODY};
 use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::Faults;
@@ -97,7 +96,7 @@ impl Scene {
         for (section, parts) in
             [(Section::Joints, &self.joints), (Section::Drivers, &self.drivers), (Section::Loads, &self.loads)]
         {
-            let known = parts.iter().filter_map(|part| Some((part.name.text.clone(), of_part(part, section)?.1)));
+            let known = parts.iter().filter_map(|part| Some((part.name.text.clone(), self.of_part(part, section)?.1)));
             owners.extend(known);
         }
         owners.extend([("energy".to_owned(), ENERGIES.to_vec()), ("constraint".to_owned(), RESIDUALS.to_vec())]);

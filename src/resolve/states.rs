@@ -32,6 +32,7 @@ impl Resolver<'_> {
         let (formula, start_unit) = self.in_unit(start, declared.as_ref(), &format!("`start` of {what}"));
         let unit = declared.clone().or(start_unit);
         let hertz = hertz(unit.as_ref(), state.start.as_ref(), state.unit.as_ref());
+        self.declared_state_units.push(unit.clone());
         self.state_units.push(unit.as_ref().map(|unit| (unit.exponents, hertz)));
         let nominal = self.nominal(state, (&formula, declared.as_ref(), unit.as_ref()), &what);
         State {

@@ -192,6 +192,9 @@ impl Namer<'_> {
                 for (value, letter) in named {
                     *value = value.as_ref().map(|formula| self.formula(formula, About { letter, ..about }));
                 }
+                for (value, letter) in friction.belt.iter_mut().flatten().zip(["phi", "P"]) {
+                    *value = self.formula(value, About { letter, ..about });
+                }
                 friction.mu = self.formula(&friction.mu, About { letter: "mu", ..about });
                 if friction.ratio != Formula::Number(1.0) {
                     friction.ratio = self.formula(&friction.ratio, About { letter: "static", ..about });

@@ -9,13 +9,14 @@ use crate::component::{ENERGIES, RESIDUALS, Section};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
-use crate::model::{Aspect, ContactQuantity, Owner, Place, Quantity, Variable};
+use crate::model::{Aspect, ContactQuantity, JointId, Owner, Place, Quantity, Variable};
 use crate::scene::document::Content;
 use crate::scene::key::Form;
+use crate::scene::model::Scene;
 use crate::scene::part::Part;
 use crate::scene::record::Record;
 
-pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
+fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let component = part.component(section)?;
     // Limits that are not there are never reached.
     let limits = component.keys.iter().find(|key| key.form.is_one_sided());
@@ -46,6 +47,34 @@ pub(super) fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quan
     };
     let quantities = component.variables.iter().copied().filter(has);
     Some((component.words(), quantities.chain([Quantity::Power]).collect()))
+}
+
+impl Scene {
+    /// What a part is called, and its variables; those of a joint that engages among them.
+    pub(super) fn of_part(&self, part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
+        let (words, mut has) = of_part(part, section)?;
+        let component = part.component(section)?;
+        let joint = self.joints.iter().position(|joint| std::ptr::eq(joint, part)).map(|index| Owner::Joint(JointId(index)));
+        if joint.is_some_and(|joint| self.engaging(joint).is_some()) {
+            has.extend(component.engaging.iter().filter(|quantity| !has.contains(quantity)).copied().collect::<Vec<_>>());
+        }
+        if component.engaging.contains(&Quantity::Impulse) && component.engaging.contains(&Quantity::AngularImpulse) {
+            // It holds an angle or a displacement.
+            let others = match self.slides(part) {
+                true => [Quantity::AngularImpulse, Quantity::Torque],
+                false => [Quantity::Impulse, Quantity::Force],
+            };
+            has.retain(|quantity| !others.contains(quantity));
+        }
+        Some((words, has))
+    }
+
+    /// True if a part acts on a joint that slides.
+    pub(super) fn slides(&self, part: &Part) -> bool {
+        let joint = part.text("joint").and_then(|name| self.joints.iter().find(|joint| joint.name.text == name.text));
+        let component = joint.and_then(|joint| joint.component(Section::Joints));
+        component.is_some_and(|component| component.drivers == ["displacement"])
+    }
 }
 
 /// An owner of variables, what to call it, and what it has.
@@ -117,7 +146,7 @@ impl Resolver<'_> {
         };
         let dimension = self.scene.dimension;
         let part = |id, part: &Part, section| {
-            let (words, mut has) = of_part(part, section)?;
+            let (words, mut has) = self.scene.of_part(part, section)?;
             let coordinates = part.component(section)?.coordinates(dimension).iter().copied();
             coordinates.for_each(|quantity| {
                 if !has.contains(&quantity) {

@@ -2,6 +2,7 @@
 
 use cotree_fmu::instance::{Happening, Instance};
 use cotree_fmu::model::Model;
+use cotree_fmu::program::Role;
 
 /// Something that has happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,10 @@ pub enum What {
     Slips,
     /// What rubs slides the other way.
     Turns,
+    /// A joint engages; its impulses follow as impacts.
+    Engages,
+    /// A joint is released.
+    Releases,
 }
 
 impl What {
@@ -43,6 +48,8 @@ impl What {
             What::Sticks => "sticks",
             What::Slips => "slips",
             What::Turns => "turns",
+            What::Engages => "engages",
+            What::Releases => "releases",
         }
     }
 }
@@ -60,6 +67,7 @@ impl Logged {
         let entry = |name: &str, what| Logged { time: happening.time(), name: name.to_owned(), what };
         let events = happening.due.iter().filter_map(|&index| program.instants.events.get(index));
         let mut all: Vec<Logged> = events.map(|event| entry(&event.name, What::Event)).collect();
+        all.extend(Logged::engaging(model, happening));
         let ([before, after], [came, goes]) = (happening.closed(model), happening.directions(model));
         for (index, contact) in program.instants.contacts().iter().enumerate() {
             if happening.hit.contains(&index) {
@@ -74,6 +82,28 @@ impl Logged {
                 _ => (came[index] * goes[index] < 0.0).then_some(What::Turns),
             };
             all.extend(what.map(|what| entry(&contact.name, what)));
+        }
+        all
+    }
+
+    /// Joints that engage and are released, with their impulses, and those along rates that an event has set.
+    fn engaging(model: &Model, happening: &Happening) -> Vec<Logged> {
+        let program = model.program();
+        let mut all: Vec<Logged> = Vec::new();
+        for (row, joins) in happening.joining(model) {
+            let constraint = &program.constraints[row];
+            let entry = |what| Logged { time: happening.time(), name: constraint.owner.clone(), what };
+            let (Role::Engaging { impulse } | Role::Set { impulse, .. }) = constraint.role else { continue };
+            if matches!(constraint.role, Role::Engaging { .. }) {
+                let change = entry(if joins { What::Engages } else { What::Releases });
+                if !all.iter().any(|known| known.name == change.name && known.what == change.what) {
+                    all.push(change);
+                }
+            }
+            let impulse = happening.after.discrete()[impulse as usize];
+            if joins && impulse != 0.0 {
+                all.push(entry(What::Impact { impulse, angular: constraint.is_angle() }));
+            }
         }
         all
     }

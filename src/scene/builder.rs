@@ -428,7 +428,21 @@ impl Event {
         self
     }
 
-    /// A sampled value gets another value.
+    /// A joint engages.
+    #[must_use]
+    pub fn engage(mut self, joint: &str) -> Event {
+        self.engage.push(Text::from(joint));
+        self
+    }
+
+    /// A joint is released, and may engage again.
+    #[must_use]
+    pub fn release(mut self, joint: &str) -> Event {
+        self.release.push(Text::from(joint));
+        self
+    }
+
+    /// A sampled value, a state or a rate gets another value.
     #[must_use]
     pub fn set(mut self, name: &str, value: impl Into<Quantity>) -> Event {
         self.set.push((Text::from(name), value.into()));

@@ -25,6 +25,8 @@ pub enum Need {
     Default(&'static str),
     /// Exactly one of those with this need; the words say what each does.
     OneOf(&'static str),
+    /// Yes, unless an event engages the joint where it stands; the words say what to write.
+    Captured(&'static str),
 }
 
 /// How the value of a key is written.
@@ -116,6 +118,11 @@ impl Key {
     /// One that may be left out; `otherwise` is what holds then.
     pub const fn default(name: &'static str, form: Form, about: &'static str, otherwise: &'static str) -> Key {
         Key { name, form, need: Need::Default(otherwise), about }
+    }
+
+    /// One that an event may give by where a joint engages.
+    pub const fn captured(name: &'static str, form: Form, about: &'static str, help: &'static str) -> Key {
+        Key { name, form, need: Need::Captured(help), about }
     }
 
     pub const fn one_of(name: &'static str, form: Form, about: &'static str) -> Key {

@@ -223,7 +223,11 @@ pub struct Event {
     pub when: Text,
     /// Joints, drivers and loads that are there no longer.
     pub remove: Vec<Text>,
-    /// New values of sampled values.
+    /// Joints that engage.
+    pub engage: Vec<Text>,
+    /// Joints that are released, and may engage again.
+    pub release: Vec<Text>,
+    /// New values of sampled values, states and rates.
     pub set: Vec<(Text, Quantity)>,
     /// True if the event ends the run.
     pub stop: bool,

@@ -143,6 +143,18 @@ impl Joint {
         Joint(Part::empty()).set("type", kind).set("between", [first, second])
     }
 
+    /// Whether it is engaged at the start.
+    #[must_use]
+    pub fn engaged(self, engaged: bool) -> Joint {
+        self.set("engaged", DocumentNode::built(Content::Boolean(engaged)))
+    }
+
+    /// Where it engages: `here`, where it stands, or `named`, in the pose that its constants give.
+    #[must_use]
+    pub fn at(self, place: &str) -> Joint {
+        self.set("at", place)
+    }
+
     /// The body that carries two wheels, or the point from which a displacement counts.
     #[must_use]
     pub fn carrier(self, name: &str) -> Joint {

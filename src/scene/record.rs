@@ -39,6 +39,14 @@ const FRICTION: [Entry; 6] = [
     entry("radius", Range::Any),
     entry("length", Range::Any),
 ];
+const FRICTION_OF_BELT: [Entry; 6] = [
+    entry("coulomb", Range::Any),
+    entry("velocity", Range::Any),
+    entry("mu", Range::NotNegative),
+    entry("static", Range::FromOne),
+    entry("wrap", Range::Any),
+    entry("pretension", Range::Any),
+];
 const LIMITS: [Entry; 3] = [entry("min", Range::Any), entry("max", Range::Any), RESTITUTION];
 const PLAY: [Entry; 2] = [entry("play", Range::Positive), RESTITUTION];
 
@@ -46,6 +54,7 @@ impl Record {
     /// The keys of its table.
     pub const fn entries(self) -> &'static [Entry] {
         match self {
+            Self::Friction(_, Pressed::Belt) => &FRICTION_OF_BELT,
             Self::Friction(..) => &FRICTION,
             Self::Limits(_) => &LIMITS,
             Self::Play(_) => &PLAY,
@@ -71,6 +80,7 @@ impl Record {
     /// How it may be written, for the reference.
     pub const fn patterns(self) -> &'static [&'static str] {
         match self {
+            Self::Friction(_, Pressed::Belt) => &["{ mu = ..., wrap = ..., pretension = ..., static = ... }", "{ coulomb = ..., static = ... }"],
             Self::Friction(..) => &["{ coulomb = ..., mu = ..., static = ... }", "{ coulomb = ..., velocity = ... }"],
             Self::Limits(_) => &["{ min = ..., max = ..., restitution = ... }"],
             Self::Play(_) => &["{ play = ..., restitution = ... }"],

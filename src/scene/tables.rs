@@ -157,10 +157,12 @@ pub(crate) const EVENT: &[Key] = &[
         "give a comparison: `when = \"beam.angle > 0.7\"`",
     ),
     Key::default("remove", Form::Names, "names of joints, drivers and loads that are removed", "none"),
+    Key::default("engage", Form::Names, "names of joints that engage", "none"),
+    Key::default("release", Form::Names, "names of joints that are released, and may engage again", "none"),
     Key::default(
         "set",
         Form::Table,
-        "new values of [sampled values](#sampled), expressions of all variables just before the event",
+        "new values of [sampled values](#sampled), [states](#states) and rates such as `\"arm.omega\"`, expressions of all variables just before the event",
         "none",
     ),
     Key::default("stop", Form::Switch, "whether it ends the run", "`false`"),

@@ -55,7 +55,7 @@ impl Modes {
         for edge in edges {
             let names = match &edge.contact.slip {
                 Some(slip) => {
-                    modes.rubs |= !matches!(slip.pressed, Pressed::Nothing) && slip.law.mu != Formula::Number(0.0);
+                    modes.rubs |= !matches!(slip.pressed, Pressed::Nothing | Pressed::Belt) && slip.law.mu != Formula::Number(0.0);
                     let level = level(equations, &edge, slip);
                     modes.levels.push((level_name(&edge.contact.name), level));
                     edge.of_friction(equations, slip)
@@ -212,7 +212,7 @@ impl ContactRow<'_> {
         let lambda = FormulaTree::Name(symbol_name(equations, Symbol::Reaction(self.row)));
         let rate = FormulaTree::Name(rate_name(&self.contact.name));
         let level = FormulaTree::Name(level_name(&self.contact.name));
-        let ratio = equations.system.value(&slip.law.ratio);
+        let ratio = equations.formula(&slip.law.ratio);
         let most = match plain(equations, &[ratio]).pop() {
             Some(ratio) if ratio != FormulaTree::Number(1.0) => FormulaTree::product(vec![ratio, level]),
             _ => level,
@@ -290,7 +290,7 @@ pub fn sliding(equations: &mut Equations) -> (&'static str, Vec<Entry>) {
 fn level(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> FormulaTree {
     let coulomb = equations.formula(&slip.law.coulomb);
     let free = equations.system.arena.binary(Binary::Max, Expr::ZERO, coulomb);
-    let mut factors = vec![equations.system.value(&slip.law.mu)];
+    let mut factors = vec![equations.formula(&slip.law.mu)];
     if let (Pressed::Pin, Some(radius)) = (slip.pressed, &slip.law.radius) {
         factors.push(equations.system.value(radius));
     }
@@ -314,7 +314,7 @@ fn pressing(equations: &mut Equations, edge: &ContactRow, slip: &Slip) -> Option
         FormulaTree::Name(Name::variable(&equations.system.mechanism.variable_name(variable)))
     };
     Some(match slip.pressed {
-        Pressed::Nothing => return None,
+        Pressed::Nothing | Pressed::Belt => return None,
         Pressed::Pin => {
             let squares = [Quantity::Fx, Quantity::Fy]
                 .map(|velocity| FormulaTree::power(variable(equations, velocity), FormulaTree::Number(2.0)));
@@ -363,6 +363,7 @@ pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static s
     match discrete.kind {
         DiscreteKind::Presence(_) => discrete.is_of_mode().then_some("1 until it is removed, then 0"),
         DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
+        DiscreteKind::Captured(_) | DiscreteKind::Impulse | DiscreteKind::Setting => None,
     }
 }
 

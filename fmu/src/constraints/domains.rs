@@ -32,15 +32,20 @@ fn first_broken(laws: &DomainTape, machine: &mut Machine) -> Option<Outside> {
     })
 }
 
-/// Why a law has no finite value at the state in the registers, if one has none: nobody else may notice, because nothing that is asked for depends on it.
+/// Why a law has no finite value at the state in the registers, or one that it must not have, if one has: nobody else may notice, because nothing that is asked for depends on it.
 pub(crate) fn undefined(model: &Model, machine: &mut Machine) -> Option<Failure> {
     let laws = &model.program().tapes.domains;
     machine.run(&laws.tape);
     let without_value = |(index, domain): (usize, &Domain)| {
-        domain.limit == Limit::Value && !machine.result(&laws.tape, index).is_finite()
+        is_noticed_here_alone(domain) && !domain.limit.allows(machine.result(&laws.tape, index))
     };
     let without_value = laws.domains.iter().enumerate().any(without_value);
     if without_value { outside(model, machine) } else { None }
+}
+
+/// True for the value of a whole law, and for a friction limit that must not be negative: the motion goes on without it.
+pub(crate) fn is_noticed_here_alone(domain: &Domain) -> bool {
+    matches!(domain.limit, Limit::Value | Limit::NotNegative | Limit::AtLeast(_))
 }
 
 /// The law with the largest value at the state in the registers, if no motion keeps pace with that.

@@ -8,6 +8,7 @@
 //! drifts no more than others, an open one counts in no projection, and being caught is an impact without a rebound.
 
 use super::ahead::{Ahead, LOOKS};
+use super::engage::Joining;
 use super::modes::{Choices, MOST_TRIALS};
 use crate::constraints::reciprocals::is_within;
 use crate::failure::Failure;
@@ -42,11 +43,11 @@ pub(crate) struct ContactValues {
     at_rest: Vec<f64>,
     pub locks: Vec<f64>,
     /// Changes of rates, then multipliers, of an impact.
-    change: Vec<f64>,
+    pub(super) change: Vec<f64>,
     /// a, then lambda.
     pub(super) solved: Vec<f64>,
     /// By how much the rate of each loop equation has to fall.
-    asked: Vec<f64>,
+    pub(super) asked: Vec<f64>,
     /// What is undecided.
     pub(super) choices: Choices,
     /// Where a mode leads.
@@ -59,7 +60,7 @@ pub(crate) struct ContactValues {
     before: Vec<f64>,
     rest: Vec<f64>,
     /// The discrete variables, with all modes, before something was tried, and before all.
-    kept: Vec<f64>,
+    pub(super) kept: Vec<f64>,
     began: Vec<f64>,
     /// The tolerance of the motion.
     tolerance: f64,
@@ -77,6 +78,8 @@ pub(crate) struct ContactValues {
     pub redundant: Vec<bool>,
     /// Accelerations to compare others with.
     pub(super) reference: Vec<f64>,
+    /// Joints that engage, and rates that are set.
+    pub joining: Joining,
 }
 
 impl ContactValues {
@@ -114,6 +117,7 @@ impl ContactValues {
             touching: vec![false; count],
             redundant: vec![false; count],
             reference: vec![0.0; n],
+            joining: Joining::new(program),
         }
     }
 
@@ -178,10 +182,11 @@ impl ContactValues {
             self.touches[index] = is_contact && (closed || turns(index) || is_near);
             self.leaves[index] = closed && turns(index);
         }
-        if self.comes(context) {
+        if self.comes(context) || self.joining.any {
             self.collide_all(context)?;
             self.end_bounces(context, shortest)?;
         }
+        self.end_joining(context)?;
         self.decide(context, turns)
     }
 
@@ -248,7 +253,7 @@ impl ContactValues {
         self.list_of_impact(context);
         let trials = self.choices.trials();
         if trials > MOST_TRIALS {
-            return Err(context.failure(&self.choices, TOO_MANY));
+            return Err(context.failure_of(self, TOO_MANY));
         }
         for trial in 0..trials {
             if self.choices.set(trial, context.data, context.state.discrete_mut()) {
@@ -263,7 +268,7 @@ impl ContactValues {
             }
         }
         context.state.discrete_mut().copy_from_slice(&self.kept);
-        Err(context.failure(&self.choices, NO_IMPACT))
+        Err(context.failure_of(self, NO_IMPACT))
     }
 
     /// Who takes part in an impact. A level that does not follow from reactions has no impulse.
@@ -299,6 +304,7 @@ impl ContactValues {
             let share = if rebounds { self.restitutions[index] } else { 0.0 };
             self.asked[contact.constraint as usize] = (1.0 + share) * rate;
         }
+        self.ask_joining(context);
         self.apply_impulses(context);
         let Place { model, data, machine, .. } = context;
         let n = model.coordinates();
@@ -317,9 +323,14 @@ impl ContactValues {
     fn is_impact(&self, context: &Place) -> bool {
         let multipliers = &self.change[context.model.coordinates()..];
         let concerned = || self.choices.concerned();
-        let largest = concerned().fold(0.0, |most, index| maximum(most, context.force(index, multipliers).abs()));
-        let fastest = concerned().fold(0.0, |most, index| maximum(most, self.before[index].abs()));
-        let (mut energy, mut size) = (0.0, 0.0);
+        let joined = self.joined(context);
+        let largest =
+            concerned().fold(joined.impulse, |most, index| maximum(most, context.force(index, multipliers).abs()));
+        let fastest = concerned().fold(joined.rate, |most, index| maximum(most, self.before[index].abs()));
+        let (mut energy, mut size) = (joined.work, joined.impulse * fastest);
+        if !joined.is_sound || !context.state.rates().iter().all(|rate| rate.is_finite()) {
+            return false;
+        }
         for index in concerned() {
             let (rate, impulse) = (self.rates[index], context.force(index, multipliers));
             if !rate.is_finite() || !impulse.is_finite() {
@@ -356,6 +367,7 @@ impl ContactValues {
     }
 
     fn keep_impulses(&mut self, context: &Place) {
+        self.keep_joining(context);
         let multipliers = &self.change[context.model.coordinates()..];
         for index in self.choices.concerned().filter(|&index| context.slip(index).is_none()) {
             let impulse = context.force(index, multipliers);
@@ -820,7 +832,7 @@ pub(super) struct Margin {
 pub(super) struct Place<'a> {
     pub model: &'a Model,
     pub data: &'a Contacts,
-    machine: &'a mut Machine,
+    pub(super) machine: &'a mut Machine,
     pub state: &'a mut State,
 }
 
@@ -878,6 +890,13 @@ impl Place<'_> {
 
     pub(super) fn slide(&mut self, index: usize, mode: Option<f64>) {
         self.data.all[index].slips(self.state.discrete_mut(), mode);
+    }
+
+    /// A failure of an impact, in which joints may engage.
+    pub(super) fn failure_of(&self, values: &ContactValues, why: &'static str) -> Failure {
+        let joining = values.joining.names(self.model.program()).map(str::to_owned);
+        let contacts = values.choices.concerned().map(|index| self.data.all[index].name.clone());
+        Failure::Contact { time: self.state.time(), names: joining.chain(contacts).collect(), why }
     }
 
     pub(super) fn failure(&self, choices: &Choices, why: &'static str) -> Failure {

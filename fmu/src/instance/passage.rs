@@ -10,13 +10,14 @@
 use thiserror::Error;
 
 use super::instants::Happening;
+use crate::hybrid::contact::is_closed;
 use crate::hybrid::tick::Clock;
 use crate::integrator::accelerations::Accelerations;
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
 use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contact, Contacts, Write};
+use crate::program::{Contact, Contacts, Role, Target, Write};
 use crate::tape::Tape;
 
 /// Why there are no derivatives behind what happens at an instant.
@@ -80,6 +81,14 @@ pub enum PassageError {
         /// What hits.
         name: String,
         /// What rubs.
+        other: String,
+    },
+    /// A joint engages, or a rate is set, where something touches.
+    #[error("`{name}` has an impulse while `{other}` is closed or sticks")]
+    Joins {
+        /// What engages or is set.
+        name: String,
+        /// What takes part.
         other: String,
     },
     /// The last of infinitely many impacts.
@@ -416,6 +425,8 @@ impl Passage<'_> {
         let events =
             happening.due.iter().filter_map(|&index| instants.events.get(index)).flat_map(|event| &event.writes);
         let writes: Vec<Write> = ticking.chain(events).copied().collect();
+        let joining = happening.joining(self.model).into_iter().filter(|(_, joins)| *joins);
+        let joining: Vec<usize> = joining.map(|(row, _)| row).collect();
         let written = match writes.is_empty() {
             true => Vec::new(),
             false => self.along(&happening.before, columns, true).run(&instants.written).1,
@@ -423,15 +434,90 @@ impl Passage<'_> {
         if let (Some(data), false) = (&instants.contacts, happening.hit.is_empty()) {
             self.strike(happening, data, columns)?;
         }
+        if !joining.is_empty() {
+            self.write(&writes, &written, columns);
+            return self.join(happening, &joining, &writes, columns);
+        }
         let [before, after] = happening.closed(self.model);
         let caught: Vec<bool> = before.iter().zip(after).map(|(before, after)| after && !before).collect();
         self.hold(&happening.before, &caught, columns);
+        self.write(&writes, &written, columns);
+        Ok(())
+    }
+
+    /// What is written changes like this.
+    fn write(&self, writes: &[Write], written: &[Vec<f64>], columns: &mut Columns) {
         for write in writes {
             for (column, tangent) in written[write.result as usize].iter().enumerate() {
-                columns.discrete_values[column * columns.discrete + write.discrete as usize] = *tangent;
+                match self.model.program().target(*write) {
+                    Target::Discrete(place) => columns.discrete_values[column * columns.discrete + place] = *tangent,
+                    Target::State(state) => {
+                        columns.rates[column * columns.n + self.model.mechanical() + state] = *tangent;
+                    }
+                }
+            }
+        }
+    }
+
+    /// An impact along what begins to hold, behind what has been written: v+ = v- - M^-1 J^T (J M^-1 J^T)^-1 (J v- - what is set).
+    fn join(
+        &self,
+        happening: &Happening,
+        joining: &[usize],
+        writes: &[Write],
+        columns: &mut Columns,
+    ) -> Result<(), PassageError> {
+        let (model, program, layout) = (self.model, self.model.program(), self.model.layout());
+        let Some(data) = &program.instants.contacts else { return Ok(()) };
+        if let Some(index) = (0..data.all.len()).find(|&index| is_closed(data, &happening.before, index)) {
+            let (name, other) = (program.constraints[joining[0]].owner.clone(), data.all[index].name.clone());
+            return Err(PassageError::Joins { name, other });
+        }
+        let state = self.written_state(happening, writes);
+        let mut along = self.along(&state, columns, false);
+        let (rates, rate_changes) = along.run(&program.tapes.constraint_rate);
+        let mut asked = vec![0.0; program.constraints.len()];
+        for &row in joining {
+            let (set, set_changes) = match program.constraints[row].role {
+                Role::Set { value, .. } => along.register(layout.discrete() + value as usize),
+                _ => (0.0, vec![0.0; along.columns]),
+            };
+            asked[row] = rates[row] + set;
+            let changes: Vec<f64> = rate_changes[row].iter().zip(&set_changes).map(|(rate, set)| rate + set).collect();
+            along.set(layout.reactions() + row, &changes);
+        }
+        along.machine.load_reactions(model, &asked);
+        let (_, changes) = along.run(&data.impact);
+        let n = columns.n;
+        for column in 0..along.columns {
+            (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
+            for &row in joining {
+                if let Role::Engaging { impulse } | Role::Set { impulse, .. } = program.constraints[row].role {
+                    columns.discrete_values[column * columns.discrete + impulse as usize] = changes[n + row][column];
+                }
             }
         }
         Ok(())
+    }
+
+    /// The state before an impact, with what events have written.
+    fn written_state(&self, happening: &Happening, writes: &[Write]) -> State {
+        let mut state = happening.before.clone();
+        let mut machine = Machine::new(self.model);
+        machine.load(self.model, &state);
+        machine.load_accelerations(self.model, &self.accelerations(&state)[..self.model.coordinates()]);
+        machine.load_reactions(self.model, &self.accelerations(&state)[self.model.coordinates()..]);
+        let written = &self.model.program().instants.written;
+        let mut values = vec![0.0; written.results.len()];
+        machine.evaluate(written, &mut values);
+        for write in writes {
+            let value = values[write.result as usize];
+            match self.model.program().target(*write) {
+                Target::Discrete(place) => state.discrete_mut()[place] = value,
+                Target::State(place) => state.rates_mut()[self.model.mechanical() + place] = value,
+            }
+        }
+        state
     }
 
     /// An impact: rates change by what makes those that hit leave with their share of the speed.

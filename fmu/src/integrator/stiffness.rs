@@ -23,7 +23,6 @@ use crate::model::{Model, State, motion};
 use crate::motion::Run;
 use crate::pace::Pace;
 use crate::program::Engine;
-use crate::program::domain::Limit;
 use crate::singular::branch;
 use crate::singular::dependence::{end_of_reach, not_passed, singular_ahead};
 use crate::singular::detect::SIGHTED;
@@ -221,7 +220,7 @@ fn explicit_step(
 /// Why a law has no value where the last step ends, if one has none.
 fn undefined(context: &mut Context, run: &Run) -> Option<Failure> {
     let Context { model, machine, .. } = context;
-    if model.program().tapes.domains.domains.iter().all(|domain| domain.limit != Limit::Value) {
+    if !model.program().tapes.domains.domains.iter().any(domains::is_noticed_here_alone) {
         return None;
     }
     machine.load_signals(model, &run.signals.origin, run.last.end_time);

@@ -9,7 +9,8 @@ use std::collections::HashSet;
 use thiserror::Error;
 
 use crate::program::{
-    Condition, Contact, ContactState, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Write,
+    Condition, Contact, ContactState, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Target,
+    Write,
 };
 use crate::tape::Tape;
 
@@ -198,17 +199,23 @@ impl Program {
         }
         let is_discrete = |place: u32| (place as usize) < self.discrete.len();
         let Instants { begin, written, .. } = &self.instants;
-        let is_there = |write: &Write| is_discrete(write.discrete) && (write.result as usize) < written.results.len();
+        let is_target = |write: &Write| match self.target(*write) {
+            Target::Discrete(_) => true,
+            Target::State(state) => state < self.states as usize,
+        };
+        let is_there = |write: &Write| is_target(write) && (write.result as usize) < written.results.len();
         if begin.results.len() > self.discrete.len() || !self.instants.writes().all(is_there) {
             return Err(Fault::Reference { name: "what is written".to_owned() });
         }
         let is_masked = |row: &u32| {
             let row = self.constraints.get(*row as usize);
-            row.is_some_and(|row| row.role == Role::Contact)
+            row.is_some_and(|row| row.role.is_masked())
         };
         let masks = self.instants.masks.iter().all(|(row, mask)| is_masked(row) && is_discrete(*mask));
         let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|removed| is_discrete(*removed));
-        if !masks || !removes {
+        let places = self.constraints.iter().flat_map(|row| row.role.places()).all(is_discrete);
+        let has_impulses = self.instants.contacts.is_some() || self.constraints.iter().all(|row| row.role.places().next().is_none());
+        if !masks || !removes || !places || !has_impulses {
             return Err(Fault::Reference { name: "what does not always hold".to_owned() });
         }
         for contact in self.instants.contacts() {
@@ -279,7 +286,7 @@ impl Program {
             registers.kernel("gaps", &contacts.gaps, positions)?;
             registers.kernel("gap rates", &contacts.rates, rates)?;
             registers.kernel("gap accelerations", &contacts.accelerations, layout.reactions())?;
-            registers.kernel("restitutions", &contacts.restitutions, layout.inputs())?;
+            registers.kernel("restitutions", &contacts.restitutions, rates)?;
             registers.kernel("impact", &contacts.impact, layout.constants())?;
             registers.kernel("pressing", &contacts.pressing, layout.constants())?;
             registers.kernel("locks", &contacts.locks, rates)?;

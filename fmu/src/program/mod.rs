@@ -81,7 +81,7 @@ pub struct Instants {
     pub written: Tape,
     /// Both sides of the comparison of each event, the one that is then larger first. Reads as `written`.
     pub sides: Tape,
-    /// Loop equations of the role [`Role::Contact`], each with the discrete variable that is 1 while it holds, else 0.
+    /// Loop equations that do not always hold, each with the discrete variable that is 1 while it holds, else 0.
     pub masks: Vec<(u32, u32)>,
     /// What the mechanism holds on one side only.
     pub contacts: Option<Contacts>,
@@ -98,7 +98,7 @@ pub struct Contacts {
     pub rates: Tape,
     /// Their second derivatives. Reads a, too.
     pub accelerations: Tape,
-    /// Share of the speed with which each rebounds. Reads parameters.
+    /// Share of the speed with which each rebounds; of friction, the ratio of its limit at rest to that while it slips. Reads time, inputs, followers, q, v.
     pub restitutions: Tape,
     /// Changes of the rates of coordinates, then minus the impulses of all loop equations, that change the rate of each loop equation by minus what stands in the registers of reactions. Reads
     /// as `constraint`.
@@ -178,13 +178,22 @@ pub struct Event {
     pub removes: Vec<u32>,
 }
 
-/// A discrete variable, and the result of [`Instants::written`] that it gets.
+/// A discrete variable or a state, and the result of [`Instants::written`] that it gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Write {
-    /// Its place in [`Program::discrete`].
-    pub discrete: u32,
+    /// The place of a discrete variable in [`Program::discrete`]; behind them come the states.
+    pub target: u32,
     /// Which result of the tape.
     pub result: u32,
+}
+
+/// What a write changes, by its place among others of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A discrete variable.
+    Discrete(usize),
+    /// A state of the scene.
+    State(usize),
 }
 
 impl Instants {
@@ -321,6 +330,35 @@ pub enum Role {
     Contact,
     /// Of a driven mechanism, redundant: it helps to determine the motion where those that are imposed depend on each other.
     Repeating,
+    /// Imposed while a joint is engaged.
+    Engaging {
+        /// The discrete variable that gets the impulse of an engagement.
+        impulse: u32,
+    },
+    /// Imposed at the instant at which an event sets a rate: minus that rate is its own.
+    Set {
+        /// The discrete variable that is the rate to be.
+        value: u32,
+        /// The one that gets the impulse.
+        impulse: u32,
+    },
+}
+
+impl Role {
+    /// True for an equation that is imposed while a discrete variable is 1.
+    pub fn is_masked(self) -> bool {
+        matches!(self, Role::Contact | Role::Engaging { .. } | Role::Set { .. })
+    }
+
+    /// The discrete variables that it writes or reads at instants.
+    pub fn places(self) -> impl Iterator<Item = u32> {
+        let places = match self {
+            Role::Engaging { impulse } => [Some(impulse), None],
+            Role::Set { value, impulse } => [Some(value), Some(impulse)],
+            Role::LeftOut | Role::Imposed | Role::Contact | Role::Repeating => [None; 2],
+        };
+        places.into_iter().flatten()
+    }
 }
 
 /// What the gap of a loop equation measures.
@@ -583,7 +621,7 @@ impl Constraint {
 
     /// True for one of the independent ones: what is held on one side only counts as one in every mode.
     pub fn is_imposed(&self) -> bool {
-        matches!(self.role, Role::Imposed | Role::Contact)
+        self.role == Role::Imposed || self.role.is_masked()
     }
 }
 
@@ -654,6 +692,18 @@ impl Program {
     /// Can somebody else integrate it who tells the rates of inputs? Not if a driver integrates an input.
     pub fn offers_exchange_with_rates(&self) -> bool {
         self.followers.is_empty()
+    }
+
+    /// True if events may change rates or states themselves, and not only what these follow from.
+    pub fn has_jumping_events(&self) -> bool {
+        let jumps = |write: &Write| matches!(self.target(*write), Target::State(_));
+        self.constraints.iter().any(|row| row.role.places().next().is_some()) || self.instants.writes().any(jumps)
+    }
+
+    /// What a write changes.
+    pub fn target(&self, write: Write) -> Target {
+        let place = write.target as usize;
+        place.checked_sub(self.discrete.len()).map_or(Target::Discrete(place), Target::State)
     }
 
     /// The layout of this program's register file.

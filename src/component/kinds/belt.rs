@@ -6,7 +6,8 @@ use crate::component::frame::Placed;
 use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Record};
 use crate::component::{Component, Icon, Rubs, limits};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, LENGTH, TORQUE};
-use crate::model::{Part, Pressed, Quantity as Q, Range};
+use crate::expr::{Function, Unary};
+use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, Rows, System};
 use crate::scene::{Joint, Quantity};
 
@@ -43,13 +44,13 @@ pub(crate) const BELT: Component = Component {
         ),
         Key::optional(
             "friction",
-            Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Nothing)),
-            "the torque on the second pulley at which the belt slips; if absent, the belt does not slip",
+            Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Belt)),
+            "the torque on the second pulley at which the belt slips, or what it follows from: coefficient of friction, the smaller angle of wrap, mean tension; if absent, the belt does not slip",
         ),
         limits::PLAY_OF_ANGLE,
     ],
     variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
-    rubs: Rubs::joint(Pressed::Nothing, relation),
+    rubs: Some(Rubs { along: relation, pressed: Pressed::Belt, law }),
     reactions: &[Q::Torque],
     gaps: limits::gaps,
     relation,
@@ -75,6 +76,16 @@ fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
     let open = system.arena.divide(radii[0], radii[1]);
     let ratio = if is_crossed(part) { system.arena.negate(open) } else { open };
     Some(gear::wheels(system, part, ratio, part.formula("angle")))
+}
+
+/// T1 = T2 exp(mu wrap) where the belt slips (Euler and Eytelwein), so that with the mean tension P the difference T1 - T2 is 2 P tanh(mu wrap/2).
+fn law(part: &Part) -> Option<Friction> {
+    let friction = part.friction().filter(|friction| friction.sticks())?;
+    let Some([wrap, pretension]) = friction.belt.clone() else { return Some(friction.clone()) };
+    let half = friction.mu.clone() * wrap / Formula::Number(2.0);
+    let share = Formula::Call(Function::One(Unary::Tanh), vec![half]);
+    let coulomb = Formula::Number(2.0) * pretension * part.key("second_radius") * share;
+    Some(Friction { ratio: friction.ratio.clone(), ..Friction::of_level(coulomb, Formula::Number(1.0)) })
 }
 
 fn icon(part: &Part) -> Icon {

@@ -1,11 +1,11 @@
 //! Distance link (d): a massless rod, |r| = length. The reaction pushes its ends apart.
 
 use crate::component::frame::anywhere;
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::key::{AT, BETWEEN_POINTS, ENGAGED, Form, Key};
 use crate::component::{Component, Icon};
 use crate::expr::Expr;
 use crate::model::measure::LENGTH;
-use crate::model::{Part, Quantity as Q, Range};
+use crate::model::{Captured, Part, Quantity as Q, Range};
 use crate::network::{Coupling, CouplingTerm, Port, Rows, System};
 use crate::scene::{Joint, Quantity};
 
@@ -14,15 +14,19 @@ pub(crate) const DISTANCE: Component = Component {
     equations: "|r| = length",
     keys: &[
         BETWEEN_POINTS,
-        Key::required(
+        Key::captured(
             "length",
             Form::Constant(LENGTH, Range::Positive),
             "the length of the rod",
             "give the length of the rod: `length = \"0.5 m\"`",
         ),
+        ENGAGED,
+        AT,
     ],
     variables: &[Q::Force],
     reactions: &[Q::Force],
+    captures: &[Captured::Key("length", |part, mechanism| Some(mechanism.distance(part)))],
+    engaging: &[Q::Engaged, Q::Impulse],
     undriven: ["a distance link", "its length is constant; a driver with `position` moves a point"],
     ..Component::joint("distance", rows, anywhere, |_| Icon::Link)
 };

@@ -16,6 +16,7 @@ mod distance;
 mod force;
 mod gas_spring;
 mod gear;
+mod lock;
 mod one_way;
 mod position_driver;
 mod prismatic;
@@ -44,6 +45,7 @@ pub(crate) const ALL: &[&Component] = &[
     &slot::SLOT,
     &rolling::ROLLING,
     &distance::DISTANCE,
+    &lock::LOCK,
     &contact::CONTACT,
     &rope::ROPE,
     &brake::BRAKE,

@@ -1,9 +1,9 @@
 //! Prismatic joint (s): a slide, r = s u, that holds the angle.
 
 use crate::component::frame::Placed;
-use crate::component::key::{ANGLE_BETWEEN, AXIS, BETWEEN_POINTS};
+use crate::component::key::{ANGLE_BETWEEN, AT, AXIS, BETWEEN_POINTS, ENGAGED};
 use crate::component::{Component, Icon, Room, Rubs, limits, slide};
-use crate::model::{Part, Pressed, Quantity as Q};
+use crate::model::{Captured, Part, Pressed, Quantity as Q, relative_angle};
 use crate::network::{RotationalRow, Rows, System};
 use crate::scene::{Joint, Scene, Vector};
 
@@ -18,9 +18,13 @@ pub(crate) const PRISMATIC: Component = Component {
         slide::FRICTION_OF_GUIDE,
         slide::ARMATURE,
         limits::OF_SLIDE,
+        ENGAGED,
+        AT,
     ],
     variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque, Q::StopForce, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[Q::Fn, Q::Torque],
+    captures: &[Captured::Normal, Captured::Key("angle", relative_angle)],
+    engaging: &[Q::Engaged, Q::Impulse, Q::ImpulseTorque],
     pose: &[Q::S],
     room: Room::Needless("remove it: every mass slides along x anyway"),
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],

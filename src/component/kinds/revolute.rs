@@ -1,10 +1,10 @@
 //! Revolute joint (h): r = 0, T resists.
 
 use crate::component::frame::Placed;
-use crate::component::key::{BETWEEN_POINTS, Form, Key, Record};
+use crate::component::key::{AT, BETWEEN_POINTS, ENGAGED, Form, Key, Record};
 use crate::component::{Component, Icon, Room, Rubs, limits};
 use crate::model::measure::{ANGULAR_VELOCITY, INERTIA, TORQUE, TORSION_DAMPING};
-use crate::model::{Part, Pressed, Quantity as Q, Range};
+use crate::model::{Captured, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Resistance, RotationalRow, Rows, System, Torque, TranslationalRow};
 use crate::scene::{Joint, Scene};
 
@@ -25,6 +25,8 @@ pub(crate) const REVOLUTE: Component = Component {
             "moment of inertia that turns with the joint's angle only, such as a geared rotor's times the square of its ratio",
         ),
         limits::OF_ANGLE,
+        ENGAGED,
+        AT,
     ],
     variables: &[
         Q::Angle,
@@ -39,6 +41,8 @@ pub(crate) const REVOLUTE: Component = Component {
         Q::Sliding,
     ],
     reactions: &[Q::Fx, Q::Fy],
+    captures: &[Captured::Point],
+    engaging: &[Q::Engaged, Q::ImpulseX, Q::ImpulseY],
     pose: &[Q::Angle],
     room: Room::Turning,
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],

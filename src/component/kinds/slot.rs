@@ -2,16 +2,16 @@
 //! one in the rotational.
 
 use crate::component::frame::Placed;
-use crate::component::key::{AXIS, BETWEEN_POINTS};
+use crate::component::key::{AT, AXIS, BETWEEN_POINTS, ENGAGED};
 use crate::component::{Component, Icon, Rubs, limits, slide};
-use crate::model::{Part, Pressed, Quantity as Q};
+use crate::model::{Captured, Part, Pressed, Quantity as Q};
 use crate::network::{RotationalRow, Rows, System};
 use crate::scene::{Joint, Vector};
 
 pub(crate) const SLOT: Component = Component {
     about: "a pin that slides along a line of the first body and turns freely",
     equations: "r = s u, F u = -damping v - friction - armature a, T = 0",
-    keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION, slide::ARMATURE, limits::OF_SLIDE],
+    keys: &[BETWEEN_POINTS, AXIS, slide::DAMPING, slide::FRICTION, slide::ARMATURE, limits::OF_SLIDE, ENGAGED, AT],
     variables: &[
         Q::S,
         Q::V,
@@ -27,6 +27,8 @@ pub(crate) const SLOT: Component = Component {
         Q::Sliding,
     ],
     reactions: &[Q::Fn],
+    captures: &[Captured::Normal],
+    engaging: &[Q::Engaged, Q::Impulse],
     pose: &[Q::S, Q::Angle],
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],

@@ -58,6 +58,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         }
         Failure::WayEnds
         | Failure::Contact { .. }
+        | Failure::Beside { .. }
         | Failure::Beyond { .. }
         | Failure::NotFinite { .. }
         | Failure::NoValue { .. }

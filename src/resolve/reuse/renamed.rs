@@ -134,7 +134,8 @@ impl Walk<'_> {
         }
         for event in &mut scene.events {
             (self.law)(&mut event.when.text, &[]);
-            event.remove.iter_mut().for_each(|name| (self.name)(&mut name.text));
+            let parts = [&mut event.remove, &mut event.engage, &mut event.release];
+            parts.into_iter().flatten().for_each(|name| (self.name)(&mut name.text));
             for (name, value) in &mut event.set {
                 (self.name)(&mut name.text);
                 self.quantity(value);

@@ -120,8 +120,11 @@ impl Decoder {
         let when = self.faults.required_text(&fields, "when", EVENT[0].help());
         let mut switch = |key| fields.get(key).and_then(|node| self.faults.boolean(node, &fields.name_of(key)));
         let (stop, once) = (switch("stop"), switch("once"));
-        let remove = fields.get("remove").and_then(|node| self.faults.texts(node, &fields.name_of("remove")));
-        let remove = remove.unwrap_or_default();
+        let mut names = |key| {
+            let names = fields.get(key).and_then(|node| self.faults.texts(node, &fields.name_of(key)));
+            names.unwrap_or_default()
+        };
+        let (remove, engage, release) = (names("remove"), names("engage"), names("release"));
         let set = fields.get("set").and_then(|node| self.faults.entries(node, &fields.name_of("set")));
         let value = |(name, node): &(Text, DocumentNode)| {
             let what = format!("`set.{}` of {owner}", name.text);
@@ -134,6 +137,8 @@ impl Decoder {
             once: once.unwrap_or(!remove.is_empty()),
             stop: stop.unwrap_or(false),
             remove,
+            engage,
+            release,
             when: when?,
             within: 0,
         })

@@ -57,7 +57,7 @@ fn told(finish: &Finish) -> BTreeMap<&str, Told> {
                 of_name.impacts.push((*time, impulse));
                 of_name.angular = angular;
             }
-            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns => {
+            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns | What::Engages | What::Releases => {
                 of_name.changes.push((*time, *what))
             }
         }
@@ -95,6 +95,8 @@ impl Told {
                 What::Opens => "is open",
                 What::Sticks => "sticks",
                 What::Slips | What::Turns => "slides",
+                What::Engages => "is engaged",
+                What::Releases => "is released",
                 What::Event | What::Impact { .. } => "has happened",
             };
             parts.push(format!("{state} from t = {} s on", short(*time)));

@@ -4,10 +4,9 @@
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::{Contact, Mechanism};
+use cotree::model::{Contact, Mechanism, Slip};
 use cotree::network::Constrained;
 use cotree::report::data::shown;
-use cotree::scene::constant;
 use cotree_fmu::model::Model;
 
 use super::OperatingPoint;
@@ -79,11 +78,9 @@ fn status(
     let (kind, force) = match &contact.slip {
         Some(_) if equations.is_led(index) => (ContactKind::Led, held),
         Some(slip) => {
-            let parameters = equations.system.mechanism.parameters.len();
-            let parameters: Vec<f64> = (0..parameters).map(|place| point.value(Symbol::Parameter(place))).collect();
             let direction = contact.state.direction.map_or(0.0, |way| point.value(Symbol::Discrete(way.0)));
             let level = equations.row_of_level(index).map_or(0.0, |row| point.value(Symbol::Reaction(row)));
-            let most = constant::evaluate(&slip.law.ratio, &parameters) * level;
+            let most = static_ratio(formulated, point, slip) * level;
             // No sign of a zero.
             let force = held - direction * level + 0.0;
             // At rest it sticks with all that it can.
@@ -104,6 +101,14 @@ fn status(
         scale: constraint.scale(formulated.lowered.program.length),
         rate,
     })
+}
+
+/// The ratio of the static to the kinetic friction limit at a point.
+pub(super) fn static_ratio(formulated: &Formulated, point: &OperatingPoint, slip: &Slip) -> f64 {
+    // A law has an expression of its own.
+    let mut equations = formulated.equations.clone();
+    let ratio = equations.static_ratio(slip);
+    equations.system.arena.evaluate(&[ratio], point)[0]
 }
 
 /// What is held on one side only, as the motion begins with it; nothing if it does not begin.

@@ -94,6 +94,12 @@ fn find(mechanism: &Mechanism, name: &str, word: &str) -> Result<RequestedMode, 
         |contact: &Contact| contact.name == name || contact.name.rsplit_once('.').is_some_and(|(part, _)| part == name);
     let named: Vec<usize> = (0..all.len()).filter(|&index| is_named(&all[index])).collect();
     let known = || suggest::known(name, all.iter().map(|candidate| candidate.name.as_str()));
+    let engages = mechanism.parts().any(|part| part.name == name && mechanism.engaging(part.owner).is_some());
+    if named.is_empty() && engages {
+        return Err(ModeError(format!(
+            "`{name}` is engaged and released by events only; choose a time at which it is `{word}`"
+        )));
+    }
     if named.is_empty() {
         return Err(ModeError(format!(
             "no unilateral constraint or dry friction has the name `{name}`; {known}",

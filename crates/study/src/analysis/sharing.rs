@@ -3,13 +3,11 @@
 //! Where n of them hold one freedom, each may carry between all that it can one way and the other. They are filled one after the other: the first k carry all that they can, the next one sticks and carries
 //! the rest, and those after it nothing. What all of them can is the same in any order.
 
-use cotree::expr::{Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree::model::Mechanism;
-use cotree::scene::constant;
 use nalgebra::DMatrix;
 
-use super::contacts::{ContactKind, statuses};
+use super::contacts::{ContactKind, static_ratio, statuses};
 use super::search::null_space;
 use super::supports::{ELSEWHERE, Outcome, Rest, attempt, mask, not_determined, ranked, rows};
 use super::variation::Variation;
@@ -175,12 +173,10 @@ pub(super) fn share(
 /// Lets something that rubs carry all that it can, against sliding this way.
 pub(super) fn carry_all(formulated: &Formulated, point: &mut OperatingPoint, index: usize, way: f64) {
     let mechanism = &*formulated.equations.system.mechanism;
-    let parameters: Vec<f64> =
-        (0..mechanism.parameters.len()).map(|place| point.value(Symbol::Parameter(place))).collect();
     let friction = &mechanism.contacts[index];
     let (Some(slip), Some(direction)) = (&friction.slip, friction.state.direction) else { return };
     // Its level at rest.
-    point.set_discrete((direction.0, way * constant::evaluate(&slip.law.ratio, &parameters)));
+    point.set_discrete((direction.0, way * static_ratio(formulated, point, slip)));
     let_go(formulated, point, index);
 }
 

@@ -45,6 +45,13 @@ pub(super) fn check(
         let message = format!("event `{}` removes a joint or driver, which C sources do not support", event.name);
         Fault::new(CODE, message, event.span).help("export the FMU without `--sources` and without `--c`")
     }));
+    list.extend(engaging(mechanism));
+    let set = mechanism.events.iter().filter_map(|event| Some((event, event.states.first()?)));
+    list.extend(set.map(|(event, (state, _))| {
+        let state = &mechanism.states[state.0].name;
+        let message = format!("event `{}` sets the state `{state}`, which C sources do not support", event.name);
+        Fault::new(CODE, message, event.span).help("export the FMU without `--sources` and without `--c`")
+    }));
     if step.method == Method::Taylor {
         list.extend(without_series(program, start));
     }
@@ -52,6 +59,23 @@ pub(super) fn check(
         list.extend(unstable(program, start, step));
     }
     if list.is_empty() { Ok(()) } else { Err(Faults::new(source.clone(), list)) }
+}
+
+/// Joints that engage, and rates that are set.
+fn engaging(mechanism: &Mechanism) -> Vec<Fault> {
+    let joints = mechanism.engaging.iter().filter_map(|engaging| {
+        let part = mechanism.parts().find(|part| part.owner == engaging.owner)?;
+        Some((format!("joint `{}` engages by an event", part.name), part.span))
+    });
+    let rates = mechanism.set_rates.iter().map(|set| {
+        let name = mechanism.variable_name(set.variable);
+        (format!("an event sets the rate `{name}`"), set.span)
+    });
+    let fault = |(message, span): (String, Span)| {
+        Fault::new(CODE, format!("{message}, which C sources do not support"), span)
+            .help("export the FMU without `--sources` and without `--c`")
+    };
+    joints.chain(rates).map(fault).collect()
 }
 
 /// True for an event that removes more than loads.

@@ -228,7 +228,7 @@ impl Tables<'_> {
         let events = self.program.instants.events.iter().enumerate();
         events
             .flat_map(|(event, event_data)| {
-                event_data.writes.iter().map(move |write| [write.discrete as usize, write.result as usize, event])
+                event_data.writes.iter().map(move |write| [write.target as usize, write.result as usize, event])
             })
             .collect()
     }
@@ -251,7 +251,7 @@ impl Tables<'_> {
     fn sample_arrays(&self) -> String {
         let sampled = self.sampled();
         let writes: Vec<String> =
-            sampled.iter().map(|(_, write)| format!("{{ {}, {} }}", write.discrete, write.result)).collect();
+            sampled.iter().map(|(_, write)| format!("{{ {}, {} }}", write.target, write.result)).collect();
         integers("sample_first", "unsigned long", sampled.iter().map(|(time, _)| time.first))
             + &integers("sample_period", "unsigned long", sampled.iter().map(|(time, _)| time.period))
             + &format!("static const int @_sample_writes[][2] = {{ {} }};\n", writes.join(", "))

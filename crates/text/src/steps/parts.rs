@@ -121,7 +121,7 @@ impl Lesson<'_> {
             Origin::Driver(id) => mechanism.drivers[id.0].visit_parameters(&mut visit),
             Origin::Load(id) => mechanism.loads[id.0].visit_parameters(&mut visit),
             Origin::Contact(index) => mechanism.contacts[index].visit_parameters(&mut visit),
-            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) => {}
+            Origin::Arm(..) | Origin::GroundVector(_) | Origin::Implied(_) | Origin::SetRate(_) => {}
         }
         found.dedup();
         found
@@ -215,6 +215,7 @@ pub fn kind(element: &Element) -> &'static str {
         Origin::Driver(_) => "driver",
         Origin::Load(_) => "load",
         Origin::Implied(_) => "implied relation",
+        Origin::SetRate(_) => "rate that an event sets",
         Origin::Contact(_) if element.slip.is_some() => "dry friction",
         Origin::Contact(_) => "contact",
         Origin::Joint(_) if element.translation.is_none() && element.rotation.is_none() => "coupling",

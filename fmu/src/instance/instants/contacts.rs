@@ -220,6 +220,7 @@ impl Instance {
         let Instants { due, contacts, .. } = &mut *instants;
         let resolved =
             contacts.resolve(&model, &mut self.machine, (state, [tolerance, shortest]), |index| due[first + index]);
+        contacts.joining.end();
         let happened = &mut self.now.happened;
         for index in (0..data.all.len()).filter(|&index| contacts.has_changed(data, state, index)) {
             happened.counts[first + index] = happened.counts[first + index].saturating_add(1);

@@ -288,7 +288,8 @@ impl Instance {
     pub(super) fn happen(&mut self, found: Option<usize>) -> Result<(), InstanceError> {
         let events = self.model.program().instants.occasions();
         let mut found = found;
-        if found.is_some_and(|found| found >= self.model.program().instants.events.len()) {
+        let program = self.model.program();
+        if found.is_some_and(|found| found >= program.instants.events.len() || program.has_jumping_events()) {
             // A step that is taken again up to here is so before anything changes.
             self.go_on_anew();
         }
@@ -338,15 +339,13 @@ impl Instance {
         let before = self.state_to_record();
         self.evaluate_written()?;
         let model = self.model.clone();
-        let Some(instants) = self.instants.take() else { return Ok(()) };
+        let Some(mut instants) = self.instants.take() else { return Ok(()) };
         let mut written = Ok(());
+        instants.contacts.joining.begin(&self.now.state);
         for (index, event) in
             model.program().instants.events.iter().enumerate().filter(|(index, _)| instants.due[*index])
         {
             written = written.and_then(|()| event.writes.iter().try_for_each(|write| self.write(&instants, *write)));
-            for &there in &event.removes {
-                self.now.state.discrete_mut()[there as usize] = 0.0;
-            }
             let happened = &mut self.now.happened;
             happened.armed[index] = false;
             happened.counts[index] = happened.counts[index].saturating_add(1);
@@ -354,12 +353,45 @@ impl Instance {
                 happened.ended = Some(index as u32);
             }
         }
+        let released = self.release(&instants);
+        let joins = instants.contacts.joining.find(&model, &mut self.machine, &self.now.state);
         self.instants = Some(instants);
         written?;
+        joins.map_err(InstanceError::Solver)?;
         self.resolve_contacts()?;
+        if released {
+            // It has had its impact.
+            self.release_engaged();
+            self.resolve_contacts()?;
+        }
         self.note(before, Vec::new(), found);
         self.go_on_anew();
         Ok(())
+    }
+
+    /// Removes and releases what the due events say, but for what another one has just engaged; true if there is any of that.
+    fn release(&mut self, instants: &Instants) -> bool {
+        let mut is_engaged = false;
+        let events = &self.model.program().instants.events;
+        for event in events.iter().zip(&instants.due).filter(|(_, due)| **due).map(|(event, _)| event) {
+            for place in event.removes.iter().map(|&place| place as usize) {
+                match instants.contacts.joining.has_begun(&self.now.state, place) {
+                    true => is_engaged = true,
+                    false => self.now.state.discrete_mut()[place] = 0.0,
+                }
+            }
+        }
+        is_engaged
+    }
+
+    /// Releases what the due events have engaged and released together.
+    fn release_engaged(&mut self) {
+        let Some(instants) = &self.instants else { return };
+        let events = &self.model.program().instants.events;
+        let due = events.iter().zip(&instants.due).filter(|(_, due)| **due).flat_map(|(event, _)| &event.removes);
+        for &place in due {
+            self.now.state.discrete_mut()[place as usize] = 0.0;
+        }
     }
 
     /// Arms the events whose comparisons do not hold at the present time, by more than rounding errors.

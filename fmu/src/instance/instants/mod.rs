@@ -21,7 +21,7 @@ use crate::hybrid::onset::PARTS;
 use crate::hybrid::tick::{Clock, is_later};
 use crate::integrator::control::shortest;
 use crate::model::{Model, State};
-use crate::program::{Program, Write};
+use crate::program::{Program, Target, Write};
 use crate::tape::Tape;
 use importer::Importer;
 
@@ -438,17 +438,23 @@ impl Instance {
         Ok(())
     }
 
-    fn write(&mut self, instants: &Instants, Write { discrete, result }: Write) -> Result<(), InstanceError> {
-        let (place, value) = (discrete as usize, instants.written[result as usize]);
+    fn write(&mut self, instants: &Instants, write: Write) -> Result<(), InstanceError> {
+        let (program, value) = (self.model.program(), instants.written[write.result as usize]);
+        let (name, place) = match program.target(write) {
+            Target::Discrete(place) => (&program.discrete[place].name, &mut self.now.state.discrete_mut()[place]),
+            Target::State(state) => {
+                let index = program.mechanical() + state;
+                (&program.coordinates[index].name, &mut self.now.state.rates_mut()[index])
+            }
+        };
         if !value.is_finite() {
-            let name = self.model.program().discrete[place].name.clone();
-            return Err(InstanceError::Undefined { name, time: self.time() });
+            return Err(InstanceError::Undefined { name: name.clone(), time: self.time() });
         }
-        self.now.state.discrete_mut()[place] = value;
+        *place = value;
         Ok(())
     }
 
-    /// The run begins anew at the present state, whose discrete variables have changed.
+    /// The run begins anew at the present state, whose discrete variables or states have changed.
     fn go_on_anew(&mut self) {
         self.computed = Computed::default();
         if let Some(instants) = &mut self.instants {

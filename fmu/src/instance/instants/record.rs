@@ -5,7 +5,7 @@ use super::Instants;
 use crate::hybrid::contact::{direction, is_closed};
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::Contacts;
+use crate::program::{Contacts, Role, Target};
 
 /// The excess of an event is looked at in so many places before it.
 const PLACES: u32 = 8;
@@ -48,6 +48,23 @@ impl Happening {
     /// Before and after: 1 or -1 for what slips that way, else 0.
     pub fn directions(&self, model: &Model) -> [Vec<f64>; 2] {
         self.of_contacts(model, direction)
+    }
+
+    /// The loop equations of joints that engage, which are true, and of those that are released; and of rates that are set.
+    pub fn joining(&self, model: &Model) -> Vec<(usize, bool)> {
+        let program = model.program();
+        let events = self.due.iter().filter_map(|&index| program.instants.events.get(index));
+        let written: Vec<Target> =
+            events.flat_map(|event| &event.writes).map(|write| program.target(*write)).collect();
+        let by_event = |row: u32| matches!(program.constraints[row as usize].role, Role::Engaging { .. } | Role::Set { .. });
+        let masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
+        let change = |(row, mask): &(u32, u32)| {
+            let place = *mask as usize;
+            let [before, after] = [&self.before, &self.after].map(|state| state.discrete()[place] != 0.0);
+            let joins = !before && written.contains(&Target::Discrete(place));
+            (joins || before && !after).then_some((*row as usize, joins))
+        };
+        masks.filter_map(change).collect()
     }
 
     fn of_contacts<T>(&self, model: &Model, value: impl Fn(&Contacts, &State, usize) -> T) -> [Vec<T>; 2] {

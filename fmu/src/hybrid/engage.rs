@@ -1,0 +1,170 @@
+//! Joints that engage at an instant, and rates that an event sets: an impact along loop equations that are no choice.
+//!
+//! Each is a loop equation that has just begun to hold, J v+ = 0 for a joint and b v+ = value for a rate, with an impulse of either sign. What touches at that instant takes part, by the trials of
+//! [`super::contact`], in all of which these equations hold.
+
+use super::contact::{ContactValues, Place};
+use crate::failure::{Failure, Gap};
+use crate::machine::Machine;
+use crate::math::maximum;
+use crate::model::{Model, State};
+use crate::program::{Program, Role};
+
+/// A joint that engages in its named pose may be off it by this share of its scale.
+const NAMED: f64 = 1e-9;
+
+/// Storage.
+#[derive(Clone, Debug)]
+pub(crate) struct Joining {
+    /// Of each loop equation: true if it begins to hold at this instant by an event.
+    rows: Vec<bool>,
+    /// True if any does.
+    pub any: bool,
+    /// What an event finds: the discrete variables before it.
+    before: Vec<f64>,
+    /// The rates of all loop equations before an impact.
+    rates: Vec<f64>,
+}
+
+impl Joining {
+    pub fn new(program: &Program) -> Self {
+        let m = program.constraints.len();
+        Self { rows: vec![false; m], any: false, before: vec![0.0; program.discrete.len()], rates: vec![0.0; m] }
+    }
+
+    /// To be called before events write.
+    pub fn begin(&mut self, state: &State) {
+        self.before.copy_from_slice(state.discrete());
+    }
+
+    /// To be called when what begins to hold has had its impact.
+    pub fn end(&mut self) {
+        self.any = false;
+    }
+
+    /// True for a discrete variable that an event has just changed from 0.
+    pub fn has_begun(&self, state: &State, place: usize) -> bool {
+        self.before[place] == 0.0 && state.discrete()[place] != 0.0
+    }
+
+    /// Finds what begins to hold, after events have written.
+    ///
+    /// # Errors
+    /// A joint is not in the pose in which it engages.
+    pub fn find(&mut self, model: &Model, machine: &mut Machine, state: &State) -> Result<(), Failure> {
+        let program = model.program();
+        (self.any, _) = (false, self.rows.fill(false));
+        for &(row, place) in &program.instants.masks {
+            let by_event = matches!(program.constraints[row as usize].role, Role::Engaging { .. } | Role::Set { .. });
+            if by_event && self.has_begun(state, place as usize) {
+                (self.any, self.rows[row as usize]) = (true, true);
+            }
+        }
+        if !self.any {
+            return Ok(());
+        }
+        machine.load(model, state);
+        machine.evaluate(&program.tapes.constraint, &mut self.rates);
+        let off = self.rates.iter().zip(&program.constraints).zip(&self.rows).find(|((size, row), joins)| {
+            let engages = matches!(row.role, Role::Engaging { .. });
+            // What is not a number is off.
+            let fits = size.abs() <= NAMED * row.scale;
+            **joins && engages && !fits
+        });
+        match off {
+            None => Ok(()),
+            Some(((size, row), _)) => {
+                let gap = Gap { owner: row.owner.clone(), size: size.abs(), angular: row.is_angle() };
+                Err(Failure::Beside { time: state.time(), gap })
+            }
+        }
+    }
+
+    /// The joints and rates that begin to hold.
+    pub fn names<'m>(&'m self, program: &'m Program) -> impl Iterator<Item = &'m str> {
+        let mut last = "";
+        let joining = program.constraints.iter().zip(&self.rows).filter(|(_, joins)| **joins);
+        joining.map(|(row, _)| row.owner.as_str()).filter(move |owner| std::mem::replace(&mut last, owner) != *owner)
+    }
+}
+
+impl ContactValues {
+    /// By how much the rates of loop equations fall that begin to hold: to nothing, or to what an event sets.
+    pub(super) fn ask_joining(&mut self, context: &mut Place) {
+        let Place { model, machine, state, .. } = context;
+        let program = model.program();
+        if !self.joining.any {
+            return;
+        }
+        machine.load(model, state);
+        machine.evaluate(&program.tapes.constraint_rate, &mut self.joining.rates);
+        for (row, constraint) in program.constraints.iter().enumerate().filter(|(row, _)| self.joining.rows[*row]) {
+            let set = match constraint.role {
+                Role::Set { value, .. } => state.discrete()[value as usize],
+                _ => 0.0,
+            };
+            self.asked[row] = self.joining.rates[row] + set;
+        }
+    }
+
+    /// The largest impulse and the largest rate of what begins to hold, and half the work of these impulses: none of what adds energy by itself.
+    pub(super) fn joined(&self, context: &Place) -> Joined {
+        let mut joined = Joined { impulse: 0.0, rate: 0.0, work: 0.0, is_sound: true };
+        if !self.joining.any {
+            return joined;
+        }
+        let (program, n) = (context.model.program(), context.model.coordinates());
+        for (row, constraint) in program.constraints.iter().enumerate().filter(|(row, _)| self.joining.rows[*row]) {
+            let (impulse, before) = (self.change[n + row], self.joining.rates[row]);
+            joined.is_sound &= impulse.is_finite();
+            joined.impulse = maximum(joined.impulse, impulse.abs());
+            joined.rate = maximum(joined.rate, before.abs());
+            let sets = matches!(constraint.role, Role::Set { .. });
+            joined.work += if sets { f64::NEG_INFINITY } else { -0.5 * impulse * before };
+        }
+        joined
+    }
+
+    /// Keeps the impulses of what has begun to hold.
+    pub(super) fn keep_joining(&mut self, context: &Place) {
+        if !self.joining.any {
+            return;
+        }
+        let (program, n) = (context.model.program(), context.model.coordinates());
+        for (row, constraint) in program.constraints.iter().enumerate().filter(|(row, _)| self.joining.rows[*row]) {
+            if let Role::Engaging { impulse } | Role::Set { impulse, .. } = constraint.role {
+                self.kept[impulse as usize] = self.change[n + row];
+            }
+        }
+    }
+
+    /// The impact is over: rates that have been set are free again.
+    ///
+    /// # Errors
+    /// What has begun to hold is held already.
+    pub(super) fn end_joining(&mut self, context: &mut Place) -> Result<(), Failure> {
+        if !self.joining.any {
+            return Ok(());
+        }
+        self.accelerate(context);
+        let failure = (self.twice || !self.solved.iter().all(|value| value.is_finite()))
+            .then(|| context.failure_of(self, HELD_TWICE));
+        let program = context.model.program();
+        for &(row, place) in &program.instants.masks {
+            if matches!(program.constraints[row as usize].role, Role::Set { .. }) {
+                context.state.discrete_mut()[place as usize] = 0.0;
+            }
+        }
+        failure.map_or(Ok(()), Err)
+    }
+}
+
+/// What the impulses of joints that engage, and of rates that are set, are together.
+pub(super) struct Joined {
+    pub impulse: f64,
+    pub rate: f64,
+    pub work: f64,
+    pub is_sound: bool,
+}
+
+const HELD_TWICE: &str = "what engages or is set there is held already, by the loops, by drivers or by what is engaged: its constraints are redundant in this configuration";
