@@ -103,7 +103,7 @@ fn coefficients_of_friction_follow_laws() {
     let falling = sled("{ mu = \"0.5 - 0.1*t\" }", "[initial]\n\"guide.v\" = 8");
     check(&falling, "guide.v", &[0.4, 1.0, 1.6], |t| 8.0 - 5.0 * t + 0.5 * t * t);
     let pull = "[loads.pull]\ntype = \"force\"\non = \"sled\"\nvector = [6, 0]";
-    let held = sled("{ mu = 0.5, static = \"1.7 - 0.5*t\" }", pull);
+    let held = sled("{ mu = 0.5, static = \"max(1, 1.7 - 0.5*t)\" }", pull);
     // It slips at 1 s, where 5 (1.7 - 0.5 t) is 6.
     check(&held, "guide.v", &[0.5, 0.9, 1.5, 2.0], |t| (t - 1.0).max(0.0));
     let coulomb = sled("{ coulomb = \"2 + 3*abs(guide.v)\" }", "[initial]\n\"guide.v\" = 2");
@@ -113,11 +113,12 @@ fn coefficients_of_friction_follow_laws() {
 /// Of a law that becomes negative the run says which one, and its value.
 #[test]
 fn a_negative_friction_limit_ends_the_run() {
-    for (law, name) in [("12[N.m]*(0.5 - t)", "joints.brake.level"), ("-1[N.m]*t", "joints.brake.level")] {
+    for (law, name) in [("12[N.m/s]*(0.5[s] - t)", "joints.brake.level"), ("-1[N.m/s]*t", "joints.brake.level")] {
         let model = run::model(&wheel(law, "[initial]\n\"wheel.omega\" = 9"));
         for engine in ENGINES {
             let mut instance = run::started(&model, engine, 2.0, 1e-9);
-            let told = (1..=20).find_map(|step| instance.step_to(0.1 * f64::from(step)).err()).expect("an end").to_string();
+            let told =
+                (1..=20).find_map(|step| instance.step_to(0.1 * f64::from(step)).err()).expect("an end").to_string();
             assert!(told.contains(name) && told.contains("must not be negative") && told.contains("is -"), "{told}");
         }
     }
@@ -137,7 +138,9 @@ fn a_level_falls_at_rest_and_rises_while_it_slides() {
     check(&wheel("max(1 - t, 0)", ""), "wheel.omega", &[0.5, 1.5, 2.0], |_| 0.0);
     // 2 w' = -(1 + 40 t): w = 6 - t/2 - 10 t^2, to rest at 0.75 s.
     let rises = "[initial]\n\"wheel.omega\" = 6";
-    check(&wheel("1 + 40*t", rises), "wheel.omega", &[0.3, 0.7, 0.9], |t: f64| if t < 0.75 { 6.0 - 0.5 * t - 10.0 * t * t } else { 0.0 });
+    check(&wheel("1 + 40*t", rises), "wheel.omega", &[0.3, 0.7, 0.9], |t: f64| {
+        if t < 0.75 { 6.0 - 0.5 * t - 10.0 * t * t } else { 0.0 }
+    });
 }
 
 /// A sample at the instant at which the wheel stops: it acts first. The brake stands at 1 s, where the controller opens it under a load.

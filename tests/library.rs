@@ -21,6 +21,7 @@ mod dependencies;
 mod driven_blocks;
 mod driven_platforms;
 mod effort;
+mod engaging;
 mod ensemble;
 mod equal_sides;
 mod false_singular_poses;

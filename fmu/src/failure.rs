@@ -127,7 +127,9 @@ pub enum Failure {
         gap: Gap,
     },
     /// A joint engages beside the pose that it is to hold.
-    #[error("at t = {time} s a joint engages beside its named pose, by {gap}; let the event compare what is off, or let the joint engage where it stands: `at = \"here\"`")]
+    #[error(
+        "at t = {time} s a joint engages beside its named pose, by {gap}; let the event compare what is off, or let the joint engage where it stands: `at = \"here\"`"
+    )]
     Beside {
         /// When [s].
         time: f64,

@@ -144,11 +144,15 @@ class EventKeys(TypedDict, total=False):
 
     #: one line about it
     description: str
+    #: names of joints that engage
+    engage: Sequence[str]
     #: whether it happens only once; false, but true where it removes something if absent
     once: bool
+    #: names of joints that are released, and may engage again
+    release: Sequence[str]
     #: names of joints, drivers and loads that are removed
     remove: Sequence[str]
-    #: new values of sampled values, expressions of all variables just before the event
+    #: new values of sampled values, states and rates such as "arm.omega", expressions of all variables just before the event
     set: Mapping[str, Quantity]
     #: whether it ends the run; false if absent
     stop: bool
@@ -228,16 +232,18 @@ class SolverKeys(TypedDict, total=False):
 
 
 #: The kinds of joints.
-JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "contact", "rope", "brake", "clutch", "one_way", "gear", "rack", "belt", "screw", "cam"]
+JointType = Literal["revolute", "prismatic", "weld", "slot", "rolling", "distance", "lock", "contact", "rope", "brake", "clutch", "one_way", "gear", "rack", "belt", "screw", "cam"]
 
 
 class JointKeys(TypedDict, total=False):
     """Keys of joints, whatever their kind."""
 
-    #: the second body's angle minus the first's [rad]; the second wheel's angle where the first's is zero [rad]; the second pulley's angle where the first's is zero [rad]
+    #: the second body's angle minus the first's [rad]; the angle that it holds, if it is engaged at the start or in its named pose [rad]; 0; an event engages it at any angle if absent; the second wheel's angle where the first's is zero [rad]; the second pulley's angle where the first's is zero [rad]
     angle: Quantity
     #: moment of inertia that turns with the joint's angle only, such as a geared rotor's times the square of its ratio [kg.m2]; mass that moves with the displacement only, such as a geared rotor's inertia over the square of its lead [kg]
     armature: Quantity
+    #: where it engages: where it stands, or in the pose that its constants give
+    at: Literal['here', 'named']
     #: the direction in the first body's frame; axis = [1.0, 0.0] is the direction of a line through the first point; the direction in the carrier's frame
     axis: Vector
     #: backlash of the second wheel against the first, with a coefficient of restitution [rad]; backlash of the displacement, with a coefficient of restitution [m]
@@ -254,16 +260,20 @@ class JointKeys(TypedDict, total=False):
     damping: Quantity
     #: the direction in which the second body may turn against the first
     direction: Literal['counterclockwise', 'clockwise']
-    #: the displacement where the angle is zero [m]
+    #: the displacement where the angle is zero [m]; the displacement that it holds of a prismatic joint, likewise [m]; 0; an event engages it at any displacement if absent
     displacement: Quantity
+    #: whether it is engaged at the start; events engage and release it; true if absent
+    engaged: bool
     #: the direction of a flat follower's face in its frame; the follower is on its left
     face: Vector
     #: the radius of the first pulley [m]
     first_radius: Quantity
-    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the Coulomb friction of the contact: with it the disc may slip; if absent, it does not slip [N, m/s]; Coulomb friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel per torque of the mesh; from 1 on it is self-locking [N.m, rad/s]; the torque on the second pulley at which the belt slips; if absent, the belt does not slip [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
+    #: dry friction [N.m, rad/s]; dry friction [N, m/s]; the Coulomb friction of the contact: with it the disc may slip; if absent, it does not slip [N, m/s]; Coulomb friction along the line or the circle [N, m/s]; friction of the mesh: mu is its torque on the first wheel per torque of the mesh; from 1 on it is self-locking [N.m, rad/s]; the torque on the second pulley at which the belt slips, or what it follows from: coefficient of friction, the smaller angle of wrap, mean tension; if absent, the belt does not slip [N.m, rad/s]; friction of a square thread at radius, along its helix [N, m/s]
     friction: Any
     #: the joint in which the follower moves on the carrier: prismatic, from the carrier to the follower, or revolute
     guide: str
+    #: joint = "JOINT" holds the motion of this joint
+    joint: str
     #: how far the follower rises, in terms of angle, the cam's from 0 to 360 deg against the carrier [m or rad]
     law: Quantity
     #: how far the nut moves in one turn; negative for a left-hand thread [m]
@@ -301,8 +311,12 @@ class RevoluteKeys(TypedDict, total=False):
 
     #: moment of inertia that turns with the joint's angle only, such as a geared rotor's times the square of its ratio [kg.m2]
     armature: Quantity
+    #: where it engages: where it stands, or in the pose that its constants give
+    at: Literal['here', 'named']
     #: viscous friction [N.m.s]
     damping: Quantity
+    #: whether it is engaged at the start; events engage and release it; true if absent
+    engaged: bool
     #: dry friction [N.m, rad/s]
     friction: Any
     #: hard stops at the ends of its motion [rad]
@@ -316,8 +330,12 @@ class PrismaticKeys(TypedDict, total=False):
     angle: Quantity
     #: mass that moves with the displacement only, such as a geared rotor's inertia over the square of its lead [kg]
     armature: Quantity
+    #: where it engages: where it stands, or in the pose that its constants give
+    at: Literal['here', 'named']
     #: viscous friction [N.s/m]
     damping: Quantity
+    #: whether it is engaged at the start; events engage and release it; true if absent
+    engaged: bool
     #: dry friction [N, m/s]
     friction: Any
     #: hard stops at the ends of its motion [m]
@@ -329,6 +347,10 @@ class WeldKeys(TypedDict, total=False):
 
     #: the second body's angle minus the first's [rad]
     angle: Quantity
+    #: where it engages: where it stands, or in the pose that its constants give
+    at: Literal['here', 'named']
+    #: whether it is engaged at the start; events engage and release it; true if absent
+    engaged: bool
 
 
 #: The kinds of loads.

@@ -25,7 +25,10 @@ pub(super) const ENGAGED: Key = Key::default(
 );
 pub(super) const AT: Key = Key::optional(
     "at",
-    Form::Choice(&["here", "named"], "a joint engages \"here\", where it stands, or \"named\", in the pose that its constants give"),
+    Form::Choice(
+        &["here", "named"],
+        "a joint engages \"here\", where it stands, or \"named\", in the pose that its constants give",
+    ),
     "where it engages: where it stands, or in the pose that its constants give",
 );
 pub(super) const AXIS: Key = Key::required(

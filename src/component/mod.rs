@@ -27,8 +27,8 @@ use std::sync::Arc;
 use crate::diagnostic::{Fault, Span};
 use crate::expr::Expr;
 use crate::model::{
-    Captured, Dimension, Formula, Friction, GapLaw, KeyValue, Mechanism, Owner, Part, Place, Pressed, Quantity, State, Unit,
-    Variable,
+    Captured, Dimension, Formula, Friction, GapLaw, KeyValue, Mechanism, Owner, Part, Place, Pressed, Quantity, State,
+    Unit, Variable,
 };
 use crate::network::{Coupling, Rows, System};
 use crate::scene::constant;

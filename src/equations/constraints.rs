@@ -292,7 +292,8 @@ fn is_left_out(system: &System, row: &Constraint) -> bool {
     match system.element(row.element).origin {
         Origin::SetRate(_) => row.is_trivial(),
         Origin::Joint(joint) => system.mechanism.engaging(Owner::Joint(joint)).is_some_and(|engaging| {
-            let is_repeated = impulse_of(row.constrained, engaging).is_some_and(|impulse| engaging.left_out.contains(&impulse));
+            let is_repeated =
+                impulse_of(row.constrained, engaging).is_some_and(|impulse| engaging.left_out.contains(&impulse));
             stands && engaging.here || is_repeated
         }),
         _ => false,

@@ -137,7 +137,9 @@ impl Equations {
                 Effort::Power => self.power(id),
             },
             Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
-            Aspect::Contact(ContactQuantity::Impulse) if self.system.mechanism.engaging(Owner::Joint(joint)).is_some() => {
+            Aspect::Contact(ContactQuantity::Impulse)
+                if self.system.mechanism.engaging(Owner::Joint(joint)).is_some() =>
+            {
                 self.engaging_impulse(Owner::Joint(joint), quantity)
             }
             Aspect::Contact(contact) => self.contact_quantity(Owner::Joint(joint), contact),
@@ -411,9 +413,7 @@ impl Equations {
         let mechanism = &self.system.mechanism;
         match self.system.element(row.element).origin {
             Origin::SetRate(_) => true,
-            Origin::Joint(joint) => {
-                mechanism.engaging(Owner::Joint(joint)).is_some_and(|engaging| !engaging.begins)
-            }
+            Origin::Joint(joint) => mechanism.engaging(Owner::Joint(joint)).is_some_and(|engaging| !engaging.begins),
             _ => false,
         }
     }

@@ -5,7 +5,7 @@ use cotree_fmu::linalg::sparse::{SparseRow, independent_rows};
 use cotree_fmu::model::{Model, State};
 
 use crate::diagnostic::Fault;
-use crate::equations::{Equations, impulse_of};
+use crate::equations::{Equations, Standing, impulse_of};
 use crate::model::{DiscreteId, Engaging, Mechanism, Owner, Quantity};
 use crate::network::Origin;
 use crate::redundancy::nearby::consistent_poses;
@@ -26,12 +26,11 @@ pub(super) fn check(equations: &Equations) -> Vec<Fault> {
         let id = equations.system.find(Origin::SetRate(index));
         let moves = equations.constraints.iter().any(|row| Some(row.element) == id && !row.is_trivial());
         if driven || !moves {
-            let message = format!(
-                "an event sets `{}`, which drivers or joints prescribe",
-                mechanism.variable_name(set.variable)
-            );
+            let message =
+                format!("an event sets `{}`, which drivers or joints prescribe", mechanism.variable_name(set.variable));
             let fault = Fault::new("scene::engage", message, set.span).label("prescribed");
-            faults.push(fault.help("set a rate that the loads determine, or replace the driver by a force or a torque"));
+            faults
+                .push(fault.help("set a rate that the loads determine, or replace the driver by a force or a torque"));
         }
     }
     let joints = mechanism.parts().filter(|part| driven && mechanism.engaging(part.owner).is_some());
@@ -49,8 +48,8 @@ pub(super) fn without_repeated(equations: &mut Equations, model: &Model, state: 
     if mechanism.engaging.is_empty() {
         return None;
     }
-    let (samples, reach, parts) = SAMPLES;
-    let poses = consistent_poses(model, state, samples, reach, parts);
+    let (samples, distance, parts) = SAMPLES;
+    let poses = consistent_poses(model, state, samples, distance, parts);
     let poses: Vec<State> = poses.into_iter().map(|pose| engaged(equations, pose)).collect();
     let jacobians: Vec<Vec<SparseRow>> = poses.iter().map(|pose| sparse_jacobian(model, pose)).collect();
     let mut changed = Mechanism::clone(&mechanism);
@@ -65,20 +64,19 @@ pub(super) fn without_repeated(equations: &mut Equations, model: &Model, state: 
 
 /// The loop equations of a joint that depend, in all of these poses, on those that always hold and on those before them.
 fn repeated(equations: &Equations, engaging: &Engaging, jacobians: &[Vec<SparseRow>]) -> Vec<Quantity> {
-    let rows = || equations.constraints.iter().enumerate();
-    let always: Vec<usize> = rows().filter(|(_, row)| row.always_holds()).map(|(index, _)| index).collect();
-    let own: Vec<usize> = rows_of(equations, engaging.owner);
-    let order: Vec<usize> = always.iter().chain(&own).copied().collect();
-    let mut repeats = vec![true; own.len()];
+    let always = equations.rows_of(Standing::Imposed);
+    let joint: Vec<usize> = rows_of(equations, engaging.owner);
+    let order: Vec<usize> = always.iter().chain(&joint).copied().collect();
+    let mut repeats = vec![true; joint.len()];
     for jacobian in jacobians {
         let ordered = order.iter().map(|&row| jacobian[row].clone()).collect();
         for place in independent_rows(ordered, NEW, CLEAR).1 {
-            if let Some(own) = place.checked_sub(always.len()) {
-                repeats[own] = false;
+            if let Some(place) = place.checked_sub(always.len()) {
+                repeats[place] = false;
             }
         }
     }
-    let repeated = own.iter().zip(repeats).filter(|(_, repeats)| *repeats);
+    let repeated = joint.iter().zip(repeats).filter(|(_, repeats)| *repeats);
     repeated.filter_map(|(&row, _)| impulse_of(equations.constraints[row].constrained, engaging)).collect()
 }
 
@@ -124,4 +122,3 @@ pub(super) fn warnings(equations: &Equations) -> Vec<Fault> {
     }
     warnings
 }
-

@@ -189,7 +189,7 @@ impl ArgumentDomains<'_> {
 }
 
 /// What is negative by no more than this, in SI units, is a zero with the errors of states.
-const NEGATIVE: f64 = 1e-9;
+const NEGATIVE: f64 = 1e-6;
 
 /// A law is made of what the keys of its own part say: so far back the same argument is sought.
 const RECENT: usize = 16;

@@ -43,10 +43,10 @@ impl Discrete {
     /// True for the state of a contact, and for what says whether a joint or driver is there: with others the mechanism is another one.
     pub fn is_of_mode(&self) -> bool {
         match self.kind {
-            DiscreteKind::Contact => true,
+            DiscreteKind::Contact | DiscreteKind::Setting => true,
             DiscreteKind::Presence(owner) => !owner.is_load(),
             DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Captured(_) => false,
-            DiscreteKind::Impulse | DiscreteKind::Setting => false,
+            DiscreteKind::Impulse => false,
         }
     }
 

@@ -145,7 +145,8 @@ impl Mechanism {
         let all = all.into_iter().filter(|quantity| *quantity != Quantity::Engaged && self.has(*quantity));
         // A lock holds an angle or a displacement.
         let slides = part.joint().is_some_and(|joint| !self.joints[joint.0].is_angular());
-        let holds_one = [Quantity::Impulse, Quantity::AngularImpulse].map(|either| part.component().engaging.contains(&either));
+        let holds_one =
+            [Quantity::Impulse, Quantity::AngularImpulse].map(|either| part.component().engaging.contains(&either));
         let other = if slides { Quantity::AngularImpulse } else { Quantity::Impulse };
         let names: Vec<Quantity> = all.filter(|quantity| holds_one != [true, true] || *quantity != other).collect();
         let hold = |quantity: Quantity| {

@@ -84,11 +84,9 @@ impl Formula {
         self.visit(&mut |part| {
             varies |= match part {
                 Formula::Number(_) | Formula::Parameter(_) | Formula::Call(..) | Formula::If(..) => false,
-                Formula::Time
-                | Formula::Input(_)
-                | Formula::Discrete(_)
-                | Formula::State(_)
-                | Formula::Variable(_) => true,
+                Formula::Time | Formula::Input(_) | Formula::Discrete(_) | Formula::State(_) | Formula::Variable(_) => {
+                    true
+                }
             };
         });
         varies

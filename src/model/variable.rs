@@ -314,7 +314,16 @@ impl Quantity {
     pub fn is_on_a_line(self) -> bool {
         !matches!(
             self,
-            Y | Vy | Ay | Fy | Angle | Omega | Alpha | Torque | PressureAngle | Curvature | StopTorque
+            Y | Vy
+                | Ay
+                | Fy
+                | Angle
+                | Omega
+                | Alpha
+                | Torque
+                | PressureAngle
+                | Curvature
+                | StopTorque
                 | AngularImpulse
                 | ImpulseY
                 | ImpulseTorque

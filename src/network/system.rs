@@ -7,8 +7,8 @@ use petgraph::unionfind::UnionFind;
 
 use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use super::{
-    Angle, Coupling, CouplingTerm, Direction, Element, Force, FunctionOfTime, Implied, Known, Origin, Port, RotationalRow, Rows,
-    Torque, arm, body, table3,
+    Angle, Coupling, CouplingTerm, Direction, Element, Force, FunctionOfTime, Implied, Known, Origin, Port,
+    RotationalRow, Rows, Torque, arm, body, table3,
 };
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};

@@ -44,10 +44,10 @@ impl InstantKernels {
         let targets = writes(mechanism).into_iter().map(|(target, _)| target).enumerate();
         let mut all = targets.map(|(result, target)| Write { target, result: result as u32 });
         let mut next = |count: usize| all.by_ref().take(count).collect();
-        let samplers = mechanism.samplers.iter().map(|sampler| Sampler {
-            name: sampler.name.clone(),
-            writes: next(sampler.writes.len()),
-        });
+        let samplers = mechanism
+            .samplers
+            .iter()
+            .map(|sampler| Sampler { name: sampler.name.clone(), writes: next(sampler.writes.len()) });
         let samplers: Vec<Sampler> = samplers.collect();
         let events = mechanism.events.iter().map(|event| Event {
             name: event.name.clone(),

@@ -666,7 +666,7 @@ fn coordinates(equations: &Equations, length: f64) -> Vec<Coordinate> {
 /// The loop equations that do not always hold, with the discrete variables that say whether they do.
 fn masks(equations: &Equations, roles: &[Role]) -> Vec<(u32, u32)> {
     let rows = equations.constraints.iter().zip(roles).enumerate();
-    let masked = rows.filter(|(_, (_, role))| **role == Role::Contact).filter_map(|(index, (row, _))| {
+    let masked = rows.filter(|(_, (_, role))| role.is_masked()).filter_map(|(index, (row, _))| {
         let ExprNode::Symbol(Symbol::Discrete(closed)) = equations.system.arena.node(row.contact()?.closed) else {
             return None;
         };

@@ -62,7 +62,8 @@ impl Resolver<'_> {
             if !component.engaging.is_empty() {
                 return Some(Owner::Joint(joint));
             }
-            let message = format!("{what} {does} `{}`, but a joint of type `{}` cannot be {done}", name.text, component.name);
+            let message =
+                format!("{what} {does} `{}`, but a joint of type `{}` cannot be {done}", name.text, component.name);
             let kinds = Section::Joints.components().filter(|component| !component.engaging.is_empty());
             let kinds = suggest::list(kinds.map(|component| component.name));
             let fault = Fault::new("scene::engage", message, name.span).label(format!("cannot be {done}"));
@@ -94,12 +95,7 @@ impl Resolver<'_> {
     }
 
     /// A rate that an event sets, with its value.
-    pub(super) fn set_rate(
-        &mut self,
-        name: &Text,
-        value: &Quantity,
-        what: &str,
-    ) -> Option<(Variable, Formula, Span)> {
+    pub(super) fn set_rate(&mut self, name: &Text, value: &Quantity, what: &str) -> Option<(Variable, Formula, Span)> {
         let variable = self.variable(name, what, "scene::unknown_variable")?;
         let is_held_by = |word: &str| match variable.owner {
             Owner::Joint(joint) => {
@@ -130,10 +126,9 @@ impl Resolver<'_> {
 
     fn refuse_to_set(&mut self, name: &Text, variable: Variable, what: &str) {
         let (why, help) = match variable.quantity.class() {
-            Class::Position => (
-                "a position, which cannot change at once",
-                "set its rate, move it by a driver, or let a joint engage",
-            ),
+            Class::Position => {
+                ("a position, which cannot change at once", "set its rate, move it by a driver, or let a joint engage")
+            }
             Class::Velocity => (
                 "a rate that no single impulse sets",
                 "set the `vx`, `vy` or `omega` of a body, or the `omega` or `v` of a joint",

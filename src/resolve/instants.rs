@@ -70,7 +70,8 @@ impl model::Scene {
         let all = (self.joints.iter().enumerate().map(|(index, part)| (Owner::Joint(JointId(index)), &part.name)))
             .chain(self.drivers.iter().enumerate().map(|(index, part)| (Owner::Driver(DriverId(index)), &part.name)))
             .chain(self.loads.iter().enumerate().map(|(index, part)| (Owner::Load(LoadId(index)), &part.name)));
-        let is_one = |(owner, name): &(Owner, &Text)| names.contains(name.text.as_str()) || self.engaging(*owner).is_some();
+        let is_one =
+            |(owner, name): &(Owner, &Text)| names.contains(name.text.as_str()) || self.engaging(*owner).is_some();
         all.filter(is_one).collect()
     }
 }
@@ -322,19 +323,14 @@ impl Resolver<'_> {
 
     fn nothing_happens(&mut self, event: &model::Event, what: &str) {
         let fault = Fault::new("scene::missing_key", format!("{what} has no effect"), event.name.span);
-        let help = "give its effect: `remove = [\"spring\"]`, `engage = [\"latch\"]`, `set = { x = 0 }` or `stop = true`";
+        let help =
+            "give its effect: `remove = [\"spring\"]`, `engage = [\"latch\"]`, `set = { x = 0 }` or `stop = true`";
         let label = "has neither `remove` nor `engage` nor `release` nor `set` nor `stop`";
         self.faults.push(fault.label(label).help(help));
     }
 
     /// What a state becomes: a bare number is in its unit, an expression must have it.
-    fn set_state(
-        &mut self,
-        id: StateId,
-        name: &Text,
-        value: &crate::scene::quantity::Quantity,
-        what: &str,
-    ) -> Formula {
+    fn set_state(&mut self, id: StateId, name: &Text, value: &crate::scene::quantity::Quantity, what: &str) -> Formula {
         let what = format!("`set.{}` of {what}", name.text);
         let unit = self.declared_state_units.get(id.0).cloned().flatten();
         let (formula, found, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Instant(None));

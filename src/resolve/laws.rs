@@ -146,9 +146,10 @@ impl Resolver<'_> {
             Pressed::Contact if has("coulomb") => {
                 Some(("coulomb", "friction of a contact is in proportion to the normal force: give `mu`"))
             }
-            Pressed::Belt if has("mu") != has("wrap") || has("mu") != has("pretension") => {
-                Some(("mu", "a belt with `mu` needs its angle of wrap and its tension: give `mu`, `wrap` and `pretension`"))
-            }
+            Pressed::Belt if has("mu") != has("wrap") || has("mu") != has("pretension") => Some((
+                "mu",
+                "a belt with `mu` needs its angle of wrap and its tension: give `mu`, `wrap` and `pretension`",
+            )),
             Pressed::Belt if has("mu") && has("coulomb") => {
                 Some(("coulomb", "`mu`, `wrap` and `pretension` give the friction limit: remove `coulomb`"))
             }

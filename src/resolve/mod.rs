@@ -6,8 +6,8 @@
 mod bodies;
 mod calculated;
 mod context;
-mod engaging;
 mod efforts;
+mod engaging;
 mod formulas;
 mod initial;
 mod instants;

@@ -423,7 +423,9 @@ impl<'s> Resolver<'s> {
         if is_locked {
             let message = format!("{user} locks joint `{}`, which is of type `{}`", name.text, component.name);
             let fault = Fault::new("scene::engage", message, name.span).label("not revolute or prismatic");
-            self.faults.push(fault.help("name a revolute or a prismatic joint, or two bodies: `between = [\"BODY\", \"BODY\"]`"));
+            self.faults.push(
+                fault.help("name a revolute or a prismatic joint, or two bodies: `between = [\"BODY\", \"BODY\"]`"),
+            );
             return None;
         }
         let [found, help] = component.undriven;

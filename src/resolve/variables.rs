@@ -54,9 +54,12 @@ impl Scene {
     pub(super) fn of_part(&self, part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
         let (words, mut has) = of_part(part, section)?;
         let component = part.component(section)?;
-        let joint = self.joints.iter().position(|joint| std::ptr::eq(joint, part)).map(|index| Owner::Joint(JointId(index)));
+        let joint =
+            self.joints.iter().position(|joint| std::ptr::eq(joint, part)).map(|index| Owner::Joint(JointId(index)));
         if joint.is_some_and(|joint| self.engaging(joint).is_some()) {
-            has.extend(component.engaging.iter().filter(|quantity| !has.contains(quantity)).copied().collect::<Vec<_>>());
+            has.extend(
+                component.engaging.iter().filter(|quantity| !has.contains(quantity)).copied().collect::<Vec<_>>(),
+            );
         }
         if component.engaging.contains(&Quantity::Impulse) && component.engaging.contains(&Quantity::AngularImpulse) {
             // It holds an angle or a displacement.

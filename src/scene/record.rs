@@ -80,7 +80,9 @@ impl Record {
     /// How it may be written, for the reference.
     pub const fn patterns(self) -> &'static [&'static str] {
         match self {
-            Self::Friction(_, Pressed::Belt) => &["{ mu = ..., wrap = ..., pretension = ..., static = ... }", "{ coulomb = ..., static = ... }"],
+            Self::Friction(_, Pressed::Belt) => {
+                &["{ mu = ..., wrap = ..., pretension = ..., static = ... }", "{ coulomb = ..., static = ... }"]
+            }
             Self::Friction(..) => &["{ coulomb = ..., mu = ..., static = ... }", "{ coulomb = ..., velocity = ... }"],
             Self::Limits(_) => &["{ min = ..., max = ..., restitution = ... }"],
             Self::Play(_) => &["{ play = ..., restitution = ... }"],

@@ -55,7 +55,8 @@ impl Modes {
         for edge in edges {
             let names = match &edge.contact.slip {
                 Some(slip) => {
-                    modes.rubs |= !matches!(slip.pressed, Pressed::Nothing | Pressed::Belt) && slip.law.mu != Formula::Number(0.0);
+                    modes.rubs |= !matches!(slip.pressed, Pressed::Nothing | Pressed::Belt)
+                        && slip.law.mu != Formula::Number(0.0);
                     let level = level(equations, &edge, slip);
                     modes.levels.push((level_name(&edge.contact.name), level));
                     edge.of_friction(equations, slip)
@@ -361,9 +362,11 @@ pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static s
     }
     let discrete = &mechanism.discrete[id.0];
     match discrete.kind {
+        DiscreteKind::Presence(owner) if mechanism.engaging(owner).is_some() => Some("1 while it is engaged, else 0"),
+        DiscreteKind::Setting => Some("1 at the instant at which an event sets this rate, else 0"),
         DiscreteKind::Presence(_) => discrete.is_of_mode().then_some("1 until it is removed, then 0"),
         DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
-        DiscreteKind::Captured(_) | DiscreteKind::Impulse | DiscreteKind::Setting => None,
+        DiscreteKind::Captured(_) | DiscreteKind::Impulse => None,
     }
 }
 

@@ -43,7 +43,9 @@ fn discrete_words(equations: &Equations, index: usize) -> Option<Vec<Piece>> {
         DiscreteKind::Time => ("when the event happened last:", &discrete.name),
         DiscreteKind::Presence(Owner::Load(load)) => ("1 while the load is there:", &mechanism.loads[load.0].name),
         DiscreteKind::Captured(_) => ("held where it engages:", &discrete.name),
-        DiscreteKind::Presence(_) | DiscreteKind::Contact | DiscreteKind::Impulse | DiscreteKind::Setting => return None,
+        DiscreteKind::Presence(_) | DiscreteKind::Contact | DiscreteKind::Impulse | DiscreteKind::Setting => {
+            return None;
+        }
     };
     Some(vec![Piece::words(unit), Piece::words(what), Piece::Code(name.clone())])
 }

@@ -47,7 +47,7 @@ pub(crate) struct ContactValues {
     /// a, then lambda.
     pub(super) solved: Vec<f64>,
     /// By how much the rate of each loop equation has to fall.
-    pub(super) asked: Vec<f64>,
+    pub(super) requested: Vec<f64>,
     /// What is undecided.
     pub(super) choices: Choices,
     /// Where a mode leads.
@@ -99,7 +99,7 @@ impl ContactValues {
             locks: vec![0.0; locks],
             change: vec![0.0; n + m],
             solved: vec![0.0; n + m],
-            asked: vec![0.0; m],
+            requested: vec![0.0; m],
             choices: Choices::with_capacity(count + sums),
             ahead: Ahead::new(model, count),
             hit: vec![false; count],
@@ -297,12 +297,12 @@ impl ContactValues {
     /// The rates after an impact of those that are closed.
     fn strike(&mut self, context: &mut Place) {
         self.trials += 1;
-        self.asked.fill(0.0);
+        self.requested.fill(0.0);
         for (index, contact) in context.data.all.iter().enumerate() {
             let (rate, is_contact) = (self.before[index], contact.slip.is_none());
             let rebounds = is_contact && rate < 0.0 && !self.dead[index];
             let share = if rebounds { self.restitutions[index] } else { 0.0 };
-            self.asked[contact.constraint as usize] = (1.0 + share) * rate;
+            self.requested[contact.constraint as usize] = (1.0 + share) * rate;
         }
         self.ask_joining(context);
         self.apply_impulses(context);
@@ -479,7 +479,7 @@ impl ContactValues {
         let errors = self.found();
         for (index, contact) in context.data.all.iter().enumerate() {
             let closed = context.is_closed(index);
-            self.asked[contact.constraint as usize] = if closed { self.rates[index] } else { 0.0 };
+            self.requested[contact.constraint as usize] = if closed { self.rates[index] } else { 0.0 };
         }
         self.apply_impulses(context);
         // Where a slider turns while its crank goes on, the change of what moves with it is no error.
@@ -494,7 +494,7 @@ impl ContactValues {
     fn apply_impulses(&mut self, context: &mut Place) {
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
-        machine.load_reactions(model, &self.asked);
+        machine.load_reactions(model, &self.requested);
         machine.evaluate(&data.impact, &mut self.change);
         for (rate, change) in state.rates_mut().iter_mut().zip(&self.change) {
             *rate += change;

@@ -103,7 +103,7 @@ impl ContactValues {
                 Role::Set { value, .. } => state.discrete()[value as usize],
                 _ => 0.0,
             };
-            self.asked[row] = self.joining.rates[row] + set;
+            self.requested[row] = self.joining.rates[row] + set;
         }
     }
 

@@ -476,17 +476,17 @@ impl Passage<'_> {
         let state = self.written_state(happening, writes);
         let mut along = self.along(&state, columns, false);
         let (rates, rate_changes) = along.run(&program.tapes.constraint_rate);
-        let mut asked = vec![0.0; program.constraints.len()];
+        let mut requested = vec![0.0; program.constraints.len()];
         for &row in joining {
             let (set, set_changes) = match program.constraints[row].role {
                 Role::Set { value, .. } => along.register(layout.discrete() + value as usize),
                 _ => (0.0, vec![0.0; along.columns]),
             };
-            asked[row] = rates[row] + set;
+            requested[row] = rates[row] + set;
             let changes: Vec<f64> = rate_changes[row].iter().zip(&set_changes).map(|(rate, set)| rate + set).collect();
             along.set(layout.reactions() + row, &changes);
         }
-        along.machine.load_reactions(model, &asked);
+        along.machine.load_reactions(model, &requested);
         let (_, changes) = along.run(&data.impact);
         let n = columns.n;
         for column in 0..along.columns {

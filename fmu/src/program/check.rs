@@ -214,7 +214,8 @@ impl Program {
         let masks = self.instants.masks.iter().all(|(row, mask)| is_masked(row) && is_discrete(*mask));
         let removes = self.instants.events.iter().flat_map(|event| &event.removes).all(|removed| is_discrete(*removed));
         let places = self.constraints.iter().flat_map(|row| row.role.places()).all(is_discrete);
-        let has_impulses = self.instants.contacts.is_some() || self.constraints.iter().all(|row| row.role.places().next().is_none());
+        let has_impulses =
+            self.instants.contacts.is_some() || self.constraints.iter().all(|row| row.role.places().next().is_none());
         if !masks || !removes || !places || !has_impulses {
             return Err(Fault::Reference { name: "what does not always hold".to_owned() });
         }

@@ -13,7 +13,11 @@ pub(crate) const LOCK: Component = Component {
     equations: "theta = angle, or s = displacement",
     keys: &[
         Key::one_of("joint", Form::Joint, "`joint = \"JOINT\"` holds the motion of this joint"),
-        Key::one_of("between", Form::Bodies, "`between = [\"BODY\", \"BODY\"]` holds the angle of the second body against the first"),
+        Key::one_of(
+            "between",
+            Form::Bodies,
+            "`between = [\"BODY\", \"BODY\"]` holds the angle of the second body against the first",
+        ),
         Key::default(
             "angle",
             Form::Constant(ANGLE, Range::Any),
@@ -36,9 +40,7 @@ pub(crate) const LOCK: Component = Component {
             None => relative_angle(part, mechanism),
             Some(_) => None,
         }),
-        Captured::Key("displacement", |part, mechanism| {
-            Some(slide(part, mechanism)?.variable(Q::S))
-        }),
+        Captured::Key("displacement", |part, mechanism| Some(slide(part, mechanism)?.variable(Q::S))),
     ],
     engaging: &[Q::Engaged, Q::AngularImpulse, Q::Impulse],
     undriven: ["a lock", "name the joint whose motion it holds"],

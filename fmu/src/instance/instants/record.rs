@@ -54,9 +54,9 @@ impl Happening {
     pub fn joining(&self, model: &Model) -> Vec<(usize, bool)> {
         let program = model.program();
         let events = self.due.iter().filter_map(|&index| program.instants.events.get(index));
-        let written: Vec<Target> =
-            events.flat_map(|event| &event.writes).map(|write| program.target(*write)).collect();
-        let by_event = |row: u32| matches!(program.constraints[row as usize].role, Role::Engaging { .. } | Role::Set { .. });
+        let written: Vec<Target> = events.flat_map(|event| &event.writes).map(|write| program.target(*write)).collect();
+        let by_event =
+            |row: u32| matches!(program.constraints[row as usize].role, Role::Engaging { .. } | Role::Set { .. });
         let masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
         let change = |(row, mask): &(u32, u32)| {
             let place = *mask as usize;
