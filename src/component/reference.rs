@@ -149,6 +149,9 @@ fn chapter(component: &Component, text: &mut String) {
     rows(text, component.keys);
     let variables = component.variables.iter().copied().chain([Quantity::Power]).collect::<Vec<_>>();
     push(text, &format!("Variables: {}\n", words(&variables, "")));
+    if !component.engaging.is_empty() {
+        push(text, &format!("If events engage or release it: {}\n", words(component.engaging, "")));
+    }
     let coordinates = component.coordinates(Dimension::Two).iter().copied();
     let coordinates: Vec<Quantity> = coordinates.filter(|quantity| !variables.contains(quantity)).collect();
     if !coordinates.is_empty() {
@@ -175,7 +178,8 @@ fn variables(text: &mut String) {
     let coordinates = all.clone().flat_map(both).flatten();
     let parts = all.flat_map(|component| component.variables).chain(coordinates).copied();
     let mut seen: Vec<Quantity> = Vec::new();
-    for quantity in body::VARIABLES.iter().copied().chain(parts).chain([Quantity::Power]) {
+    let engaging = ALL.iter().flat_map(|component| component.engaging).copied();
+    for quantity in body::VARIABLES.iter().copied().chain(parts).chain(engaging).chain([Quantity::Power]) {
         if !seen.contains(&quantity) {
             seen.push(quantity);
             variable(text, "", quantity);
