@@ -126,8 +126,10 @@ fn a_second_engagement_holds_the_new_pose() {
     let rod = r#"{ type = "distance", between = ["a", "b"], engaged = false }"#;
     let apart = 0.8 + 0.15 * (4.0 - 1.5);
     let values = [
+        (0.05, "coupling.length", 0.9),
         (0.25, "rail_a.s", 0.2 + 0.15 * 1.5),
         (0.25, "rail_b.s", 1.0 + 0.15 * 1.5),
+        (0.25, "coupling.length", 0.8),
         (0.25, "coupling.impulse", 1.5),
         (0.4, "rail_a.v", 1.5),
         (0.4, "rail_b.v", 4.0),

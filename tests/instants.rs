@@ -397,7 +397,7 @@ fn what_is_wrong_with_instants_is_said() {
     let nothing = latch("remove = [\"spring\"]", "");
     assert!(nothing.contains("event `release` has no effect"), "{nothing}");
     let set = latch("set = { n", "set = { m");
-    assert!(set.contains("which is not a sampled value"), "{set}");
+    assert!(set.contains("neither a sampled value nor a state"), "{set}");
     let units = latch("rail.v > 0.3", "rail.v > 0.3[kg]");
     assert!(units.contains("compared with"), "{units}");
 }

@@ -136,7 +136,8 @@ impl Equations {
                 Effort::Torque => self.joint_torque(id),
                 Effort::Power => self.power(id),
             },
-            Aspect::Along(..) | Aspect::Length(_) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
+            Aspect::Length(order) => self.coupled_length(id, order),
+            Aspect::Along(..) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
             Aspect::Contact(ContactQuantity::Impulse)
                 if self.system.mechanism.engaging(Owner::Joint(joint)).is_some() =>
             {
@@ -350,6 +351,16 @@ impl Equations {
         let impulses = mechanism.engaging(owner).into_iter().flat_map(|engaging| &engaging.impulses);
         let mut found = impulses.filter(|(other, _)| *other == quantity);
         found.next().map_or(Expr::ZERO, |(_, id)| self.system.arena.symbol(Symbol::Discrete(id.0)))
+    }
+
+    /// The distance of the points of a rod, whether it holds or not.
+    fn coupled_length(&mut self, id: ElementId, order: Order) -> Expr {
+        match self.system.relation(id) {
+            Some(coupling) if matches!(coupling.terms[..], [CouplingTerm { port: Port::Length(_), .. }]) => {
+                couplings::along(&mut self.system, &self.kinematics, &coupling.terms, order)
+            }
+            _ => Expr::ZERO,
+        }
     }
 
     /// Which way something slides; 0 once an event has removed it.

@@ -4,8 +4,8 @@
 //! this rate and everything else takes part.
 
 use super::{
-    BodyId, Comparison, Discrete, DiscreteId, DiscreteKind, Formula, KeyValue, Mechanism, Owner, Part, Place, Point,
-    Quantity, Unit, Variable,
+    Aspect, BodyId, Comparison, ContactQuantity, Discrete, DiscreteId, DiscreteKind, Formula, KeyValue, Mechanism,
+    Owner, Part, Place, Point, Quantity, Unit, Variable,
 };
 use crate::diagnostic::Span;
 use crate::expr::Unary;
@@ -142,7 +142,9 @@ impl Mechanism {
     /// The impulses of a joint, one for each of its loop equations.
     fn impulses_of(&mut self, part: &Part) -> Vec<(Quantity, DiscreteId)> {
         let all: Vec<Quantity> = part.component().engaging.to_vec();
-        let all = all.into_iter().filter(|quantity| *quantity != Quantity::Engaged && self.has(*quantity));
+        let all = all.into_iter().filter(|quantity| {
+            matches!(quantity.aspect(), Aspect::Contact(ContactQuantity::Impulse)) && self.has(*quantity)
+        });
         // A lock holds an angle or a displacement.
         let slides = part.joint().is_some_and(|joint| !self.joints[joint.0].is_angular());
         let holds_one =
