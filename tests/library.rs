@@ -58,6 +58,7 @@ mod reference;
 mod removed_parts;
 mod reports;
 mod rolling_on_circles;
+mod ropes;
 mod scale;
 mod scene;
 mod scene_reference;

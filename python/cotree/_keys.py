@@ -278,12 +278,14 @@ class JointKeys(TypedDict, total=False):
     law: Quantity
     #: how far the nut moves in one turn; negative for a left-hand thread [m]
     lead: Quantity
-    #: the length of the rod [m]; the length of the rope [m]
+    #: the length of the rod [m]; the length of the rope; a rope over pulleys or onto a drum without it is taut at the start [m]
     length: Quantity
     #: the friction torque limit: the torque while it slips [N.m]
     level: Quantity
     #: hard stops at the ends of its motion [rad]; hard stops at the ends of its motion [m]
     limits: Any
+    #: the pulleys that it runs over, from the first end to the last
+    over: Sequence[Mapping[str, Any]]
     #: the radius of the disc [m]; the radius of a disc about the second point [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
     radius: Quantity
     #: the second wheel's turns for one of the first; negative for external teeth
@@ -364,8 +366,8 @@ class LoadKeys(TypedDict, total=False):
     angle: Quantity
     #: the areas of the piston: behind it, and around the rod [m2]
     areas: Vector
-    #: between = ["BODY", "BODY"] turns the second against the first; the two points; the two bodies
-    between: Sequence[str]
+    #: between = ["BODY", "BODY"] turns the second against the first; the two ends: points, or drums: { drum = "BODY", radius = "60 mm", side = "right" }; the two bodies; the two points
+    between: Sequence[str] | Sequence[str | Mapping[str, Any]]
     #: the bulk modulus of the oil [Pa]
     bulk: Quantity
     #: the length of the column of gas there: its volume over the area of the piston [m]
@@ -394,6 +396,8 @@ class LoadKeys(TypedDict, total=False):
     on: str
     #: the opening of its valve, from -1 to 1: a law; positive lets the supply into the cap
     opening: Quantity
+    #: the pulleys that it runs over, from the first end to the last
+    over: Sequence[Mapping[str, Any]]
     #: the pressures at the start: behind the piston, and around the rod [Pa]
     pressures: Vector
     #: the force that pulls the points together [N]

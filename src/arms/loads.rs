@@ -13,6 +13,9 @@ use crate::network::{ElementId, Force, Origin, Torque, TranslationalRow};
 impl Equations {
     pub(super) fn force(&mut self, id: ElementId, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let Some(row) = self.system.element(id).translation.clone() else { return Ok(()) };
+        if let Force::Tangent(..) = row.through {
+            return Err(NoSeries(format!("`{}` runs over pulleys", self.system.element(id).name)));
+        }
         if !arms.links.is_empty() {
             if matches!(row.through, Force::None | Force::Inertia(_)) {
                 return Ok(());
@@ -59,7 +62,7 @@ impl Equations {
             Force::None => return Vec::new(),
             Force::Inertia(body) => return self.weight(*body, row),
             Force::Resistance(law) => resisting_force(&mut self.system, &self.kinematics, row, *law),
-            Force::World(_) | Force::InBody(..) | Force::Line(_) => {
+            Force::World(_) | Force::InBody(..) | Force::Line(_) | Force::Tangent(..) => {
                 self.laws.forces.get(&id).cloned().unwrap_or_default()
             }
         };

@@ -2,6 +2,7 @@
 //! Nothing else in the program knows what components there are.
 
 pub mod body;
+pub(crate) mod course;
 mod frame;
 mod icon;
 mod key;

@@ -41,6 +41,10 @@ pub fn reference() -> String {
             chapter(component, &mut text);
         }
     }
+    let over = "`over` lists the pulleys that a rope, spring, damper, actuator or constant-force spring runs over, from its first end to its last. See [ropes.md](ropes.md).";
+    table(&mut text, "`over`", over, tables::PULLEY);
+    push(&mut text, "A drum, which stands in the place of an end in `between`, has these keys:\n");
+    rows(&mut text, tables::DRUM);
     let parts = "Each entry includes the mechanism of another file: every name `x` of it becomes `entry_x`, also written `entry.x`. See [parts.md](parts.md).";
     table(&mut text, "`parts`", parts, tables::PART);
     let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value is a number if it is known, or a table with this key.";
@@ -216,7 +220,7 @@ fn shown(keys: &[Key]) -> String {
     let mut chosen = false;
     for key in keys {
         let shown = match key.need {
-            Need::Required(help) | Need::Captured(help) => help,
+            Need::Required(help) | Need::Captured(help) | Need::RequiredAlone(help) => help,
             Need::OneOf(help) if !std::mem::replace(&mut chosen, true) => help,
             _ => continue,
         };
@@ -277,6 +281,7 @@ fn default(key: &Key) -> String {
     match (key.need, key.form) {
         (Need::Required(_), _) => "must be given".to_string(),
         (Need::Captured(_), _) => "must be given, unless an event engages it where it stands".to_string(),
+        (Need::RequiredAlone(_), _) => "must be given without `over`".to_string(),
         (Need::Default(otherwise), _) => otherwise.to_string(),
         (Need::OneOf(_), _) => "one of these".to_string(),
         (_, Form::Constant(..)) => "0".to_string(),

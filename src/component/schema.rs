@@ -37,6 +37,8 @@ fn definitions() -> Value {
         "name": { "pattern": "^[A-Za-z_][A-Za-z0-9_]*$" },
         "parameter": either(tables::PARAMETER),
         "input": either(tables::INPUT),
+        "pulley": object(tables::PULLEY),
+        "drum": object(tables::DRUM),
         "state": object(tables::STATE),
         "sampler": object(tables::SAMPLED),
         "sampled_value": { "oneOf": [reference("quantity"), object(tables::SAMPLED_VALUE)] },
@@ -159,6 +161,11 @@ fn form(key: &Key) -> Value {
         Form::Constant(_, range) => constant(range),
         Form::Law(_) | Form::Curve(..) => reference("quantity"),
         Form::Vector(_) | Form::ConstantVector(_) | Form::Axis => reference("vector"),
+        Form::Ends => {
+            let end = json!({ "anyOf": [{ "type": "string" }, reference("drum")] });
+            json!({ "type": "array", "items": end, "minItems": 2, "maxItems": 2 })
+        }
+        Form::Course => json!({ "type": "array", "items": reference("pulley") }),
         Form::Points | Form::Bodies | Form::BodyAndPoint => strings(2, 2),
         Form::Point | Form::Body | Form::Joint | Form::OtherJoint | Form::CarrierBody | Form::CarrierPoint => {
             json!({ "type": "string" })

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use super::constraints::{Constraint, Gap, RowKind, SlidingRow, assemble};
+use super::course;
 use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
@@ -133,6 +134,12 @@ fn across(
         Port::Length(ends) => {
             let gap = kinematics.across(&mut system.arena, ends);
             let (motion, unit) = length(system, kinematics, (&gap, may_open));
+            let vector = unit.scaled(&mut system.arena, factor);
+            (motion, CoupledChord::Force(ends, vector, None))
+        }
+        Port::Span(ends, tangent) => {
+            let gap = kinematics.across(&mut system.arena, ends);
+            let (motion, unit) = course::tangent(system, kinematics, &gap, tangent);
             let vector = unit.scaled(&mut system.arena, factor);
             (motion, CoupledChord::Force(ends, vector, None))
         }

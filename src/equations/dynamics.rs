@@ -341,7 +341,9 @@ fn force_of_law(
         }
         Force::Resistance(_) if !laws.counts(id, Share::Resistance) => LinearForm::default(),
         Force::Resistance(law) => resisting_force(system, kinematics, row, *law),
-        Force::World(_) | Force::InBody(..) | Force::Line(_) => laws.forces.get(&id).cloned().unwrap_or_default(),
+        Force::World(_) | Force::InBody(..) | Force::Line(_) | Force::Tangent(..) => {
+            laws.forces.get(&id).cloned().unwrap_or_default()
+        }
     }
 }
 
@@ -357,9 +359,16 @@ fn shared_force(system: &mut System, kinematics: &Kinematics, laws: &Laws, id: E
             }
             None => constitutive_force(system, kinematics, laws, id),
         },
-        Some((_, Force::None | Force::Resistance(_) | Force::World(_) | Force::InBody(..) | Force::Line(_))) | None => {
-            constitutive_force(system, kinematics, laws, id)
-        }
+        Some((
+            _,
+            Force::None
+            | Force::Resistance(_)
+            | Force::World(_)
+            | Force::InBody(..)
+            | Force::Line(_)
+            | Force::Tangent(..),
+        ))
+        | None => constitutive_force(system, kinematics, laws, id),
     }
 }
 

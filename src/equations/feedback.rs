@@ -37,7 +37,7 @@ fn laws<'s>(force: Option<&'s Force>, torque: Option<&'s Torque>) -> Vec<(Constr
         Some(Force::World([x, y]) | Force::InBody(_, [x, y])) => {
             vec![(Constrained::Along(Direction::X), x), (Constrained::Along(Direction::Y), y)]
         }
-        Some(Force::Line(law)) => vec![(Constrained::Length, law)],
+        Some(Force::Line(law) | Force::Tangent(law, _)) => vec![(Constrained::Length, law)],
         Some(Force::None | Force::Inertia(_) | Force::Resistance(_)) | None => Vec::new(),
     };
     if let Some(Torque::Law(law)) = torque {

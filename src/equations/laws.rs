@@ -34,6 +34,10 @@ impl Equations {
             Force::World(vector) => Some(self.components(id, None, vector)),
             Force::InBody(body, vector) => Some(self.components(id, Some(*body), vector)),
             Force::Line(law) => Some(self.line_force(id, ends, law)),
+            Force::Tangent(law, tangent) => {
+                let (value, unit) = (self.law(id, Constrained::Length, law), self.unit_tangent(ends, *tangent));
+                Some(LinearForm::term(&mut self.system.arena, value, &unit))
+            }
             Force::None | Force::Inertia(_) | Force::Resistance(_) => None,
         }
     }

@@ -105,6 +105,9 @@ impl Equations {
             free = arena.multiply(there, free);
         }
         let mut share = self.at_least(&slip.law.mu, Expr::ZERO);
+        if let Some(wrap) = self.wrap_with_friction(contact.owner) {
+            share = self.share_on_pulley(share, wrap);
+        }
         let pressing = match slip.pressed {
             Pressed::Nothing | Pressed::Belt => Pressing::Sum(Vec::new()),
             Pressed::Pin => {
@@ -134,6 +137,18 @@ impl Equations {
             }
         };
         Some(Level { row, free, share, pressing })
+    }
+
+    /// What the mean of the tensions T before and behind a pulley has to do with their difference: T_2 <= T_1 exp(mu phi) and the other way round (Euler and Eytelwein) are together
+    /// |T_2 - T_1| <= 2 tanh(mu phi/2) (T_1 + T_2)/2, which has no large numbers.
+    fn share_on_pulley(&mut self, mu: Expr, wrap: Expr) -> Expr {
+        let arena = &mut self.system.arena;
+        let [half, two] = [0.5, 2.0].map(|number| arena.constant(number));
+        let exponent = arena.multiply(mu, wrap);
+        let exponent = arena.multiply(half, exponent);
+        let share = arena.unary(Unary::Tanh, exponent);
+        let share = arena.multiply(two, share);
+        arena.binary(Binary::Max, share, Expr::ZERO)
     }
 
     /// Sums that press by their sizes. Events keep their signs; where drivers lead the motion there are none, and no step depends on a size.

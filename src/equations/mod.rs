@@ -5,6 +5,7 @@
 mod centred;
 mod constraints;
 pub(crate) mod couplings;
+mod course;
 pub(crate) mod dynamics;
 mod feedback;
 pub(crate) mod form;

@@ -3,10 +3,17 @@
 
 use super::Equations;
 use crate::expr::{Expr, Order};
+use crate::model::{Owner, Quantity, Variable};
 use crate::network::{Direction, ElementId, Force, Origin, RotationalRow, Torque, TranslationalRow};
 
 impl Equations {
     pub(super) fn power(&mut self, id: ElementId) -> Expr {
+        if let Origin::Load(load) = self.system.element(id).origin
+            && let Some(rate) = self.course_length(Owner::Load(load), Order::Velocity)
+        {
+            let force = self.variable(Variable { owner: Owner::Load(load), quantity: Quantity::Force });
+            return self.system.arena.multiply(force, rate);
+        }
         let element = self.system.element(id);
         let (translation, rotation) = (element.translation.clone(), element.rotation.clone());
         let origin = element.origin;
@@ -35,7 +42,9 @@ impl Equations {
                 let speed = self.kinematics.speed_along(&mut self.system, row.ends, direction);
                 return self.system.arena.multiply(force, speed);
             }
-            Force::World(_) | Force::InBody(..) | Force::Line(_) => (&plane[..], self.laws.forces.get(&id).cloned()),
+            Force::World(_) | Force::InBody(..) | Force::Line(_) | Force::Tangent(..) => {
+                (&plane[..], self.laws.forces.get(&id).cloned())
+            }
             Force::None | Force::Inertia(_) => return Expr::ZERO,
         };
         let mut total = Expr::ZERO;

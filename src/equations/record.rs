@@ -137,6 +137,6 @@ fn carrier(element: &Element, term: Option<usize>) -> Option<BodyId> {
     let Some(term) = term else { return element.translation.as_ref().and_then(TranslationalRow::carrier) };
     match element.coupling.as_ref()?.terms.get(term)?.port {
         Port::Along(_, direction) => direction.carrier(),
-        Port::Angle(_) | Port::Length(_) | Port::Heading(_) | Port::Curve(..) => None,
+        Port::Angle(_) | Port::Length(_) | Port::Heading(_) | Port::Span(..) | Port::Curve(..) => None,
     }
 }

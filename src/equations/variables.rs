@@ -498,6 +498,11 @@ impl Equations {
 
     fn of_load(&mut self, load: LoadId, quantity: Quantity) -> Expr {
         let Some(id) = self.system.find(Origin::Load(load)) else { return Expr::ZERO };
+        if let Aspect::Length(order) = quantity.aspect()
+            && let Some(length) = self.course_length(Owner::Load(load), order)
+        {
+            return length;
+        }
         match quantity.aspect() {
             Aspect::Angle(order) => self.angle_across(id, order),
             Aspect::Length(Order::Position) => self.ends(id).map_or(Expr::ZERO, |ends| self.line(ends)),
@@ -595,9 +600,8 @@ impl Equations {
             let pulls = self.system.mechanism.loads[load.0].component().pulls;
             return if pulls { self.system.arena.negate(along) } else { along };
         }
-        let Some(Force::Line(law)) = self.system.element(id).translation.as_ref().map(|row| row.through.clone()) else {
-            return Expr::ZERO;
-        };
+        let through = self.system.element(id).translation.as_ref().map(|row| row.through.clone());
+        let Some(Force::Line(law) | Force::Tangent(law, _)) = through else { return Expr::ZERO };
         self.law(id, Constrained::Length, &law)
     }
 

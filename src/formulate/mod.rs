@@ -3,6 +3,7 @@
 pub mod assemblies;
 mod contacts;
 mod contradiction;
+mod courses;
 mod engaging;
 pub mod explain;
 mod feedback;
@@ -71,6 +72,7 @@ impl Formulated {
         let mut state = model.default_state(lowered.program.experiment.start);
         solve_initial(&model, &mut state).ok()?;
         keep_found(&state, &mut lowered.program.initial);
+        courses::begin(equations, &mut state);
         copy.state = state;
         Some(copy)
     }
@@ -115,7 +117,11 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
     if faults.is_empty() {
         faults.extend(contradiction::contradiction(&found));
     }
-    let Restrictions { mut equations, model, state, generic } = found;
+    let Restrictions { mut equations, model, mut state, generic } = found;
+    courses::begin(&mut equations, &mut state);
+    if faults.is_empty() {
+        faults.extend(courses::check(&mut equations, &state));
+    }
     if faults.is_empty() {
         faults.extend(engaging::check(&equations));
         if !faults.is_empty() {

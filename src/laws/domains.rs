@@ -2,7 +2,7 @@
 
 use cotree_fmu::program::domain::{Domain, Limit};
 
-use crate::equations::Equations;
+use crate::equations::{Equations, if_positive};
 use crate::expr::{Binary, Expr, Function, Order, Symbol, Unary};
 use crate::model::{Comparison, Formula, Friction, KeyValue, Mechanism, Motion, Owner, Part, Quantity, Variable};
 use crate::network::{Force, Origin};
@@ -21,6 +21,7 @@ pub(crate) fn domains(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let laws = found.arguments.into_iter().map(|(domain, argument)| (domain, equations.formula(&argument)));
     let mut domains: Vec<(Domain, Expr)> = laws.collect();
     domains.extend(distances(equations));
+    domains.extend(courses(equations));
     let arena = &equations.system.arena;
     let is_known = |symbol: Symbol| match symbol {
         Symbol::Coordinate(_, order) => order != Order::Acceleration,
@@ -69,6 +70,26 @@ fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
         (domain, equations.formula(&Formula::Variable(length)))
     };
     loads.into_iter().map(distance).collect()
+}
+
+/// Ropes and bands need tangents between circles, and do not push pulleys away.
+fn courses(equations: &mut Equations) -> Vec<(Domain, Expr)> {
+    let mechanism = &*equations.system.mechanism.clone();
+    let mut found = Vec::new();
+    for part in mechanism.parts().filter(|part| part.course().is_some()) {
+        let names: Vec<String> =
+            part.stations().unwrap_or_default().iter().map(|station| mechanism.place_name(station.at)).collect();
+        for (square, ends) in equations.squares_of_straight_parts(part.owner).into_iter().zip(names.windows(2)) {
+            let place = format!("the straight part of `{}` between `{}` and `{}`", part.name, ends[0], ends[1]);
+            found.push((Domain { place, argument: "length^2".to_owned(), limit: Limit::Positive }, square));
+        }
+    }
+    for (place, margin) in equations.course_margins() {
+        let domain = |limit| Domain { place: place.clone(), argument: "wrap".to_owned(), limit };
+        let is_left = if_positive(&mut equations.system.arena, margin);
+        found.extend([(domain(Limit::NotNegative), margin), (domain(Limit::Value), is_left)]);
+    }
+    found
 }
 
 /// What has been found so far.

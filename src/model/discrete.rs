@@ -1,6 +1,6 @@
 //! Discrete variables: what sample times, events and contacts change at instants, and is constant in between. The list of a mechanism has all of them, whoever changes them.
 
-use super::{DiscreteId, Formula, Mechanism, Owner, Unit};
+use super::{CourseValue, DiscreteId, Formula, Mechanism, Owner, Unit};
 use crate::diagnostic::Span;
 
 /// A discrete variable.
@@ -37,6 +37,8 @@ pub enum DiscreteKind {
     Impulse,
     /// A rate that an event sets, and whether it does so now.
     Setting,
+    /// Where the course of a rope or band counts from.
+    Course(Owner, CourseValue),
 }
 
 impl Discrete {
@@ -47,6 +49,7 @@ impl Discrete {
             DiscreteKind::Presence(owner) => !owner.is_load(),
             DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Captured(_) => false,
             DiscreteKind::Impulse => false,
+            DiscreteKind::Course(..) => false,
         }
     }
 
@@ -67,8 +70,9 @@ impl Mechanism {
         self.discrete_variables().find(|(_, discrete)| discrete.kind == DiscreteKind::Presence(owner)).map(|(id, _)| id)
     }
 
-    /// True if the scene has sampled values, events or what these remove: more than contacts change.
+    /// True if the scene has sampled values, events or what these remove: more than contacts and ropes change.
     pub fn has_instants(&self) -> bool {
-        self.discrete.iter().any(|discrete| discrete.kind != DiscreteKind::Contact)
+        let is_of_scene = |kind| !matches!(kind, DiscreteKind::Contact | DiscreteKind::Course(..));
+        self.discrete.iter().any(|discrete| is_of_scene(discrete.kind))
     }
 }

@@ -6,6 +6,7 @@
 mod body;
 mod bound;
 mod contact;
+mod course;
 mod discrete;
 mod display;
 mod edit;
@@ -28,6 +29,7 @@ mod written;
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
 pub use contact::{Contact, ContactState, GapLaw, Limits};
+pub use course::{Course, CourseValue, Pulley, Station};
 pub use discrete::{Discrete, DiscreteKind};
 pub use display::Units;
 pub(crate) use engaging::relative_angle;

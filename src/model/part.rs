@@ -1,6 +1,6 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
-use super::{BodyId, Formula, Friction, InputId, JointId, Limits, Owner, ParameterId, Place};
+use super::{BodyId, Course, Formula, Friction, InputId, JointId, Limits, Owner, ParameterId, Place};
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -35,6 +35,8 @@ pub enum KeyValue {
     /// One of several words.
     Choice(&'static str),
     Switch(bool),
+    /// What it runs over.
+    Course(Course),
 }
 
 /// A scalar motion.
@@ -56,6 +58,9 @@ impl KeyValue {
             Self::Vector(both) => both.iter().collect(),
             Self::Friction(friction) => friction.formulas().collect(),
             Self::Limits(limits) => limits.formulas().collect(),
+            Self::Course(course) => {
+                course.pulleys().flat_map(|pulley| [Some(&pulley.radius), pulley.mu.as_ref()]).flatten().collect()
+            }
             Self::Motion(Motion::Velocity(_) | Motion::Acceleration(_))
             | Self::Place(_)
             | Self::Joint(_)
@@ -120,6 +125,16 @@ impl Part {
         if let Some(KeyValue::Choice(word)) = self.value(key) { Some(word) } else { None }
     }
 
+    /// What it runs over, if it does not run straight.
+    pub fn course(&self) -> Option<&Course> {
+        self.values.iter().find_map(|(_, value)| if let KeyValue::Course(course) = value { Some(course) } else { None })
+    }
+
+    /// True if it may not become longer than it is at the start: a rope without a length.
+    pub fn holds_length_of_start(&self) -> bool {
+        matches!(self.owner, Owner::Joint(_)) && self.course().is_some() && self.value("length").is_none()
+    }
+
     /// Calls `visit` with every parameter that its keys use.
     pub fn visit_parameters(&self, visit: &mut dyn FnMut(ParameterId)) {
         for (_, value) in &self.values {
@@ -134,9 +149,10 @@ impl Part {
 
     /// The points that it uses.
     pub fn places(&self) -> impl Iterator<Item = Place> {
-        let others = self.values.iter().filter_map(|(_, value)| match value {
-            KeyValue::Place(place) => Some(*place),
-            _ => None,
+        let others = self.values.iter().flat_map(|(_, value)| match value {
+            KeyValue::Place(place) => vec![*place],
+            KeyValue::Course(course) => course.pulleys().map(|pulley| pulley.on).collect(),
+            _ => Vec::new(),
         });
         self.between.into_iter().chain(others)
     }

@@ -25,7 +25,9 @@ impl System {
     /// The edges of couplings between points.
     pub fn coupled_points(&self) -> Vec<CoupledEdge<Translation>> {
         self.coupled_edges(|element, port| match port {
-            Port::Along(ends, _) | Port::Length(ends) | Port::Heading(ends) if element.translation.is_none() => {
+            Port::Along(ends, _) | Port::Length(ends) | Port::Heading(ends) | Port::Span(ends, _)
+                if element.translation.is_none() =>
+            {
                 Some(ends)
             }
             _ => None,
@@ -44,11 +46,21 @@ impl System {
         let edges = self.elements.iter().enumerate().flat_map(|(index, element)| {
             let terms = element.coupling.iter().flat_map(|coupling| &coupling.terms).enumerate();
             let found: Vec<_> = terms.filter_map(|(term, data)| Some((term, ends(element, data.port)?))).collect();
-            let letters = if found.len() > 1 { ["a", "b"].as_slice() } else { &[""] };
-            let labels = letters.iter().map(|letter| format!("{}{letter}", element.label));
+            let several = found.len() > 1;
+            let label = move |number: usize| {
+                let letter = if several { letter(number) } else { String::new() };
+                format!("{}{letter}", element.label)
+            };
+            let labels = (0..found.len()).map(label);
             let edge = move |(label, (term, ends))| CoupledEdge { label, element: ElementId(index), term, ends };
             labels.zip(found).map(edge).collect::<Vec<_>>()
         });
         edges.collect()
     }
+}
+
+/// a, b, ..., z, then aa, ab, ...
+fn letter(number: usize) -> String {
+    let last = char::from(b'a' + (number % 26) as u8);
+    if number < 26 { last.to_string() } else { format!("{}{last}", letter(number / 26 - 1)) }
 }

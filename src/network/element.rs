@@ -70,6 +70,8 @@ pub struct Rows {
     pub rotation: Option<RotationalRow>,
     /// A relation that it imposes beside what its edges hold.
     pub coupling: Option<Coupling>,
+    /// Further edges of the same part, each an element of its own.
+    pub others: Vec<Rows>,
 }
 
 /// A component of the scene: an edge in one or both graphs.
@@ -143,6 +145,17 @@ pub enum Port {
     Heading([TNode; 2]),
     /// A function of the angle between two bodies.
     Curve([RNode; 2], Curve),
+    /// The tangent of two circles about two points: its length L and, with its direction phi, L - (R_2 - R_1) phi. Its derivative by the displacement is the unit tangent.
+    Span([TNode; 2], Tangent),
+}
+
+/// The tangent of two circles, with the radii R_1 and R_2: positive where the centre is on its left, zero of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tangent {
+    /// R_2 - R_1
+    pub difference: Expr,
+    /// The direction from which its own counts, less than half a turn away \[rad\].
+    pub reference: Expr,
 }
 
 /// A function of an angle that repeats every turn, with what is known of the contact that it stands for. All of it is in terms of
@@ -201,7 +214,7 @@ impl Port {
         match self {
             Port::Angle(_) | Port::Curve(..) => Constrained::Angle,
             Port::Along(_, direction) => Constrained::Along(direction),
-            Port::Length(_) | Port::Heading(_) => Constrained::Length,
+            Port::Length(_) | Port::Heading(_) | Port::Span(..) => Constrained::Length,
         }
     }
 }
@@ -318,6 +331,8 @@ pub enum Force {
     InBody(BodyId, [Formula; 2]),
     /// Pushes the nodes apart along the line through them.
     Line(Formula),
+    /// Pushes the nodes apart along a tangent of circles about them.
+    Tangent(Formula, Tangent),
 }
 
 impl Force {
@@ -325,7 +340,7 @@ impl Force {
     pub(super) fn scale(&mut self, factor: &Formula) {
         let laws = match self {
             Force::World(laws) | Force::InBody(_, laws) => &mut laws[..],
-            Force::Line(law) => std::slice::from_mut(law),
+            Force::Line(law) | Force::Tangent(law, _) => std::slice::from_mut(law),
             Force::None | Force::Inertia(_) | Force::Resistance(_) => return,
         };
         laws.iter_mut().for_each(|law| *law = std::mem::replace(law, Formula::Time) * factor.clone());

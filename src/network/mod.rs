@@ -5,6 +5,7 @@
 mod arm;
 mod body;
 mod coupled;
+pub(crate) mod course;
 mod element;
 mod graph;
 mod implied;

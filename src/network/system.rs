@@ -14,7 +14,8 @@ use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::translate::translate;
 use crate::model::{
-    Aspect, Axis, Body, BodyId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place, Variable,
+    Aspect, Axis, Body, BodyId, CourseValue, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place,
+    Variable,
 };
 
 /// The rows of an element of the scene: its component gives them.
@@ -200,6 +201,12 @@ impl System {
         label
     }
 
+    /// A discrete variable of what runs over pulleys.
+    pub(crate) fn course_value(&mut self, owner: Owner, value: CourseValue) -> Option<Expr> {
+        let id = self.mechanism.course_value(owner, value)?;
+        Some(self.arena.symbol(Symbol::Discrete(id.0)))
+    }
+
     /// The motion that a driver prescribes.
     pub(crate) fn signal(&mut self, part: &Part) -> FunctionOfTime {
         let value = match (part.motion(), part.owner) {
@@ -265,7 +272,12 @@ impl System {
     }
 
     fn add_part(&mut self, part: &Part) {
-        let rows = (self.rows)(part, self);
+        let mut rows = (self.rows)(part, self);
+        let others = std::mem::take(&mut rows.others);
+        std::iter::once(rows).chain(others).for_each(|rows| self.add_rows(part, rows));
+    }
+
+    fn add_rows(&mut self, part: &Part, rows: Rows) {
         let Some(origin) = Origin::of(part.owner) else { return };
         let (label, name) = (self.label(rows.letter, &part.name), part.name.clone());
         let (mut translation, mut rotation, coupling) = (rows.translation, rows.rotation, rows.coupling);
@@ -433,7 +445,7 @@ impl System {
             match term.port {
                 Port::Angle(ends) | Port::Curve(ends, _) => nodes.extend(ends),
                 Port::Along(_, direction) => bodies.extend(direction.carrier()),
-                Port::Length(_) | Port::Heading(_) => {}
+                Port::Length(_) | Port::Heading(_) | Port::Span(..) => {}
             }
         }
         // The nodes of the rotational graph are the ground and the bodies, in their order.

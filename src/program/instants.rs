@@ -22,12 +22,24 @@ impl InstantKernels {
         let mut all = |formulas: Vec<&Formula>| -> Vec<Expr> {
             formulas.into_iter().map(|formula| equations.formula(formula)).collect()
         };
-        Self {
-            begin: all(of_scene(&mechanism).map(|discrete| &discrete.begin).collect()),
-            clocks: all(mechanism.samplers.iter().flat_map(|sampler| [&sampler.period, &sampler.offset]).collect()),
-            written: all(writes(&mechanism).into_iter().map(|(_, formula)| formula).collect()),
-            sides: all(mechanism.events.iter().flat_map(|event| event.ordered()).collect()),
-        }
+        let clocks = all(mechanism.samplers.iter().flat_map(|sampler| [&sampler.period, &sampler.offset]).collect());
+        let mut written = all(writes(&mechanism).into_iter().map(|(_, formula)| formula).collect());
+        let mut sides = all(mechanism.events.iter().flat_map(|event| event.ordered()).collect());
+        let begin = |discrete: &Discrete| match discrete.kind {
+            DiscreteKind::Course(owner, value) => equations.begin_of_course(owner, value),
+            DiscreteKind::Sampled
+            | DiscreteKind::Time
+            | DiscreteKind::Presence(_)
+            | DiscreteKind::Contact
+            | DiscreteKind::Captured(_)
+            | DiscreteKind::Impulse
+            | DiscreteKind::Setting => equations.formula(&discrete.begin),
+        };
+        let begin = of_scene(&mechanism).map(begin).collect();
+        let (turned, angles) = equations.course_turns();
+        sides.extend(turned.into_iter().chain(equations.course_lifts()).flatten());
+        written.extend(angles);
+        Self { begin, clocks, written, sides }
     }
 
     /// What is read of the motion at instants.
@@ -57,7 +69,26 @@ impl InstantKernels {
             writes: next(event.writes.len() + event.states.len()),
             removes: removes(mechanism, event),
         });
-        Instants { samplers, events: events.collect(), begin, clocks, written, sides, ..Instants::default() }
+        let mut events: Vec<Event> = events.collect();
+        // What the turning of straight parts writes comes after what the scene does.
+        let own = writes(mechanism).len();
+        events.extend(mechanism.turns().enumerate().map(|(number, (id, ..))| Event {
+            name: mechanism.discrete[id.0].name.clone(),
+            strict: false,
+            once: false,
+            stop: false,
+            writes: vec![Write { target: id.0 as u32, result: (own + number) as u32 }],
+            removes: Vec::new(),
+        }));
+        events.extend(mechanism.lying().map(|(part, number)| Event {
+            name: format!("{}.wrap_{}", part.name, number + 1),
+            strict: false,
+            once: false,
+            stop: false,
+            writes: Vec::new(),
+            removes: Vec::new(),
+        }));
+        Instants { samplers, events, begin, clocks, written, sides, ..Instants::default() }
     }
 }
 
@@ -67,6 +98,7 @@ fn removes(mechanism: &Mechanism, event: &model::Event) -> Vec<u32> {
         DiscreteKind::Presence(owner) => Some(owner).filter(|owner| event.removes.contains(owner)),
         DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
         DiscreteKind::Captured(_) | DiscreteKind::Impulse | DiscreteKind::Setting => None,
+        DiscreteKind::Course(..) => None,
     });
     parts.flat_map(|owner| mechanism.values_of_presence(owner)).map(|part| part.0 as u32).collect()
 }

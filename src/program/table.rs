@@ -127,7 +127,10 @@ impl VariableTable {
                 DiscreteKind::Sampled => "sampled value",
                 DiscreteKind::Time => "time of an event",
                 DiscreteKind::Presence(_) | DiscreteKind::Contact => continue,
-                DiscreteKind::Captured(_) | DiscreteKind::Impulse | DiscreteKind::Setting => continue,
+                DiscreteKind::Captured(_)
+                | DiscreteKind::Course(..)
+                | DiscreteKind::Impulse
+                | DiscreteKind::Setting => continue,
             };
             let value = equations.system.arena.symbol(Symbol::Discrete(id.0));
             let text = described(what, &discrete.name, &discrete.description);

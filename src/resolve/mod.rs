@@ -6,6 +6,7 @@
 mod bodies;
 mod calculated;
 mod context;
+mod courses;
 mod efforts;
 mod engaging;
 mod formulas;
@@ -150,6 +151,7 @@ impl Scene {
         if !resolver.incomplete && !resolver.faults.has_errors() {
             mechanism.add_engaging(&std::mem::take(&mut resolver.set_rates));
         }
+        mechanism.add_courses();
         mechanism.add_contacts();
         mechanism.units = mechanism.display.clone().before(&resolver.written_in);
         resolver.islands(&mechanism.bodies);

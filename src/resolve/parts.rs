@@ -7,7 +7,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY};
-use crate::model::{BodyId, DriverId, JointId, KeyValue, LoadId, Owner, Part, Place, Range};
+use crate::model::{BodyId, Course, DriverId, JointId, KeyValue, LoadId, Owner, Part, Place, Range};
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key, Need};
@@ -45,9 +45,22 @@ struct PartReading<'n> {
     span: Span,
     ends: Option<([Text; 2], [Place; 2])>,
     values: Vec<(&'static str, KeyValue)>,
+    /// What it runs over.
+    course: Course,
     complete: bool,
     /// Does it engage later, where it stands?
     engages_here: bool,
+}
+
+impl PartReading<'_> {
+    /// True without pulleys and drums.
+    fn is_straight(&self) -> bool {
+        let has_drum = match self.fields.get("between").map(|node| &node.kind) {
+            Some(Content::Array(items)) => items.iter().any(|item| matches!(item.kind, Content::Table(_))),
+            _ => false,
+        };
+        !has_drum && self.fields.get("over").is_none()
+    }
 }
 
 /// What people write for a driver's speed, and the motions that it can be of.
@@ -94,6 +107,7 @@ impl<'s> Resolver<'s> {
             span: name.span,
             ends: None,
             values: Vec::new(),
+            course: Course::default(),
             complete: true,
             engages_here: part.engages_here(),
         };
@@ -106,7 +120,9 @@ impl<'s> Resolver<'s> {
         }
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
-        let PartReading { values, fields, .. } = reading;
+        let PartReading { mut values, fields, course, user, .. } = reading;
+        let course = self.course((component, course), between, (&user, name.span))?;
+        values.extend(course.map(|course| ("over", course)));
         let mut part =
             Part { name: name.text.clone(), kind: component.kind(), owner, between, values, span: name.span };
         self.place_element(&mut part, &fields);
@@ -217,7 +233,14 @@ impl<'s> Resolver<'s> {
         let node = match key.need {
             Need::Required(help) => reading.fields.required(key.name, help, self.faults),
             Need::Captured(help) if !reading.engages_here => reading.fields.required(key.name, help, self.faults),
-            Need::Optional | Need::Default(_) | Need::OneOf(_) | Need::Captured(_) => reading.fields.get(key.name),
+            Need::RequiredAlone(help) if reading.is_straight() => {
+                let node = reading.fields.required(key.name, help, self.faults);
+                reading.complete &= node.is_some();
+                node
+            }
+            Need::Optional | Need::Default(_) | Need::OneOf(_) | Need::Captured(_) | Need::RequiredAlone(_) => {
+                reading.fields.get(key.name)
+            }
         };
         let Some(node) = node else {
             let is_needed = matches!(key.need, Need::Captured(_)) && !reading.engages_here;
@@ -225,6 +248,20 @@ impl<'s> Resolver<'s> {
             reading.values.extend(self.carrier(key.form).map(|carrier| (key.name, KeyValue::Place(carrier))));
             return;
         };
+        if let Form::Course = key.form {
+            let pulleys = self.pulleys(node, &reading.fields.name_of(key.name), &reading.user);
+            reading.complete &= pulleys.is_some();
+            reading.course.over = pulleys.unwrap_or_default();
+            return;
+        }
+        if let Form::Ends = key.form {
+            let ends = self.course_ends((key, node), (&reading.fields, &reading.user));
+            reading.complete &= ends.is_some();
+            if let Some((names, places, drums)) = ends {
+                (reading.ends, reading.course.drums) = (Some((names, places)), drums);
+            }
+            return;
+        }
         let read = match key.form.is_end() {
             true => self.ends(key, node, reading).map(|(ends, value)| {
                 reading.ends = Some(ends);

@@ -207,6 +207,13 @@ impl Namer<'_> {
                 }
                 limits.restitution = self.formula(&limits.restitution, About { letter: "e", ..about });
             }
+            KeyValue::Course(course) => {
+                for pulley in course.pulleys_mut() {
+                    pulley.radius = self.formula(&pulley.radius, About { letter: "r", measure: LENGTH, ..about });
+                    let mu = pulley.mu.as_ref();
+                    pulley.mu = mu.map(|mu| self.formula(mu, About { letter: "mu", measure: NUMBER, ..about }));
+                }
+            }
             KeyValue::Motion(_)
             | KeyValue::Place(_)
             | KeyValue::Joint(_)

@@ -32,9 +32,17 @@ fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
         Content::Table(entries) => entries.iter().all(|(key, _)| key.text != "velocity"),
         _ => false,
     });
-    let sticks = sticks || !is_understood;
+    let rubs_on_pulley = match part.get("over").map(|node| &node.kind) {
+        Some(Content::Array(items)) => items.iter().any(|item| match &item.kind {
+            Content::Table(entries) => entries.iter().any(|(key, _)| key.text == "mu"),
+            _ => false,
+        }),
+        _ => false,
+    };
+    let sticks = sticks || rubs_on_pulley || !is_understood;
     // A brake rubs without a key for it; a rolling disc has no impacts.
     let rubs = component.keys.iter().all(|key| !matches!(key.form, Form::Record(Record::Friction(..))))
+        && component.keys.iter().all(|key| !matches!(key.form, Form::Course))
         && component.rubs.is_some();
     let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
     let is_one_sided =

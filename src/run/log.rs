@@ -66,6 +66,7 @@ impl Logged {
         let program = model.program();
         let entry = |name: &str, what| Logged { time: happening.time(), name: name.to_owned(), what };
         let events = happening.due.iter().filter_map(|&index| program.instants.events.get(index));
+        let events = events.filter(|event| super::is_of_scene(&event.name));
         let mut all: Vec<Logged> = events.map(|event| entry(&event.name, What::Event)).collect();
         all.extend(Logged::engaging(model, happening));
         let ([before, after], [came, goes]) = (happening.closed(model), happening.directions(model));

@@ -195,8 +195,14 @@ fn reach(instance: &mut Instance, time: f64) -> Result<Option<(String, f64)>, In
     }
 }
 
+/// True for an event of the scene. Those of what runs over pulleys have its name before a point.
+fn is_of_scene(event: &str) -> bool {
+    !event.contains('.')
+}
+
 fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f64)>)) -> Finish {
-    let events = instance.events().map(|(name, count)| (name.to_owned(), count)).collect();
+    let events = instance.events().filter(|(name, _)| is_of_scene(name));
+    let events = events.map(|(name, count)| (name.to_owned(), count)).collect();
     Finish { inaccuracy: instance.take_inaccuracy(), events, log, ended }
 }
 

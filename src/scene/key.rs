@@ -27,6 +27,8 @@ pub enum Need {
     OneOf(&'static str),
     /// Yes, unless an event engages the joint where it stands; the words say what to write.
     Captured(&'static str),
+    /// Yes, unless the part runs over pulleys or onto a drum; the words say what to write.
+    RequiredAlone(&'static str),
 }
 
 /// How the value of a key is written.
@@ -86,13 +88,17 @@ pub enum Form {
     Shape,
     /// A table with keys of its own, or several.
     Table,
+    /// Two points of different bodies, or drums.
+    Ends,
+    /// A list of pulleys.
+    Course,
 }
 
 impl Form {
     /// Does it say what the part is between?
     pub fn is_end(self) -> bool {
-        use Form::{Bodies, Body, BodyAndPoint, Joint, Point, Points};
-        matches!(self, Points | Bodies | BodyAndPoint | Point | Body | Joint)
+        use Form::{Bodies, Body, BodyAndPoint, Ends, Joint, Point, Points};
+        matches!(self, Ends | Points | Bodies | BodyAndPoint | Point | Body | Joint)
     }
 
     /// True if it makes a joint hold something on one side only.
@@ -115,6 +121,11 @@ impl Key {
         Key { name, form, need: Need::Optional, about }
     }
 
+    /// One that only a part over pulleys or onto a drum can do without.
+    pub const fn required_alone(name: &'static str, form: Form, about: &'static str, help: &'static str) -> Key {
+        Key { name, form, need: Need::RequiredAlone(help), about }
+    }
+
     /// One that may be left out; `otherwise` is what holds then.
     pub const fn default(name: &'static str, form: Form, about: &'static str, otherwise: &'static str) -> Key {
         Key { name, form, need: Need::Default(otherwise), about }
@@ -131,7 +142,7 @@ impl Key {
 
     /// What to write if it is missing; empty if it need not be there.
     pub fn help(&self) -> &'static str {
-        if let Need::Required(help) = self.need { help } else { "" }
+        if let Need::Required(help) | Need::RequiredAlone(help) = self.need { help } else { "" }
     }
 }
 

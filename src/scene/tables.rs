@@ -63,6 +63,54 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("coordinates", Form::Table, "the [choice of trees](#coordinates)", "`preset = \"recommended\"`"),
 ];
 
+/// A pulley that a rope or band runs over.
+pub(crate) const PULLEY: &[Key] = &[
+    Key::required("on", Form::CarrierPoint, "its centre", "give its centre, a point: `on = \"BODY.POINT\"`"),
+    Key::required(
+        "radius",
+        Form::Constant(LENGTH, Range::NotNegative),
+        "its radius; 0 is an eye",
+        "give the radius of the pulley: `radius = \"50 mm\"`",
+    ),
+    SIDE_OF_ROPE,
+    Key::default(
+        "turns",
+        Form::Constant(NUMBER, Range::NotNegative),
+        "whole turns beyond the part of a turn that its straight parts show",
+        "0",
+    ),
+    Key::default(
+        "mu",
+        Form::Constant(NUMBER, Range::NotNegative),
+        "the coefficient of friction of a rope against the body of `on`; without it the rope slides freely",
+        "none",
+    ),
+];
+
+/// A drum on which a rope or band ends.
+pub(crate) const DRUM: &[Key] = &[
+    Key::required(
+        "drum",
+        Form::CarrierPoint,
+        "its body, or a point of it",
+        "give the body that is the drum: `drum = \"BODY\"`",
+    ),
+    Key::required(
+        "radius",
+        Form::Constant(LENGTH, Range::Positive),
+        "its radius",
+        "give the radius of the drum: `radius = \"60 mm\"`",
+    ),
+    SIDE_OF_ROPE,
+];
+
+const SIDE_OF_ROPE: Key = Key::default(
+    "side",
+    Form::Choice(&["left", "right"], "the centre is on the `left` or the `right` of the rope, seen from its first end"),
+    "on which side of the rope its centre is, seen from the first end to the last; only an eye has none",
+    "none",
+);
+
 const UNIT: Key = Key::default("unit", Form::Text, "the unit of numbers without one", "SI, as the value is used");
 pub(crate) const DESCRIPTION: Key = Key::default("description", Form::Text, "one line about it", "none");
 const MIN: Key = Key::default("min", Form::Constant(ANYTHING, Range::Any), "its smallest value", "none");

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cotree::compile::{Compiled, compile_with_equations};
+use cotree::formulate::Formulated;
 use cotree::formulate::explain::attempt::attempt;
 use cotree::report::figures::summarise;
 use cotree::report::summary::Summary;
 use cotree::run::Gaps;
 use cotree::scene::{Fault, Scene};
-use cotree::typeset::counted;
+use cotree::typeset::{counted, short};
 use cotree_draw::pose::{draw, draw_attempt};
 use cotree_study::analysis::at_start;
 use cotree_study::contact;
@@ -76,7 +77,8 @@ impl CheckCommand {
         }
         let (summary, mut assumptions) = (summarise(&formulated), assumptions(&mut formulated, &scene));
         let mechanism = &formulated.equations.system.mechanism;
-        let modes: Vec<String> = at_start(&formulated).iter().map(|mode| mode.told(mechanism)).collect();
+        let mut modes: Vec<String> = at_start(&formulated).iter().map(|mode| mode.told(mechanism)).collect();
+        modes.extend(wraps(&mut formulated));
         let contacts = contact::of_experiment(&scene);
         assumptions.extend(contacts.needed);
         assumptions.extend(contacts.unseen);
@@ -106,6 +108,20 @@ impl CheckCommand {
         };
         output::picture(path, &draw_attempt(&mut attempt).svg(), what, format)
     }
+}
+
+/// How far ropes and bands lie around their pulleys at the start.
+fn wraps(formulated: &mut Formulated) -> Vec<String> {
+    let mechanism = formulated.equations.system.mechanism.clone();
+    let mut lines = Vec::new();
+    for part in mechanism.parts().filter(|part| part.course().is_some_and(|course| !course.over.is_empty())) {
+        let wraps = formulated.equations.wraps(part.owner);
+        let wraps = formulated.equations.system.arena.evaluate(&wraps, &formulated.state);
+        let degrees = |wrap: &f64| format!("{} deg", short(wrap.to_degrees()));
+        let wraps: Vec<String> = wraps.iter().map(degrees).collect();
+        lines.push(format!("`{}` wraps its pulleys by {}", part.name, wraps.join(", ")));
+    }
+    lines
 }
 
 fn verdict(path: &Path, summary: &Summary, (modes, assumptions): (&[String], &[String])) -> String {

@@ -366,7 +366,7 @@ pub fn words_of_mode(equations: &Equations, id: DiscreteId) -> Option<&'static s
         DiscreteKind::Setting => Some("1 at the instant at which an event sets this rate, else 0"),
         DiscreteKind::Presence(_) => discrete.is_of_mode().then_some("1 until it is removed, then 0"),
         DiscreteKind::Sampled | DiscreteKind::Time | DiscreteKind::Contact => None,
-        DiscreteKind::Captured(_) | DiscreteKind::Impulse => None,
+        DiscreteKind::Captured(_) | DiscreteKind::Course(..) | DiscreteKind::Impulse => None,
     }
 }
 

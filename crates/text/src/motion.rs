@@ -368,7 +368,7 @@ fn laws(equations: &mut Equations) -> HashMap<Expr, String> {
     for element in equations.system.elements.iter().filter(|element| matches!(element.origin, Origin::Load(_))) {
         let name = || element.name.clone();
         match element.translation.as_ref().map(|row| row.through.clone()) {
-            Some(Force::Line(law)) => laws.push((law, name(), Quantity::Force)),
+            Some(Force::Line(law) | Force::Tangent(law, _)) => laws.push((law, name(), Quantity::Force)),
             // Components in the axes of a body have no name: `fx` and `fy` are those in the axes of the world.
             Some(Force::World([x, y])) => laws.extend([(x, name(), Quantity::Fx), (y, name(), Quantity::Fy)]),
             Some(Force::None | Force::Inertia(_) | Force::Resistance(_) | Force::InBody(..)) | None => {}

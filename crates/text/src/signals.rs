@@ -46,6 +46,7 @@ fn discrete_words(equations: &Equations, index: usize) -> Option<Vec<Piece>> {
         DiscreteKind::Presence(_) | DiscreteKind::Contact | DiscreteKind::Impulse | DiscreteKind::Setting => {
             return None;
         }
+        DiscreteKind::Course(..) => return None,
     };
     Some(vec![Piece::words(unit), Piece::words(what), Piece::Code(name.clone())])
 }

@@ -1,7 +1,7 @@
 //! Actuator (F): a force law in the distance between two points and its rate.
 
-use crate::component::frame::anywhere;
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::course::{ENDS, OVER, placed};
+use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::Quantity as Q;
 use crate::model::measure::FORCE;
@@ -11,19 +11,20 @@ pub(crate) const ACTUATOR: Component = Component {
     about: "a force law along the line between two points",
     equations: "F = force(length, rate, ...)",
     keys: &[
-        BETWEEN_POINTS,
+        ENDS,
         Key::required(
             "force",
             Form::Law(FORCE),
             "the law; positive pushes the points apart",
             "give the law: `force = \"-k*(length - l0)\"`",
         ),
+        OVER,
     ],
     variables: &[Q::Length, Q::Rate, Q::Force],
     law_variables: &[Q::Length, Q::Rate],
     pose: &[Q::Length, Q::Force],
     law: |part| Some(part.key("force")),
-    ..Component::load("actuator", |part, system| line::rows(system, part, "F"), anywhere, |_| Icon::Line(cylinder))
+    ..Component::load("actuator", |part, system| line::rows(system, part, "F"), placed, |_| Icon::Line(cylinder))
 };
 
 /// A cylinder with a piston on a rod.

@@ -1,7 +1,7 @@
 //! Constant-force spring (F): a pre-stressed strip that unrolls from a drum pulls its ends together with the same force at any length.
 
-use crate::component::frame::anywhere;
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::course::{ENDS, OVER, placed};
+use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::measure::FORCE;
 use crate::model::{Quantity as Q, Range};
@@ -11,13 +11,14 @@ pub(crate) const CONSTANT_FORCE: Component = Component {
     about: "a spring that pulls two points together with the same force at any length",
     equations: "F = -pull",
     keys: &[
-        BETWEEN_POINTS,
+        ENDS,
         Key::required(
             "pull",
             Form::Constant(FORCE, Range::Any),
             "the force that pulls the points together",
             "give the force that pulls the points together [N]: `pull = 20`",
         ),
+        OVER,
     ],
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
@@ -28,7 +29,7 @@ pub(crate) const CONSTANT_FORCE: Component = Component {
     ..Component::load(
         "constant_force_spring",
         |part, system| line::rows(system, part, "k"),
-        anywhere,
+        placed,
         |_| Icon::Line(drum),
     )
 };

@@ -1,7 +1,7 @@
 //! Linear damper (F, on a line d as in the paper's Fig. 5): a force against the rate of the distance between two points.
 
-use crate::component::frame::anywhere;
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::course::{ENDS, OVER, placed};
+use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::measure::DAMPING;
 use crate::model::{Quantity as Q, Range};
@@ -11,19 +11,20 @@ pub(crate) const DAMPER: Component = Component {
     about: "a damper along the line between two points",
     equations: "F = -damping |r|'",
     keys: &[
-        BETWEEN_POINTS,
+        ENDS,
         Key::required(
             "damping",
             Form::Constant(DAMPING, Range::Any),
             "the damping coefficient",
             "give the damping coefficient [N.s/m]: `damping = 20`",
         ),
+        OVER,
     ],
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
     pulls: true,
     law: |part| Some(-(part.key("damping") * part.variable(Q::Rate))),
-    ..Component::load("damper", |part, system| line::rows(system, part, "d"), anywhere, |_| Icon::Line(dashpot))
+    ..Component::load("damper", |part, system| line::rows(system, part, "d"), placed, |_| Icon::Line(dashpot))
 };
 
 /// A piston in an open cylinder.

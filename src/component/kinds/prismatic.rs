@@ -45,7 +45,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
     let translation = slide::row(system, part);
     let angle = system.value(part.formula("angle"));
     let rotation = RotationalRow::held(system, part, angle);
-    Rows { letter: "s", translation: Some(translation), rotation: Some(rotation), coupling: None }
+    Rows { letter: "s", translation: Some(translation), rotation: Some(rotation), ..Rows::default() }
 }
 
 impl Joint {

@@ -66,7 +66,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
         letter: "h",
         translation: Some(TranslationalRow::pin(system, part)),
         rotation: Some(RotationalRow { through: resistance.map_or(Torque::None, Torque::Resistance), ..turn }),
-        coupling: None,
+        ..Rows::default()
     }
 }
 

@@ -86,6 +86,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
         }),
         rotation: Some(turn),
         coupling,
+        ..Rows::default()
     }
 }
 

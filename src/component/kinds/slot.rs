@@ -44,7 +44,7 @@ fn placed(placed: &mut Placed<'_>) {
 
 fn rows(part: &Part, system: &mut System) -> Rows {
     let translation = Some(slide::row(system, part));
-    Rows { letter: "p", translation, rotation: Some(RotationalRow::free(system, part)), coupling: None }
+    Rows { letter: "p", translation, rotation: Some(RotationalRow::free(system, part)), ..Rows::default() }
 }
 
 impl Joint {

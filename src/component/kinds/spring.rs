@@ -2,8 +2,8 @@
 //! spring: -k x - k3 x^3 - c v with x from the free length. One-sided springs act above or below their free length only, and then only
 //! towards it: damping never makes a rope push or a stop pull.
 
-use crate::component::frame::anywhere;
-use crate::component::key::{BETWEEN_POINTS, Form, Key};
+use crate::component::course::{ENDS, OVER, placed};
+use crate::component::key::{Form, Key};
 use crate::component::{Component, Icon, IconStroke, line};
 use crate::model::measure::{CUBIC_STIFFNESS, DAMPING, LENGTH, STIFFNESS};
 use crate::model::{Comparison, Formula, Part, Quantity as Q, Range};
@@ -14,7 +14,7 @@ pub(crate) const SPRING: Component = Component {
     about: "a spring and damper along the line between two points",
     equations: "F = -stiffness x - cubic x^3 - damping x', x = |r| - length",
     keys: &[
-        BETWEEN_POINTS,
+        ENDS,
         Key::required(
             "stiffness",
             Form::Constant(STIFFNESS, Range::Any),
@@ -25,6 +25,7 @@ pub(crate) const SPRING: Component = Component {
         Key::optional("damping", Form::Constant(DAMPING, Range::Any), "the damping coefficient"),
         Key::optional("cubic", Form::Constant(CUBIC_STIFFNESS, Range::Any), "the cubic stiffness"),
         SIDE,
+        OVER,
     ],
     variables: &[Q::Length, Q::Rate, Q::Force],
     pose: &[Q::Length, Q::Force],
@@ -32,7 +33,7 @@ pub(crate) const SPRING: Component = Component {
     law: |part| Some(law(part, "length", [Q::Length, Q::Rate])),
     energy: |part| Some(energy(part, "length", Q::Length)),
     stored: "0.5*(stiffness*(example.length - length)^2) + 0.25*(cubic*(example.length - length)^4)",
-    ..Component::load("spring", rows, anywhere, |_| Icon::Line(zigzag))
+    ..Component::load("spring", rows, placed, |_| Icon::Line(zigzag))
 };
 
 /// On which side of the free length or angle a spring acts.

@@ -31,7 +31,7 @@ fn rows(part: &Part, system: &mut System) -> Rows {
         letter: "w",
         translation: Some(TranslationalRow::pin(system, part)),
         rotation: plane.then(|| RotationalRow::held(system, part, angle)),
-        coupling: None,
+        ..Rows::default()
     }
 }
 

@@ -11,6 +11,7 @@ use crate::scene::key::{Form, Key};
 use crate::scene::model::{Scene, Vector};
 use crate::scene::part::Part;
 use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
+use crate::scene::tables::{DRUM, PULLEY};
 
 /// What is written for a name instead, if anything is.
 type Map<'m> = &'m dyn Fn(&str) -> Option<String>;
@@ -214,6 +215,13 @@ impl Walk<'_> {
             (Corners(..), Content::Array(items)) => {
                 items.iter_mut().for_each(|item| self.value(item, Corner, variables))
             }
+            (Form::Ends, Content::Array(items)) => {
+                items.iter_mut().for_each(|item| match item.kind {
+                    Content::Table(_) => self.table(item, DRUM),
+                    _ => self.value(item, Point, variables),
+                });
+            }
+            (Form::Course, Content::Array(items)) => items.iter_mut().for_each(|item| self.table(item, PULLEY)),
             (Form::Shape, Content::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
                 let keys = shape::ALL.iter().flat_map(|shape| shape.all_keys());
                 if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
@@ -222,6 +230,16 @@ impl Walk<'_> {
             }),
             // Words that are no names; or the wrong type, which is reported where it is read.
             _ => {}
+        }
+    }
+
+    /// The values of a table with these keys.
+    fn table(&mut self, node: &mut DocumentNode, keys: &[Key]) {
+        let Content::Table(entries) = &mut node.kind else { return };
+        for (key, node) in entries {
+            if let Some(known) = keys.iter().find(|known| known.name == key.text) {
+                self.value(node, known.form, &[]);
+            }
         }
     }
 

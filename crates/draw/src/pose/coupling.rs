@@ -106,7 +106,7 @@ impl PoseValues<'_> {
         self.at(place)
     }
 
-    fn number(&mut self, formula: &Formula) -> f64 {
+    pub(super) fn number(&mut self, formula: &Formula) -> f64 {
         let expr = self.equations.formula(formula);
         self.values(&[expr])[0]
     }

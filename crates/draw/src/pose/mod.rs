@@ -1,6 +1,7 @@
 //! The drawing of a mechanism at its start, or at another time.
 
 mod coupling;
+mod course;
 mod held;
 
 use std::collections::HashMap;
@@ -46,7 +47,7 @@ fn drawn(mut pose: PoseValues) -> Drawing {
     for part in mechanism.joints.iter().chain(&mechanism.loads).chain(&mechanism.drivers) {
         let icon = (part.component().icon)(part);
         if let Icon::Line(_) = icon {
-            fixed.extend(part.between);
+            fixed.extend(part.places());
         }
         pose.part(part, &icon, &mut drawing);
     }
@@ -186,6 +187,7 @@ impl<'a> PoseValues<'a> {
                 let axis = self.direction(axis, part.between[0].body());
                 drawing.joints.push(self.joint(part, Hold::Slot(axis)));
             }
+            Icon::Line(glyph) if part.course().is_some() => drawing.springs.extend(self.course(part, *glyph)),
             Icon::Line(glyph) => {
                 let ends = part.between.map(|place| self.at(place));
                 drawing.springs.push(DrawnSpring { name, between, ends, glyph: *glyph, beside: 0.0 });

@@ -76,6 +76,7 @@ impl TerminalWriter<'_> {
                     (force, self.times(term.factor, times(self.letters.direction(along, element, true))))
                 }
                 Port::Length(_) => (force, self.times(term.factor, times(self.unit(label)))),
+                Port::Span(_, tangent) => (force, self.times(term.factor, times(self.unit_tangent(label, tangent)))),
                 Port::Heading(_) => {
                     let across = FormulaTree::Call("turned", vec![self.unit(label)]);
                     let length = FormulaTree::Call("abs", vec![self.letters.displacement(label)]);
@@ -95,6 +96,15 @@ impl TerminalWriter<'_> {
             Port::Along(_, along) => self.letters.projected(self.letters.displacement(label), along, element, true),
             Port::Length(_) => FormulaTree::Call("abs", vec![self.letters.displacement(label)]),
             Port::Heading(_) => FormulaTree::Call("heading", vec![self.letters.displacement(label)]),
+            Port::Span(_, tangent) => {
+                let straight = self.straight_length(label, tangent);
+                if tangent.difference == Expr::ZERO {
+                    return straight;
+                }
+                let heading = FormulaTree::Call("heading", vec![self.unit_tangent(label, tangent)]);
+                let arc = FormulaTree::product(vec![self.formula(tangent.difference), heading]);
+                FormulaTree::Sum(vec![(false, straight), (true, arc)])
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use cotree::equations::Equations;
 use cotree::expr::Expr;
 use cotree::model::{BodyId, Formula, Owner, Quantity, Variable};
 use cotree::network::{
-    Angle, Direction, Element, ElementId, Force, Known, Origin, Resistance, Rotation, Torque, Translation,
+    Angle, Direction, Element, ElementId, Force, Known, Origin, Resistance, Rotation, Tangent, Torque, Translation,
 };
 
 use super::labels::number;
@@ -217,6 +217,10 @@ impl TerminalWriter<'_> {
                 sum(vec![(self.law(law), Some(self.unit(&element.label)))])
             }
             Force::Line(law) => self.law(law),
+            Force::Tangent(law, tangent) => {
+                let unit = self.unit_tangent(&element.label, *tangent);
+                sum(vec![(self.law(law), Some(unit))])
+            }
         };
         vec![(force, right)]
     }
@@ -243,6 +247,30 @@ impl TerminalWriter<'_> {
     fn unit(&self, label: &str) -> FormulaTree {
         let size = FormulaTree::Call("abs", vec![self.letters.displacement(label)]);
         FormulaTree::Quotient(Box::new([self.letters.displacement(label), size]))
+    }
+
+    /// The same along a tangent of circles about them: (sqrt(|r|^2 - k^2) r - k J r)/|r|^2, where J turns by a quarter turn.
+    pub fn unit_tangent(&self, label: &str, tangent: Tangent) -> FormulaTree {
+        if tangent.difference == Expr::ZERO {
+            return self.unit(label);
+        }
+        let displacement = || self.letters.displacement(label);
+        let square = FormulaTree::power(FormulaTree::Call("abs", vec![displacement()]), FormulaTree::Number(2.0));
+        let across = FormulaTree::Call("turned", vec![displacement()]);
+        let along = FormulaTree::product(vec![self.straight_length(label, tangent), displacement()]);
+        let beside = FormulaTree::product(vec![self.formula(tangent.difference), across]);
+        FormulaTree::quotient(vec![FormulaTree::Sum(vec![(false, along), (true, beside)])], vec![square])
+    }
+
+    /// The length of a tangent between circles.
+    pub fn straight_length(&self, label: &str, tangent: Tangent) -> FormulaTree {
+        let distance = FormulaTree::Call("abs", vec![self.letters.displacement(label)]);
+        if tangent.difference == Expr::ZERO {
+            return distance;
+        }
+        let square = |tree: FormulaTree| FormulaTree::power(tree, FormulaTree::Number(2.0));
+        let difference = square(self.formula(tangent.difference));
+        FormulaTree::Root(Box::new(FormulaTree::Sum(vec![(false, square(distance)), (true, difference)])))
     }
 
     fn angle(&self, element: &Element) -> Option<(FormulaTree, FormulaTree)> {
