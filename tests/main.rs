@@ -43,6 +43,7 @@ mod latex;
 mod logs;
 mod measured_accuracy;
 mod motion;
+mod motion_clearance;
 mod motion_stops;
 mod motion_tolerances;
 mod networks;

@@ -132,8 +132,27 @@ class Builder:
         points[name] = list(at)
         return self
 
+    def ground_outline(self, outline: Mapping[str, Any]) -> Builder:
+        """The outline of the ground, for pictures and clearance, such as `{"disc": [0, 0], "radius": "60 mm"}`."""
+        if "outline" in self._table("ground"):
+            raise ValueError("ground: there is an outline already")
+        self._table("ground")["outline"] = dict(outline)
+        return self
+
+    def clearance(self, *pairs: Sequence[str], least: Value | None = None) -> Builder:
+        """Pairs of bodies, or of a body and `"ground"`, whose least distance `motion` reports, and the least that is permitted [m].
+
+        Without pairs all that share no joint.
+        """
+        table = self._table("clearance")
+        if pairs:
+            table.setdefault("pairs", []).extend([list(pair) for pair in pairs])
+        if least is not None:
+            table["least"] = least
+        return self
+
     def body(self, name: str, **keys: Unpack[BodyKeys]) -> Builder:
-        """A body; keys are those of the scene file, such as mass, inertia, com, points, shape."""
+        """A body; keys are those of the scene file, such as mass, inertia, com, points, shape, outline."""
         return self._add("bodies", name, keys)
 
     def joint(self, name: str, type: JointType, between: Sequence[str], **keys: Unpack[JointKeys]) -> Builder:

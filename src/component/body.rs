@@ -25,6 +25,12 @@ pub(crate) const KEYS: &[Key] = &[
     Key::default("gravity", Form::Switch, "whether gravity acts on it", "`true`"),
     Key::default("points", Form::NamedPoints, "its points, in a frame that is fixed in it", "none"),
     Key::default("shape", Form::Shape, "a uniform [shape](#shapes) in the frame of the points", "none"),
+    Key::default(
+        "outline",
+        Form::Outline,
+        "its [outline](#outlines) in the frame of the points, for pictures and [clearance](#clearance)",
+        "that of the shape",
+    ),
 ];
 
 /// Its variables.

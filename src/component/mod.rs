@@ -9,6 +9,7 @@ mod key;
 pub(crate) mod kinds;
 mod limits;
 mod line;
+pub(crate) mod outline;
 mod reference;
 mod schema;
 pub(crate) mod shape;
@@ -20,6 +21,7 @@ pub(crate) use frame::{PartFrame, Placed, minus, sum};
 pub use icon::{Glyph, Icon, IconStroke, RoundGlyph};
 pub(crate) use kinds::ALL;
 pub use kinds::{Phase, Profile};
+pub use outline::outline_at;
 pub use reference::{examples, reference};
 pub use schema::schema;
 

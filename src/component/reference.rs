@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::{ALL, Component, ENERGIES, RESIDUALS, Section, body, shape, transfer};
+use super::{ALL, Component, ENERGIES, RESIDUALS, Section, body, outline, shape, transfer};
 use crate::model::{Dimension, Quantity};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
@@ -35,6 +35,7 @@ pub fn reference() -> String {
     table(&mut text, "`ground`", "Its bare name `ground` is its origin.", tables::GROUND);
     bodies(&mut text);
     shapes(&mut text);
+    outlines(&mut text);
     for section in [Section::Joints, Section::Drivers, Section::Loads] {
         push(&mut text, &format!("## `{}s`\n", section.word()));
         for component in section.components() {
@@ -55,6 +56,8 @@ pub fn reference() -> String {
     let experiment =
         "Parameters in these keys have their values of the scene: setting a parameter does not change the times.";
     table(&mut text, "`experiment`", experiment, tables::EXPERIMENT);
+    let clearance = "What `cotree motion` reports of the distances between [outlines](#outlines). See [motion.md](motion.md#clearance).";
+    table(&mut text, "`clearance`", clearance, tables::CLEARANCE);
     let display = "Results are in SI units unless a unit is given for their quantity, here or with `--units`.";
     table(&mut text, "`display`", display, tables::DISPLAY);
     table(&mut text, "`solver`", "", tables::SOLVER);
@@ -128,6 +131,21 @@ fn shapes(text: &mut String) {
         let rest = shape.all_keys();
         rows(text, &[&[place], &rest[1..]].concat());
         push(text, &format!("```toml\nshape = {}\n```\n", shape.example));
+    }
+}
+
+fn outlines(text: &mut String) {
+    push(text, "## Outlines\n");
+    push(
+        text,
+        "The outline of a body or of the ground is what pictures show and what `cotree motion` measures distances between. It has no mass and changes no motion. A body\n\
+         without an `outline` has that of its `shape`. A place is the name of a point of the same body, or two coordinates in the frame of its points.\n",
+    );
+    for kind in outline::ALL {
+        push(text, &format!("### Outline with the key `{}`\n", kind.place.name));
+        push(text, &format!("{}.\n", capital(kind.about)));
+        rows(text, &[Key { need: Need::Required(""), ..kind.place }, kind.offset]);
+        push(text, &format!("```toml\noutline = {}\n```\n", kind.example));
     }
 }
 

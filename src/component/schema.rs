@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Component, Section, body, shape, transfer};
+use super::{Component, Section, body, outline, shape, transfer};
 use crate::model::Range;
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::record::Record;
@@ -57,6 +57,7 @@ fn definitions() -> Value {
         "driver": parts(Section::Drivers),
         "load": parts(Section::Loads),
         "part": part(),
+        "outline": { "oneOf": outline::ALL.iter().map(|kind| outline_of(kind)).collect::<Vec<_>>() },
         "shape": { "oneOf": shape::ALL.iter().map(|shape| shape_of(shape)).collect::<Vec<_>>() },
     })
 }
@@ -143,6 +144,13 @@ fn shape_of(shape: &shape::Shape) -> Value {
     table
 }
 
+fn outline_of(kind: &outline::OutlineKind) -> Value {
+    let mut table = object(&[Key { need: Need::Required(""), ..kind.place }, kind.offset]);
+    table["title"] = json!(kind.place.name);
+    table["description"] = json!(kind.about);
+    table
+}
+
 fn property(key: &Key) -> Value {
     let mut value = form(key);
     let unit = super::reference::unit(key.form);
@@ -192,6 +200,8 @@ fn form(key: &Key) -> Value {
             json!({ "type": "array", "items": reference("corner"), "minItems": least, "maxItems": most })
         }
         Form::Shape => reference("shape"),
+        Form::Outline => reference("outline"),
+        Form::Pairs => json!({ "type": "array", "items": strings(2, 2) }),
         Form::Table => section(key.name),
     }
 }
@@ -250,6 +260,7 @@ fn section(name: &str) -> Value {
             outputs
         }
         "experiment" => object(tables::EXPERIMENT),
+        "clearance" => object(tables::CLEARANCE),
         "display" => object(tables::DISPLAY),
         "solver" => object(tables::SOLVER),
         "coordinates" => object(tables::COORDINATES),

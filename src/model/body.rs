@@ -38,6 +38,8 @@ pub enum Outline {
     Polygon(Vec<[Formula; 2]>),
     /// Centre and radius.
     Disc([Formula; 2], Formula),
+    /// All that is not farther than this from the polygon with these corners, from the line between two, or from one.
+    Rounded(Vec<[Formula; 2]>, Formula),
 }
 
 impl Outline {
@@ -46,6 +48,7 @@ impl Outline {
         match self {
             Outline::Polygon(corners) => Outline::Polygon(corners.into_iter().map(place).collect()),
             Outline::Disc(centre, radius) => Outline::Disc(place(centre), radius),
+            Outline::Rounded(corners, offset) => Outline::Rounded(corners.into_iter().map(place).collect(), offset),
         }
     }
 }

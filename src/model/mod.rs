@@ -5,6 +5,7 @@
 
 mod body;
 mod bound;
+mod clearance;
 mod contact;
 mod course;
 mod discrete;
@@ -28,6 +29,7 @@ mod written;
 
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
+pub use clearance::Clearance;
 pub use contact::{Contact, ContactState, GapLaw, Limits};
 pub use course::{Course, CourseValue, Pulley, Station};
 pub use discrete::{Discrete, DiscreteKind};
@@ -115,6 +117,8 @@ pub struct Mechanism {
     pub set_rates: Vec<SetRate>,
     /// Points of the ground.
     pub ground: Vec<Point>,
+    /// Outlines of the ground.
+    pub ground_outlines: Vec<Outline>,
     pub bodies: Vec<Body>,
     pub joints: Vec<Part>,
     /// Prescribed motions.
@@ -128,6 +132,8 @@ pub struct Mechanism {
     pub experiment: Experiment,
     pub solver: Solver,
     pub coordinates: Coordinates,
+    /// The distances between outlines that are of interest, if any are.
+    pub clearance: Option<Clearance>,
     /// Values of keys that parameters can move out of their ranges.
     pub bounds: Vec<Bound>,
     /// The units to show values in: those that the scene asks for, then those that it is written in.

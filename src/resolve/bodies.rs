@@ -72,6 +72,7 @@ impl Resolver<'_> {
             self.without_effect("`inertia`", &called, "in one dimension", given.span);
         }
         let shape = fields.get("shape").and_then(|node| self.shape(node, &fields, &body, centre.is_some()));
+        let outline = fields.get("outline").and_then(|node| self.outline_of_body(node, &fields, &body));
         let solid_centre = shape.as_ref().map(|shape| shape.solid.centre.clone());
         let mirrored = |at| frame.mirrored(at);
         let centre = mirrored(centre.or(solid_centre).unwrap_or(ORIGIN));
@@ -84,6 +85,9 @@ impl Resolver<'_> {
             let turning = body.mass.clone().map(|mass| mass * shape.solid.gyration);
             body.inertia = body.inertia.or(turning);
             body.outline = Some(shape.solid.outline.map(|at| from_centre(mirrored(at))));
+        }
+        if let Some(outline) = outline {
+            body.outline = Some(outline.map(|at| from_centre(mirrored(at))));
         }
         for point in &mut body.points {
             point.at = from_centre(mirrored(std::mem::replace(&mut point.at, ORIGIN)));

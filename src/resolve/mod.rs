@@ -17,6 +17,7 @@ mod laws;
 pub mod loosened;
 mod names;
 mod order;
+mod outlines;
 mod outputs;
 mod parameters;
 mod parts;
@@ -114,6 +115,7 @@ impl Scene {
         resolver.place_parts();
         resolver.signals(&mut discrete);
         let samplers = resolver.samplers(&mut discrete);
+        let ground = resolver.ground();
         let mut mechanism = Mechanism {
             name: self.name.text.clone(),
             description: self.description.as_ref().map(|text| text.text.clone()).unwrap_or_default(),
@@ -123,7 +125,8 @@ impl Scene {
             parameters,
             calculated,
             inputs,
-            ground: resolver.ground(),
+            ground_outlines: resolver.ground_outlines(&ground),
+            ground,
             bodies: resolver.bodies(),
             joints: resolver.parts(Section::Joints),
             drivers: resolver.parts(Section::Drivers),
@@ -140,11 +143,13 @@ impl Scene {
             experiment: resolver.experiment(),
             solver: resolver.solver(),
             coordinates: resolver.coordinates(),
+            clearance: None,
             // After all keys have been read.
             bounds: std::mem::take(&mut resolver.bounds),
             units: Units::default(),
             display,
         };
+        mechanism.clearance = resolver.clearance(&mechanism);
         let outputs = resolver.outputs(requested);
         mechanism.add_own_states();
         mechanism.engaging = resolver.engaging(&mechanism.joints, &mechanism.discrete);

@@ -5,7 +5,8 @@ use cotree_fmu::program::domain::Limit;
 use super::context::Context;
 use super::parts::KeyReader;
 use super::{Resolver, UNKNOWN};
-use crate::component::shape::{ALL, DENSITY_KEY, Shape, Solid};
+use crate::component::PartFrame;
+use crate::component::shape::{ALL, DENSITY_KEY, Flaw, Shape, Solid};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
@@ -36,7 +37,7 @@ impl Resolver<'_> {
         let component = self.kind_of_shape(node, &owner)?;
         let keys = component.all_keys();
         let fields = Fields::open(node, &owner, node.span, &names(&keys), self.faults)?;
-        let corners = self.corners(&component.place, &fields, body)?;
+        let corners = self.corners(&component.place, &fields, body, None)?;
         self.check_corners(component, &corners, &fields)?;
         if has_centre && body.inertia.is_none() {
             let message = format!("{} has a shape and `com`, but no `inertia`", body_fields.owner);
@@ -85,11 +86,17 @@ impl Resolver<'_> {
         }
     }
 
-    /// The places that a shape's first key names.
-    fn corners(&mut self, key: &Key, fields: &Fields<'_>, body: &Body) -> Option<Vec<[Formula; 2]>> {
+    /// The places that a shape's or an outline's first key names. Coordinates are in a frame, or else in that of the body's points.
+    pub(super) fn corners(
+        &mut self,
+        key: &Key,
+        fields: &Fields<'_>,
+        body: &Body,
+        frame: Option<&PartFrame>,
+    ) -> Option<Vec<[Formula; 2]>> {
         let (node, what) = (fields.get(key.name)?, fields.name_of(key.name));
         let Form::Corners(least, most) = key.form else {
-            return Some(vec![self.corner(node, &what, body)?]);
+            return Some(vec![self.corner(node, &what, body, frame)?]);
         };
         let Content::Array(items) = &node.kind else {
             let message = format!("{what} is {}, but must be a list of points", node.kind.name());
@@ -107,26 +114,34 @@ impl Resolver<'_> {
                 .push(Fault::new("scene::wrong_value", message, node.span).label(format!("{wanted} are needed")));
             return None;
         }
-        let corners: Vec<Option<_>> = items.iter().map(|item| self.corner(item, &what, body)).collect();
+        let corners: Vec<Option<_>> = items.iter().map(|item| self.corner(item, &what, body, frame)).collect();
         corners.into_iter().collect()
     }
 
     /// A point of the body by its name, or two coordinates.
-    fn corner(&mut self, node: &DocumentNode, what: &str, body: &Body) -> Option<[Formula; 2]> {
+    fn corner(
+        &mut self,
+        node: &DocumentNode,
+        what: &str,
+        body: &Body,
+        frame: Option<&PartFrame>,
+    ) -> Option<[Formula; 2]> {
         let Content::Text(name) = &node.kind else {
             let at = self.faults.vector(node, what)?;
-            return Some(self.vector(&at, what, &LENGTH, Context::Constant));
+            let at = self.vector(&at, what, &LENGTH, Context::Constant);
+            return Some(frame.map_or_else(|| at.clone(), |frame| frame.place(at.clone())));
         };
         if let Some(point) = body.points.iter().find(|point| point.name == *name) {
             return Some(point.at.clone());
         }
         if !self.is_reported(&Text::new(name.as_str(), node.span), &format!("{}.{name}", body.name)) {
             let names = || body.points.iter().map(|point| point.name.as_str());
+            let whose = if body.name == "ground" { "the ground".to_owned() } else { format!("body `{}`", body.name) };
             let otherwise = match body.points.is_empty() {
-                true => format!("give it in `points` of body `{}`, or write two coordinates", body.name),
-                false => format!("body `{}` has the points {}", body.name, suggest::list(names())),
+                true => format!("give it in `points` of {whose}, or write two coordinates"),
+                false => format!("{whose} has the points {}", suggest::list(names())),
             };
-            let message = format!("{what} uses a point that body `{}` does not have: `{name}`", body.name);
+            let message = format!("{what} uses a point that {whose} does not have: `{name}`");
             let fault = Fault::new("scene::unknown_point", message, node.span).label("no such point");
             self.faults.push(fault.help(suggest::hint(name, names(), otherwise)));
         }
@@ -152,8 +167,13 @@ impl Resolver<'_> {
         if values.iter().flatten().any(|x| !x.is_finite()) {
             return Some(()); // has a fault of its own
         }
-        let Some((index, problem, help)) = (shape.flaw)(&values) else { return Some(()) };
-        let name = shape.place.name;
+        let Some(flaw) = (shape.flaw)(&values) else { return Some(()) };
+        self.refuse_corners(shape.place.name, flaw, fields)
+    }
+
+    /// Says what is wrong with the corners under a key.
+    pub(super) fn refuse_corners(&mut self, name: &str, flaw: Flaw, fields: &Fields<'_>) -> Option<()> {
+        let (index, problem, help) = flaw;
         let node = fields.get(name)?;
         let span = match &node.kind {
             Content::Array(items) => items.get(index).map_or(node.span, |item| item.span),

@@ -1,10 +1,10 @@
 //! Builds scenes in Rust, with the words of the scene file.
 
 use super::model::{
-    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
-    Scene, Signal, Solver, State, Vector,
+    Coordinates, Event, Experiment, GroundOutline, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled,
+    SampledValue, Scene, Signal, Solver, State, Vector,
 };
-use super::part::{Body, Driver, Joint, Load, Part};
+use super::part::{Body, Driver, Joint, Load, Outline, Part};
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::model::Dimension;
@@ -25,6 +25,7 @@ impl Scene {
             events: Vec::new(),
             signals: Vec::new(),
             ground: Vec::new(),
+            ground_outlines: Vec::new(),
             bodies: Vec::new(),
             joints: Vec::new(),
             drivers: Vec::new(),
@@ -34,6 +35,7 @@ impl Scene {
             experiment: Experiment::default(),
             solver: Solver::default(),
             coordinates: Coordinates::default(),
+            clearance: None,
             display: Vec::new(),
             source: Source::default(),
             broken: Vec::new(),
@@ -145,6 +147,28 @@ impl Scene {
     #[must_use]
     pub fn ground_point(mut self, name: &str, at: impl Into<Vector>) -> Scene {
         self.ground.push(Point { name: Text::from(name), at: at.into(), within: 0 });
+        self
+    }
+
+    /// Adds an outline of the ground, for pictures and clearance.
+    #[must_use]
+    pub fn ground_outline(mut self, outline: Outline) -> Scene {
+        self.ground_outlines.push(GroundOutline { node: outline.0.node, within: 0 });
+        self
+    }
+
+    /// Has the distance between the outlines of two bodies, or of a body and `ground`, reported for a turn or stroke.
+    #[must_use]
+    pub fn clearance(mut self, first: &str, second: &str) -> Scene {
+        let pairs = &mut self.clearance.get_or_insert_default().pairs;
+        pairs.get_or_insert_default().push([first, second].map(Text::from));
+        self
+    }
+
+    /// The least distance that is permitted between outlines \[m\].
+    #[must_use]
+    pub fn least_clearance(mut self, distance: impl Into<Quantity>) -> Scene {
+        self.clearance.get_or_insert_default().least = Some(distance.into());
         self
     }
 

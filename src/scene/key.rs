@@ -86,6 +86,10 @@ pub enum Form {
     Corners(usize, usize),
     /// A shape with a density.
     Shape,
+    /// An outline.
+    Outline,
+    /// A list of pairs of bodies or the ground.
+    Pairs,
     /// A table with keys of its own, or several.
     Table,
     /// Two points of different bodies, or drums.

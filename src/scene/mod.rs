@@ -26,10 +26,10 @@ pub(crate) mod unit;
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
 pub use edit::{Edit, EditError, Gap, edited};
 pub use model::{
-    Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled, SampledValue,
-    Scene, Signal, Solver, State, Vector,
+    Clearance, Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled,
+    SampledValue, Scene, Signal, Solver, State, Vector,
 };
-pub use part::{Body, Corner, Driver, Joint, Load, Part, Shape, Side};
+pub use part::{Body, Corner, Driver, Joint, Load, Outline, Part, Shape, Side};
 pub use quantity::{Quantity, Value};
 pub(crate) use quantity::{QuantityReading, read};
 pub use requested::Requested;

@@ -1,5 +1,6 @@
 //! The scene as it is written: names are texts, numbers may be units or expressions.
 
+use super::document::DocumentNode;
 use super::part::Part;
 use super::quantity::Quantity;
 use crate::diagnostic::span::{Source, Span, Text};
@@ -66,6 +67,8 @@ pub struct Scene {
     pub signals: Vec<Signal>,
     /// Points of the ground.
     pub ground: Vec<Point>,
+    /// Outlines of the ground: that of the scene, and those of its parts.
+    pub(crate) ground_outlines: Vec<GroundOutline>,
     /// Rigid bodies.
     pub bodies: Vec<Part>,
     /// Joints.
@@ -84,6 +87,8 @@ pub struct Scene {
     pub solver: Solver,
     /// Choice of trees.
     pub coordinates: Coordinates,
+    /// What is reported of distances between outlines.
+    pub clearance: Option<Clearance>,
     /// Units that results are shown in, such as `deg`, `mm`, `kN`, each with the key that names it.
     pub display: Vec<(Text, Text)>,
     /// The text that it was read from.
@@ -265,6 +270,23 @@ pub struct Point {
     pub at: Vector,
     /// In whose ground that is.
     pub(crate) within: Within,
+}
+
+/// An outline of the ground as it is written.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GroundOutline {
+    pub node: DocumentNode,
+    /// In whose ground that is.
+    pub within: Within,
+}
+
+/// What is reported of distances between outlines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Clearance {
+    /// Pairs of bodies or of a body and the ground; all that share no joint if absent.
+    pub pairs: Option<Vec<[Text; 2]>>,
+    /// The least distance that is permitted \[m\].
+    pub least: Option<Quantity>,
 }
 
 /// A scalar motion.

@@ -130,6 +130,8 @@ builders! {
     Body,
     /// The shape of a body that is built in Rust.
     Shape,
+    /// The outline of a body or of the ground that is built in Rust.
+    Outline,
     /// A joint that is built in Rust.
     Joint,
     /// A prescribed motion that is built in Rust.
@@ -224,6 +226,12 @@ impl Body {
         self.set("shape", shape.0.node)
     }
 
+    /// Its outline, for pictures and clearance; that of its shape if absent.
+    #[must_use]
+    pub fn outline(self, outline: Outline) -> Body {
+        self.set("outline", outline.0.node)
+    }
+
     /// Adds a point \[m\].
     #[must_use]
     pub fn point(self, name: &str, at: impl Into<Vector>) -> Body {
@@ -281,6 +289,19 @@ impl Shape {
     #[must_use]
     pub fn area(self, area: impl Into<Quantity>) -> Shape {
         self.set("area", area.into())
+    }
+}
+
+impl Outline {
+    /// An outline with these corners.
+    pub(crate) fn new(kind: &str, corners: Vec<Corner>) -> Outline {
+        let corners = corners.into_iter().map(|corner| corner.0).collect();
+        Outline(Part::empty()).set(kind, DocumentNode::built(Content::Array(corners)))
+    }
+
+    /// An outline about a place.
+    pub(crate) fn about(kind: &str, at: Corner) -> Outline {
+        Outline(Part::empty()).set(kind, at.0)
     }
 }
 

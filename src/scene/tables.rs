@@ -58,6 +58,12 @@ pub(crate) const SCENE: &[Key] = &[
     Key::default("initial", Form::Table, "[initial values](#initial)", "none"),
     Key::default("outputs", Form::Table, "[the outputs](#outputs)", "none"),
     Key::default("experiment", Form::Table, "the [default experiment](#experiment)", "its defaults"),
+    Key::default(
+        "clearance",
+        Form::Table,
+        "[distances between outlines](#clearance) that `cotree motion` reports",
+        "all pairs that share no joint, if an `outline` is given",
+    ),
     Key::default("display", Form::Table, "the [units that results are shown in](#display)", "SI"),
     Key::default("solver", Form::Table, "[settings of the solver](#solver)", "its defaults"),
     Key::default("coordinates", Form::Table, "the [choice of trees](#coordinates)", "`preset = \"recommended\"`"),
@@ -239,7 +245,31 @@ pub(crate) const SIGNAL_UNIT: Key =
     Key::default("unit", Form::Text, "its unit: the law must have it; a bare number is in it", "the unit of the law");
 
 /// The ground.
-pub(crate) const GROUND: &[Key] = &[Key::default("points", Form::NamedPoints, "its points", "none")];
+pub(crate) const GROUND: &[Key] = &[
+    Key::default("points", Form::NamedPoints, "its points", "none"),
+    Key::default(
+        "outline",
+        Form::Outline,
+        "its [outline](#outlines), for pictures and [clearance](#clearance)",
+        "none",
+    ),
+];
+
+/// Distances between outlines.
+pub(crate) const CLEARANCE: &[Key] = &[
+    Key::default(
+        "pairs",
+        Form::Pairs,
+        "pairs of bodies, or of a body and `ground`, each with an outline or a shape: `[[\"coupler\", \"ground\"]]`",
+        "all pairs with outlines or shapes that share no joint",
+    ),
+    Key::default(
+        "least",
+        Form::Constant(LENGTH, Range::Positive),
+        "the least distance that is permitted; `cotree motion` ends with exit code 1 if a pair comes closer",
+        "none",
+    ),
+];
 
 /// A file whose mechanism is a part of the scene.
 pub(crate) const PART: &[Key] = &[

@@ -30,6 +30,8 @@ pub enum Failure {
     Usage(String),
     /// The solver could not go on.
     Numerical(String),
+    /// The mechanism does not keep a limit that its scene sets.
+    Limit(String),
     /// The user pressed Ctrl-C; what was kept.
     Stopped(String),
     /// Several scenes were looked at, and what is wrong was told with each; the exit code.
@@ -84,6 +86,10 @@ impl Failure {
             Failure::Usage(message) => {
                 say(&format!("error: {message}\n"));
                 USAGE
+            }
+            Failure::Limit(message) => {
+                say(&format!("error: {message}\n"));
+                SCENE
             }
             Failure::Numerical(message) => {
                 say(&format!("error: {message}\n"));

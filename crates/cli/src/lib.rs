@@ -66,7 +66,7 @@ use failure::Failure;
                   cotree simulate my_mechanism.toml  print the motion as a table\n  \
                   cotree view my_mechanism.toml      show the motion in a browser\n  \
                   cotree export my_mechanism.toml    make my_mechanism.fmu\n\n\
-                  Exit codes: 0 success, 1 the scene has errors (or cotree has: cotree::internal), 2 usage or file error,\n            \
+                  Exit codes: 0 success, 1 the scene has errors (or cotree has: cotree::internal) or a clearance is too small, 2 usage or file error,\n            \
                   3 the solver failed, 130 stopped by Ctrl-C. Also 1, without a message, if standard output is closed before everything is written."
 )]
 struct Cli {

@@ -99,16 +99,19 @@ impl MotionCommand {
                 format,
             )?;
         }
-        if self.json {
-            return match deviating {
-                None => output::json(&figures),
-                Some(own) => output::json(&WithTolerances { figures: &figures, tolerances: own.data }),
-            };
+        match (self.json, deviating) {
+            (true, None) => output::json(&figures)?,
+            (true, Some(found)) => output::json(&WithTolerances { figures: &figures, tolerances: found.data })?,
+            (false, found) => {
+                output::print(&report.text(&units))?;
+                if let Some(found) = found {
+                    output::print(&format!("\n{}", found.text(&units)))?;
+                }
+            }
         }
-        output::print(&report.text(&units))?;
-        match deviating {
-            Some(own) => output::print(&format!("\n{}", own.text(&units))),
-            None => Ok(()),
+        match &figures.too_close(&units)[..] {
+            [] => Ok(()),
+            close => Err(Failure::Limit(close.join("\nerror: "))),
         }
     }
 

@@ -165,6 +165,12 @@ impl Drawing {
             body.points.iter().chain([&body.centre]).for_each(|&at| dxf.point(&bodies[index], at));
         }
         self.ground.iter().for_each(|&at| dxf.point(&ground, at));
+        for shape in &self.ground_shapes {
+            match shape {
+                DrawnShape::Disc(centre, radius) => dxf.circle(&ground, *centre, *radius),
+                DrawnShape::Polygon(corners) => dxf.polyline(&ground, corners, corners.len() > 2),
+            }
+        }
         for joint in &self.joints {
             joint.at.iter().for_each(|&at| dxf.point(&joints, at));
             if let Hold::Slider(_) | Hold::Slot(_) = joint.kind {

@@ -81,6 +81,15 @@ pub(crate) struct Solid {
 /// What is wrong with the corners of a shape: which of them, why, and what to do.
 pub(crate) type Flaw = (usize, String, &'static str);
 
+/// What is wrong with the corners of a polygon that may be listed in either order; the same of the two ends of a rod.
+pub(crate) fn flaw_of_outline(corners: &[[f64; 2]]) -> Option<Flaw> {
+    match corners.len() {
+        0 | 1 => None,
+        2 => (rod::ROD.flaw)(corners),
+        _ => polygon::flaw_of_boundary(corners),
+    }
+}
+
 /// How dense it is.
 pub(crate) const DENSITY_KEY: Key = Key::default(
     "density",

@@ -39,6 +39,16 @@ fn solid(corners: &[[Formula; 2]], _value: &dyn Fn(&str) -> Formula) -> Solid {
 }
 
 fn flaw(corners: &[[f64; 2]]) -> Option<Flaw> {
+    if let Some(flaw) = flaw_of_boundary(corners) {
+        return Some(flaw);
+    }
+    let area = (1..corners.len() - 1).map(|i| turn(corners[0], corners[i], corners[i + 1])).sum::<f64>();
+    let clockwise = "list its corners counter-clockwise: in the other order";
+    (area < 0.0).then(|| (0, "has its corners clockwise".to_string(), clockwise))
+}
+
+/// What is wrong with a boundary in either direction.
+pub(super) fn flaw_of_boundary(corners: &[[f64; 2]]) -> Option<Flaw> {
     let count = corners.len();
     let side = |i: usize| [corners[i], corners[(i + 1) % count]];
     if let Some(twice) = (0..count).find(|&i| side(i)[0] == side(i)[1]) {
@@ -53,9 +63,7 @@ fn flaw(corners: &[[f64; 2]]) -> Option<Flaw> {
             return Some((j, message, "list the corners in their order along the boundary"));
         }
     }
-    let area = (1..count - 1).map(|i| turn(corners[0], corners[i], corners[i + 1])).sum::<f64>();
-    let clockwise = "list its corners counter-clockwise: in the other order";
-    (area < 0.0).then(|| (0, "has its corners clockwise".to_string(), clockwise))
+    None
 }
 
 impl Built {

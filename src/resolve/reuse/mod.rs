@@ -181,6 +181,7 @@ impl SceneLibrary<'_> {
         scene.events.append(&mut part.events);
         scene.signals.append(&mut part.signals);
         scene.ground.append(&mut part.ground);
+        scene.ground_outlines.append(&mut part.ground_outlines);
         scene.bodies.append(&mut part.bodies);
         scene.joints.append(&mut part.joints);
         scene.drivers.append(&mut part.drivers);
@@ -205,6 +206,11 @@ impl SceneLibrary<'_> {
             }
             return;
         };
+        for outline in part.ground_outlines.drain(..) {
+            let message = format!("part `{}` is on body `{}`, but its ground has an outline", used.name.text, on.text);
+            let fault = Fault::new("scene::placed_part", message, outline.node.span).label("of its ground");
+            self.faults.push(fault.help(format!("give the outline to body `{}`, or to a body of the part", on.text)));
+        }
         part.ground.drain(..).for_each(|point| body.carry(point));
         renamed::with_ground(part, &on.text);
         used.origin.text = used.origin.text.replacen("ground", &on.text, 1);
@@ -246,6 +252,7 @@ impl Scene {
             .chain(self.events.iter_mut().map(|event| &mut event.within))
             .chain(self.signals.iter_mut().map(|signal| &mut signal.within))
             .chain(self.ground.iter_mut().map(|point| &mut point.within))
+            .chain(self.ground_outlines.iter_mut().map(|outline| &mut outline.within))
             .chain(self.initial.iter_mut().map(|initial| &mut initial.within));
         parts.chain(others).for_each(|within| *within = whose(*within));
     }

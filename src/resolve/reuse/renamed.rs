@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::component::{Section, body, shape, transfer};
+use crate::component::{Section, body, outline, shape, transfer};
 use crate::diagnostic::span::Text;
 use crate::model::Quantity as Variable;
 use crate::scene::document::{Content, DocumentNode};
@@ -81,10 +81,28 @@ pub(super) fn with_prefix(scene: &mut Scene, prefix: &str) {
     scene.events.iter_mut().for_each(|event| add(&mut event.name));
     scene.signals.iter_mut().for_each(|signal| add(&mut signal.name));
     scene.ground.iter_mut().for_each(|point| add(&mut point.name));
+    scene.ground_outlines.iter_mut().for_each(|outline| prefix_points(&mut outline.node, prefix));
     let parts = [&mut scene.bodies, &mut scene.joints, &mut scene.drivers, &mut scene.loads];
     parts.into_iter().flatten().for_each(|part| add(&mut part.name));
     scene.outputs.expressions.iter_mut().for_each(|output| add(&mut output.name));
     scene.broken.iter_mut().for_each(|name| name.insert_str(0, &format!("{prefix}_")));
+}
+
+/// Puts the name of the part before the points of its ground that an outline names: these have it already.
+fn prefix_points(outline: &mut DocumentNode, prefix: &str) {
+    let Content::Table(entries) = &mut outline.kind else { return };
+    for (key, node) in entries {
+        let places = match &mut node.kind {
+            _ if outline::ALL.iter().all(|kind| kind.place.name != key.text) => continue,
+            Content::Array(items) => &mut items[..],
+            _ => std::slice::from_mut(node),
+        };
+        for place in places {
+            if let Content::Text(point) = &mut place.kind {
+                point.insert_str(0, &format!("{prefix}_"));
+            }
+        }
+    }
 }
 
 /// Writes the name of a body wherever a scene names a point of the ground.
@@ -143,6 +161,7 @@ impl Walk<'_> {
             }
         }
         scene.ground.iter_mut().for_each(|point| self.vector(&mut point.at));
+        scene.ground_outlines.iter_mut().for_each(|outline| self.value(&mut outline.node, Form::Outline, &[]));
         scene.bodies.iter_mut().for_each(|part| self.entries(part, body::KEYS, &[]));
         let sections = [
             (Section::Joints, &mut scene.joints),
@@ -224,6 +243,12 @@ impl Walk<'_> {
             (Form::Course, Content::Array(items)) => items.iter_mut().for_each(|item| self.table(item, PULLEY)),
             (Form::Shape, Content::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
                 let keys = shape::ALL.iter().flat_map(|shape| shape.all_keys());
+                if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
+                    self.value(node, known.form, variables);
+                }
+            }),
+            (Form::Outline, Content::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
+                let keys = outline::ALL.iter().flat_map(|kind| kind.keys());
                 if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {
                     self.value(node, known.form, variables);
                 }

@@ -5,7 +5,7 @@ use super::fields::{Fields, as_vector, wrong_type};
 use crate::diagnostic::span::Text;
 use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::names;
-use crate::scene::model::{Event, Input, Parameter, Point, Sampled, SampledValue, Signal, State, Use};
+use crate::scene::model::{Event, GroundOutline, Input, Parameter, Point, Sampled, SampledValue, Signal, State, Use};
 use crate::scene::part::Part;
 use crate::scene::quantity::Quantity;
 use crate::scene::tables::{EVENT, GROUND, INPUT, PARAMETER, PART, SAMPLED, SAMPLED_VALUE, SIGNAL, STATE};
@@ -196,12 +196,15 @@ impl Decoder {
         })
     }
 
-    pub(super) fn ground(&mut self, top: &Fields<'_>) -> Vec<Point> {
+    pub(super) fn ground(&mut self, top: &Fields<'_>) -> (Vec<Point>, Vec<GroundOutline>) {
         let (Some(node), Some(span)) = (top.get("ground"), top.key_span("ground")) else {
-            return Vec::new();
+            return Default::default();
         };
-        let fields = Fields::open(node, "the ground", span, &names(GROUND), &mut self.faults);
-        fields.map(|fields| self.ground_points(&fields)).unwrap_or_default()
+        let Some(fields) = Fields::open(node, "the ground", span, &names(GROUND), &mut self.faults) else {
+            return Default::default();
+        };
+        let outline = fields.get("outline").map(|node| GroundOutline { node: node.clone(), within: 0 });
+        (self.ground_points(&fields), outline.into_iter().collect())
     }
 
     /// What is no place among the points of the ground: several of them are the keys of a body whose header is missing.

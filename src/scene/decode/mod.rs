@@ -224,7 +224,7 @@ impl Decoder {
         scene.sampled = self.samplers(&top);
         scene.events = self.section(&top, "events", "event", Decoder::event);
         scene.signals = self.section(&top, "signals", "signal", Decoder::signal);
-        scene.ground = self.ground(&top);
+        (scene.ground, scene.ground_outlines) = self.ground(&top);
         scene.bodies = self.parts(&top, "bodies");
         scene.joints = self.parts(&top, "joints");
         scene.drivers = self.parts(&top, "drivers");

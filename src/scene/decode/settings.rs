@@ -1,14 +1,14 @@
 //! Initial values, outputs, experiment, solver and coordinates.
 
 use super::Decoder;
-use super::fields::Fields;
+use super::fields::{Fields, wrong_type};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::scene::document::{Content, DocumentNode};
 use crate::scene::key::{Form, Key, names};
-use crate::scene::model::{Coordinates, Experiment, Initial, Outputs, Scene, Solver};
-use crate::scene::tables::{COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
+use crate::scene::model::{Clearance, Coordinates, Experiment, Initial, Outputs, Scene, Solver};
+use crate::scene::tables::{CLEARANCE, COORDINATES, DISPLAY, EXPERIMENT, GUESS, OUTPUTS, SOLVER};
 
 impl Decoder {
     pub(super) fn settings(&mut self, top: &Fields<'_>, scene: &mut Scene) {
@@ -30,6 +30,9 @@ impl Decoder {
                 tolerance: self.faults.optional_quantity(&fields, "tolerance"),
             };
         }
+        if let Some(fields) = self.table(top, "clearance", CLEARANCE) {
+            scene.clearance = Some(self.clearance(&fields));
+        }
         if let Some(fields) = self.table(top, "display", DISPLAY) {
             scene.display = self.display(&fields);
         }
@@ -49,6 +52,21 @@ impl Decoder {
             let spans = ["translation", "rotation"].map(|key| fields.key_span(key).unwrap_or_default());
             scene.coordinates = Coordinates { preset, translation, rotation, spans };
         }
+    }
+
+    fn clearance(&mut self, fields: &Fields<'_>) -> Clearance {
+        let least = self.faults.optional_quantity(fields, "least");
+        let Some(node) = fields.get("pairs") else { return Clearance { pairs: None, least } };
+        let what = fields.name_of("pairs");
+        let Content::Array(items) = &node.kind else {
+            let fault = wrong_type(node, &what, "a list of pairs");
+            self.faults.push(fault.help("write `pairs = [[\"BODY\", \"ground\"]]`"));
+            return Clearance { pairs: Some(Vec::new()), least };
+        };
+        let each = format!("an entry of {what}");
+        let help = "name two bodies, or a body and `ground`: `[\"BODY\", \"ground\"]`";
+        let pairs = items.iter().filter_map(|item| self.faults.pair(item, &each, help)).collect();
+        Clearance { pairs: Some(pairs), least }
     }
 
     /// The units of `[display]`, each with its key.

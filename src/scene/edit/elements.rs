@@ -54,7 +54,7 @@ pub enum Edit {
         /// The tables in which it may be.
         tables: Vec<String>,
     },
-    /// A point is removed, with what names it; with its body, if the shape of that needs the point or the text does not write it.
+    /// A point is removed, with what names it; with its body, if the shape or the outline of that needs the point or the text does not write it.
     RemovePoint {
         /// The body, or `ground`.
         owner: String,
@@ -143,7 +143,23 @@ impl SceneText {
             self.remove(&path(&[table, name]))?;
         }
         self.remove_values(name)?;
+        self.remove_pairs(name)?;
         self.remove_users(name)
+    }
+
+    /// Removes the pairs of `[clearance]` that name a body.
+    fn remove_pairs(&mut self, name: &str) -> Result<(), EditError> {
+        let (list, tree) = (path(&["clearance", "pairs"]), self.tree()?);
+        let Some(Content::Array(pairs)) = at(&tree, &list).map(|node| &node.kind) else { return Ok(()) };
+        let pairs: Vec<Vec<&str>> = pairs.iter().map(texts).collect();
+        let left: Vec<&Vec<&str>> = pairs.iter().filter(|pair| !pair.contains(&name)).collect();
+        if left.len() == pairs.len() {
+            return Ok(());
+        }
+        let pair =
+            |pair: &Vec<&str>| format!("[{}]", pair.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", "));
+        let text = left.into_iter().map(pair).collect::<Vec<_>>().join(", ");
+        self.set(&list, &format!("[{text}]"))
     }
 
     /// Removes initial values and outputs of an element or a point.
@@ -181,13 +197,18 @@ impl SceneText {
     fn remove_point(&mut self, owner: &str, name: &str) -> Result<(), EditError> {
         let point = format!("{owner}.{name}");
         if owner == "ground" {
+            let outline = path(&["ground", "outline"]);
+            if at(&self.tree()?, &outline).map(texts).unwrap_or_default().contains(&name) {
+                self.remove(&outline)?;
+            }
             self.remove(&path(&["ground", "points", name]))?;
             return self.remove_users(&point);
         }
         let tree = self.tree()?;
-        let shape = at(&tree, &path(&["bodies", owner, "shape"])).map(texts).unwrap_or_default();
+        let used = |key: &str| at(&tree, &path(&["bodies", owner, key])).map(texts).unwrap_or_default();
+        let used = [used("shape"), used("outline")].concat();
         let point_path = path(&["bodies", owner, "points", name]);
-        if shape.contains(&name) || at(&tree, &point_path).is_none() {
+        if used.contains(&name) || at(&tree, &point_path).is_none() {
             return self.remove_element(owner, &path(&["bodies"]));
         }
         self.remove(&point_path)?;

@@ -125,6 +125,16 @@ fn a_point_goes_unless_the_shape_needs_it() {
 }
 
 #[test]
+fn outlines_and_pairs_go_with_what_they_name() {
+    let text = "[ground]\npoints = { p = [0, 0], q = [1, 0] }\noutline = { disc = 'p', radius = 1 }\n[bodies]\nbar = { points = { a = [0, 0] }, outline = { disc = 'a', radius = 1 } }\nrod = {}\n";
+    let pairs = "[clearance]\npairs = [['bar', 'ground'], ['rod', 'ground']]\n";
+    let of_ground = |name: &str| Edit::RemovePoint { owner: "ground".to_owned(), name: name.to_owned() };
+    assert!(!after(text, &[of_ground("p")]).contains("'p'") && after(text, &[of_ground("q")]).contains("'p'"));
+    let left = after(&format!("{text}{pairs}"), &[Edit::RemovePoint { owner: "bar".to_owned(), name: "a".to_owned() }]);
+    assert!(!left.contains("bar") && left.contains("[clearance]\npairs = [[\"rod\", \"ground\"]]"), "{left}");
+}
+
+#[test]
 fn a_motor_begins_elsewhere() {
     for (law, expected) in
         [("90[deg] + 2*pi*t", "120[deg] + 2*pi*t"), ("-1 - t", "-0.4764012244 - t"), ("0.5*t", "0.5*t"), ("w*t", "w*t")]

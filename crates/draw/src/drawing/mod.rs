@@ -9,6 +9,7 @@ mod labels;
 mod layout;
 mod marks;
 mod paint;
+mod rounded;
 mod shapes;
 mod symbols;
 #[cfg(test)]
@@ -25,6 +26,7 @@ pub use geometry::Geometry;
 pub use held::{BodySpot, HeldPart, Stop, StopMotion};
 use labels::Labels;
 pub use marks::Mark;
+pub use rounded::widened;
 use view::View;
 
 /// What is drawn, in the world \[m\]. What has a coordinate that is not finite is left out.
@@ -34,6 +36,8 @@ pub struct Drawing {
     pub bodies: Vec<DrawnBody>,
     /// Points of the ground that something is fixed to.
     pub ground: Vec<[f64; 2]>,
+    /// The outlines of the ground.
+    pub ground_shapes: Vec<DrawnShape>,
     pub joints: Vec<DrawnJoint>,
     pub couplings: Vec<DrawnCoupling>,
     pub springs: Vec<DrawnSpring>,

@@ -14,6 +14,15 @@ const NAMED_JOINTS: usize = 20;
 
 impl Drawing {
     pub(super) fn draw_ground(&self, view: &View, svg: &mut Svg, labels: &mut Labels) {
+        for shape in &self.ground_shapes {
+            let rim = shape.rim();
+            if rim.iter().all(is_finite) {
+                let rim: Vec<Pixel> = rim.into_iter().map(|corner| view.pixel(corner)).collect();
+                svg.carry(Carrier::Body { body: None });
+                symbols::ground_plate(svg, &rim);
+                labels.obstruct(&rim, view.pin);
+            }
+        }
         let pedestal = |place: [f64; 2], at: [f64; 2], svg: &mut Svg, labels: &mut Labels| {
             let at = view.pixel(at);
             svg.carry(Carrier::At { at: Anchor::new(None, place) });

@@ -80,6 +80,12 @@ pub fn plate(svg: &mut Svg, index: usize, rim: &[Pixel]) {
     svg.path(&format!("{}Z", polyline(rim)), &style);
 }
 
+/// An outline of the ground.
+pub fn ground_plate(svg: &mut Svg, rim: &[Pixel]) {
+    let style = format!(r#"fill="{GROUND}" stroke="{INK}" stroke-width="1.3" stroke-linejoin="round""#);
+    svg.path(&format!("{}Z", polyline(rim)), &style);
+}
+
 pub fn block_length(view: &View) -> f64 {
     3.7 * view.pin
 }

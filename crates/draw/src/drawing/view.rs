@@ -1,6 +1,6 @@
 //! From the world to the picture.
 
-use super::{Drawing, is_finite, shapes};
+use super::{Drawing, DrawnShape, is_finite, shapes};
 use crate::svg::Pixel;
 
 /// Largest width and height of the mechanism itself [px].
@@ -56,12 +56,21 @@ impl View {
 
 fn points(drawing: &Drawing) -> Vec<[f64; 2]> {
     let bodies = drawing.bodies.iter().flat_map(|body| body.extent());
+    let ground = drawing.ground_shapes.iter().flat_map(DrawnShape::rim);
     let joints = drawing.joints.iter().map(|joint| joint.moving().1);
     let couplings = drawing.couplings.iter().flat_map(|coupling| coupling.corners());
     let springs = drawing.springs.iter().flat_map(|spring| spring.ends);
     let reached = drawing.range.corners.iter().copied();
     let gaps = drawing.gaps.iter().flatten().copied();
-    bodies.chain(gaps).chain(joints).chain(couplings).chain(springs).chain(reached).filter(is_finite).collect()
+    bodies
+        .chain(ground)
+        .chain(gaps)
+        .chain(joints)
+        .chain(couplings)
+        .chain(springs)
+        .chain(reached)
+        .filter(is_finite)
+        .collect()
 }
 
 fn bounds(points: &[[f64; 2]]) -> [[f64; 2]; 2] {

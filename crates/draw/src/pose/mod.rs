@@ -14,7 +14,9 @@ use cotree::formulate::explain::attempt::Attempt;
 use cotree::model::{BodyId, Dimension, Formula, Outline, Owner, Part, Place, Quantity, Variable};
 use cotree_fmu::model::State;
 
-use super::drawing::{Drawing, DrawnBody, DrawnForce, DrawnJoint, DrawnShape, DrawnSpring, Hold, Target, Turn};
+use super::drawing::{
+    Drawing, DrawnBody, DrawnForce, DrawnJoint, DrawnShape, DrawnSpring, Hold, Target, Turn, widened,
+};
 use super::line;
 use crate::alike::Alike;
 
@@ -56,6 +58,8 @@ fn drawn(mut pose: PoseValues) -> Drawing {
     fixed.sort_unstable();
     fixed.dedup();
     drawing.ground = fixed.into_iter().map(|place| pose.at(place)).collect();
+    let outlines = mechanism.ground_outlines.iter();
+    drawing.ground_shapes = outlines.map(|outline| pose.shape(outline, None, [0.0; 2])).collect();
     if mechanism.dimension == Dimension::One {
         let pushed = drawing.targets.drain(..).map(|target| DrawnForce {
             name: target.name,
@@ -144,9 +148,9 @@ impl<'a> PoseValues<'a> {
         let body = &self.equations.system.mechanism.clone().bodies[id.0];
         let mut points: Vec<[f64; 2]> = (0..body.points.len()).map(|point| self.at(Place::Point(id, point))).collect();
         let centre = self.at(Place::Centre(id));
-        let shape = body.outline.as_ref().map(|outline| self.shape(outline, id, centre));
+        let shape = body.outline.as_ref().map(|outline| self.shape(outline, Some(id), centre));
         let shape = match shape {
-            // A rod is drawn as the bar between its ends.
+            // A thin rod is drawn as the bar between its ends.
             Some(DrawnShape::Polygon(ends)) if ends.len() == 2 => {
                 points.extend(ends);
                 None
@@ -156,10 +160,10 @@ impl<'a> PoseValues<'a> {
         DrawnBody { name: body.name.clone(), points, centre, shape }
     }
 
-    /// The shape of a body in the world.
-    fn shape(&mut self, outline: &Outline, id: BodyId, centre: [f64; 2]) -> DrawnShape {
+    /// The shape of a body, or of the ground, in the world.
+    fn shape(&mut self, outline: &Outline, id: Option<BodyId>, centre: [f64; 2]) -> DrawnShape {
         let place = |pose: &mut Self, at: &[Formula; 2]| {
-            let [x, y] = pose.direction(at, Some(id));
+            let [x, y] = pose.direction(at, id);
             [centre[0] + x, centre[1] + y]
         };
         match outline {
@@ -169,6 +173,14 @@ impl<'a> PoseValues<'a> {
             Outline::Disc(at, radius) => {
                 let radius = self.equations.formula(radius);
                 DrawnShape::Disc(place(self, at), self.values(&[radius])[0])
+            }
+            Outline::Rounded(corners, offset) => {
+                let corners: Vec<[f64; 2]> = corners.iter().map(|corner| place(self, corner)).collect();
+                let offset = self.equations.formula(offset);
+                match (&corners[..], self.values(&[offset])[0]) {
+                    ([centre], radius) => DrawnShape::Disc(*centre, radius),
+                    (_, offset) => DrawnShape::Polygon(widened(&corners, offset)),
+                }
             }
         }
     }

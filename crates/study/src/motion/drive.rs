@@ -226,7 +226,7 @@ impl DrivenMechanism {
     }
 
     /// Without efforts.
-    fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
+    pub fn of_motion(driven: &Moved, drive: &DrivenJoint) -> Result<DrivenMechanism, SimulateError> {
         DrivenMechanism::of(driven.compiled(motions(driven, drive))?, drive)
     }
 

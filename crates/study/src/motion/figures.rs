@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::cams::{Cam, cams};
 use super::centres::{Centres, RelativeCentres, centres};
+use super::clearance::PairClearance;
 use super::curve::{self, PointPath};
 use super::direction::directions;
 use super::drive::{self, InputTable, Moved};
@@ -123,6 +124,12 @@ pub struct Figures {
     pub cams: Vec<Cam>,
     /// Contacts that would have to pull, and what friction rolling takes.
     pub contacts: Vec<String>,
+    /// How close outlines come to each other, if any have been given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance: Option<Vec<PairClearance>>,
+    /// The least distance that is permitted \[m\].
+    #[serde(skip)]
+    pub least_clearance: Option<f64>,
     /// Values over the input.
     pub table: Vec<MotionColumn>,
     /// Those of them that people read.

@@ -4,6 +4,7 @@
 
 mod cams;
 mod centres;
+mod clearance;
 mod curve;
 mod differentiated;
 mod direction;
@@ -30,6 +31,7 @@ use cotree::scene::{Faults, Scene};
 use cotree::typeset::rounded;
 
 pub use cams::Cam;
+pub use clearance::{Clearances, InputTime, PairClearance};
 pub(crate) use differentiated::DifferentiatedTurn;
 use drive::{COUNT, InputTable, Moved};
 pub use figures::{Figures, MotionColumn, MovedVariable, Speed};
@@ -205,8 +207,13 @@ fn worked_out(
     };
     let figures = figures::of(&subject, &table)?;
     let rows = if only_table { Vec::new() } else { rows::rows(&subject, &figures)? };
+    let mut clearances = if only_table { Clearances::default() } else { clearance::of(&subject, &table)? };
+    let mut whole = figures.table;
+    whole.append(&mut clearances.columns);
     let reversed = origin == Speed::OfScene && speed < 0.0 && drive.direction() > 0.0;
-    Ok(Figures { reversed, origin, rows, ..figures })
+    let Clearances { pairs, permitted, .. } = clearances;
+    let clearance = (!pairs.is_empty()).then_some(pairs);
+    Ok(Figures { reversed, origin, rows, clearance, least_clearance: permitted, table: whole, ..figures })
 }
 
 /// A turn or stroke that has been moved through.

@@ -6,11 +6,12 @@ use cotree::diagnostic::suggest;
 use cotree::line;
 use cotree::model::Units;
 use cotree::report::data::ReliableDigits::Noise;
-use cotree::report::data::{Cell, Report, Table, named, number, per, plain, unit as unit_of};
+use cotree::report::data::{Cell, Report, Table, named, number, per, plain, shown, unit as unit_of};
 
 use cotree::typeset::rounded;
 
 use super::cams::Cam;
+use super::clearance::PairClearance;
 use super::curve::Arc;
 use super::figures::{Extent, Figures, MotionColumn, Peak, Speed, Transmission};
 use super::friction::DriveFriction;
@@ -92,6 +93,7 @@ impl Figures {
         }
         title.extend(self.cams.iter().flat_map(cam_lines));
         title.extend(self.contacts.iter().map(Cell::from));
+        title.extend(self.clearance.iter().flatten().map(|clearance| self.clearance_line(clearance)));
         title.extend(self.missing());
         title.extend(self.dynamic_lines());
         title.extend(self.path_lines());
@@ -355,6 +357,52 @@ impl Figures {
             }
             Some(_) | None => line,
         }
+    }
+
+    /// How close two outlines come, or where they overlap.
+    fn clearance_line(&self, clearance: &PairClearance) -> Cell {
+        let PairClearance { pair: [first, second], least, at, points, overlaps } = clearance;
+        let names = line!["`", first, "` and `", second, "`"];
+        if !overlaps.is_empty() {
+            let ends = |ends: &[f64; 2]| {
+                let [from, to] = ends.map(|end| self.exactly(self.place(end)));
+                line!["from ", from, " to ", to]
+            };
+            return line![names, " overlap ", joined(overlaps.iter().map(ends), ", ")];
+        }
+        let place = self.at(&ValueAt { input: at.input, value: *least });
+        let place = match at.time {
+            Some(time) => line![place, " (", number(time, "s"), ")"],
+            None => place,
+        };
+        let [from, to] = points.map(|point| {
+            let [x, y] = point.map(|at| number(at, "m"));
+            line!["(", x, ", ", y, ")"]
+        });
+        line![names, ": least distance ", number(*least, "m"), " at ", place, ", between ", from, " and ", to]
+    }
+
+    /// Pairs of outlines that come closer than is permitted, each as a sentence.
+    pub fn too_close(&self, units: &Units) -> Vec<String> {
+        let Some(permitted) = self.least_clearance else { return Vec::new() };
+        let unit = shown(units, "m");
+        let close = self
+            .clearance
+            .iter()
+            .flatten()
+            .filter(|clearance| !clearance.overlaps.is_empty() || clearance.least < permitted);
+        close
+            .map(|PairClearance { pair: [first, second], least, overlaps, .. }| {
+                let permitted = unit.show(permitted);
+                match overlaps.is_empty() {
+                    true => format!(
+                        "the distance of `{first}` and `{second}` falls to {}, but `least` of `[clearance]` is {permitted}",
+                        unit.show(*least)
+                    ),
+                    false => format!("`{first}` and `{second}` overlap, but `least` of `[clearance]` is {permitted}"),
+                }
+            })
+            .collect()
     }
 
     fn path_lines(&self) -> Vec<Cell> {
