@@ -193,6 +193,8 @@ class BodyKeys(TypedDict, total=False):
     inertia: Quantity
     #: its mass [kg]; that of the shape if absent
     mass: Quantity
+    #: its outline in the frame of the points, for pictures and clearance; that of the shape if absent
+    outline: Mapping[str, Any]
     #: its points, in a frame that is fixed in it [m]
     points: Mapping[str, Vector]
     #: a uniform shape in the frame of the points

@@ -140,3 +140,18 @@ def test_the_builder_gives_the_scene_that_was_meant(pendulum):
 def test_variables_have_units_and_bounds(pendulum):
     length = pendulum.variables["length"]
     assert (length.unit, length.start, length.min, length.causality) == ("m", 1.0, 1e-3, "parameter")
+
+
+def test_outlines_and_their_distances():
+    scene = (
+        cotree.Builder("a")
+        .ground_outline({"disc": [0.9, 0], "radius": 0.2})
+        .body("crank", points={"a": [0, 0], "b": [0.5, 0]}, outline={"disc": "b", "radius": "100 mm"})
+        .revolute("pin", "ground", "crank.a")
+        .clearance(("crank", "ground"), least="50 mm")
+    )
+    found = scene.model().motion("pin")["clearance"][0]
+    assert found["pair"] == ["crank", "ground"]
+    assert abs(found["least"] - 0.1) < 1e-10
+    with pytest.raises(ValueError, match="outline"):
+        scene.ground_outline({"disc": [0, 0], "radius": 1})

@@ -192,7 +192,9 @@ fn shown(path: &Path, module: Vec<u8>) -> (ShownScene, Vec<PathBuf>) {
 fn faulty(failure: Failure) -> ShownScene {
     match failure {
         Failure::Scene(faults) => ShownScene::Fault(faults.render(false, 100)),
-        Failure::Usage(message) | Failure::Numerical(message) | Failure::Stopped(message) => ShownScene::Fault(message),
+        Failure::Usage(message) | Failure::Limit(message) | Failure::Numerical(message) | Failure::Stopped(message) => {
+            ShownScene::Fault(message)
+        }
         Failure::Told(_) | Failure::ClosedPipe => ShownScene::Fault(String::new()),
     }
 }
