@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::outside::command;
-use crate::support::split_mix::Random;
+use crate::support::hard::random::Random;
 
 use command::{code, cotree, stderr, stdout};
 use cotree::scene::{Body, Outline, Scene};
