@@ -66,7 +66,7 @@ impl Resolver<'_> {
         let key: &'static Key = &kind.offset;
         let node = match key.need {
             Need::Required(help) => Some(fields.required(key.name, help, self.faults)?),
-            Need::Optional | Need::Default(_) | Need::OneOf(_) => fields.get(key.name),
+            _ => fields.get(key.name),
         };
         let Some(node) = node else { return Some(Formula::Number(0.0)) };
         let reader = KeyReader { fields, user: &fields.owner, context: Context::Constant };
