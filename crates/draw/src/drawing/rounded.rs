@@ -11,7 +11,7 @@ const TURN: f64 = 64.0;
 /// The rim of all that is not farther than this from a polygon, or from the line between two corners. Arcs are polygons with many corners; where the
 /// polygon is hollow, the sides that are moved outwards meet, which they do as long as they are longer than the reach.
 pub fn widened(corners: &[[f64; 2]], offset: f64) -> Vec<[f64; 2]> {
-    if corners.len() < 2 || !(offset > 0.0) {
+    if corners.len() < 2 || offset.is_nan() || offset <= 0.0 {
         return corners.to_vec();
     }
     let mut corners = corners.to_vec();

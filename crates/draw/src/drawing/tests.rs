@@ -22,6 +22,7 @@ fn slider_crank() -> Drawing {
             body("slider", &[], wrist),
         ],
         ground: vec![bearing, wall],
+        ground_shapes: vec![],
         marks: vec![],
         stops: vec![],
         held: vec![],
