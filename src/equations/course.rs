@@ -11,7 +11,7 @@ use super::form::{Coefficient, LinearForm};
 use super::kinematics::Kinematics;
 use super::kinematics::PointMotion;
 use super::vector::{Scalar, Vector};
-use crate::expr::{Arena, Binary, Expr, Order, Unary, build};
+use crate::expr::{Arena, Binary, Expr, Order, Unary, Values, build};
 use crate::model::{CourseValue, Mechanism, Owner, Part, Station};
 use crate::network::{System, TNode, Tangent, course};
 
@@ -246,6 +246,28 @@ impl Equations {
         let course = mechanism.part_of(owner)?.course()?;
         let number = course.over.iter().position(|pulley| pulley.mu.is_some())?;
         self.wraps(owner).get(number).copied()
+    }
+
+    /// Why a configuration that is not reached by a motion cannot be that of the courses: a rope is off a pulley, or turned so far that its wraps are not known.
+    pub fn off_course(&mut self, values: &impl Values) -> Option<String> {
+        let mechanism = self.system.mechanism.clone();
+        for (_, owner, number) in mechanism.turns() {
+            let deviation = self.deviation(&mechanism, owner, number);
+            let turned = self.system.arena.evaluate(&[deviation], values)[0];
+            if turned.is_nan() || turned.abs() > FAR {
+                let name = &mechanism.part_of(owner)?.name;
+                return Some(format!(
+                    "straight part {} of `{name}` is turned by more than {FAR} rad from the start",
+                    number + 1
+                ));
+            }
+        }
+        for (place, margin) in self.course_margins() {
+            if self.system.arena.evaluate(&[margin], values)[0] < 0.0 {
+                return Some(format!("{place} is less than zero"));
+            }
+        }
+        None
     }
 
     /// The square of the length of each straight part, as far as circles have a tangent \[m2\].

@@ -71,6 +71,7 @@ impl Equilibrium {
         let mut state = formulated.state.clone();
         state.positions_mut().copy_from_slice(point.positions());
         check_redundant(&model, &state)?;
+        check_courses(formulated, &point)?;
         let statics = TangentStiffness::new(formulated, variation, &point)?;
         let motion = StateSpace::new(formulated, variation, &point, None).and_then(|system| modes(formulated, &system));
         let held = statics.stiffness.is_empty() && formulated.equations.states.is_empty();
@@ -80,6 +81,17 @@ impl Equilibrium {
             Err(_) => (statics.stability(formulated), false),
         };
         Ok(Equilibrium { point, stability, shared, by_motion, stiffness: statics.stiffness })
+    }
+}
+
+/// Ropes and bands over pulleys are followed by motions only: an equilibrium far from the start may have other wraps than those with which it was found.
+fn check_courses(formulated: &Formulated, point: &OperatingPoint) -> Result<(), AnalysisFailure> {
+    if formulated.equations.system.mechanism.turns().next().is_none() {
+        return Ok(());
+    }
+    match formulated.equations.clone().off_course(point) {
+        Some(why) => Err(AnalysisFailure::OffCourse { why }),
+        None => Ok(()),
     }
 }
 

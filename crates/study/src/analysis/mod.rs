@@ -66,6 +66,11 @@ pub enum AnalysisFailure {
     /// The loads balance where what is held on one side only does not permit it.
     #[error("no equilibrium was found from the guess: where the loads balance, {why}")]
     Unfit { why: String },
+    /// What runs over pulleys is not where it was found to be.
+    #[error(
+        "no equilibrium was found from the guess: in the one that balances, {why}; start nearer to it in `[initial]`, or let `simulate` come to rest with dampers"
+    )]
+    OffCourse { why: String },
     /// Of what is held on one side only.
     #[error(
         "{cause} (in the mode of the start; there is no equilibrium in any of the {tried} combinations of open or closed, free or engaged)"

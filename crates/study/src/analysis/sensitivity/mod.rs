@@ -143,6 +143,13 @@ impl Differentiated {
                 "a driver follows `{name}`, whose rate may jump: derivatives are available for constant inputs only"
             )));
         }
+        let mut parts = formulated.equations.system.mechanism.parts();
+        if let Some(part) = parts.find(|part| part.course().is_some()) {
+            return Err(refused(format!(
+                "`{}` runs over pulleys, and derivatives of its wraps are not available; compare runs by `cotree sweep`",
+                part.name
+            )));
+        }
         if program.is_driven() && !program.instants.is_empty() {
             return Err(refused(
                 "drivers determine the motion, and values jump at events: derivatives are not available; compare runs by `cotree sweep`".to_owned(),
