@@ -143,8 +143,8 @@ impl Differentiated {
                 "a driver follows `{name}`, whose rate may jump: derivatives are available for constant inputs only"
             )));
         }
-        let mut parts = formulated.equations.system.mechanism.parts();
-        if let Some(part) = parts.find(|part| part.course().is_some()) {
+        let over_pulleys = formulated.equations.system.mechanism.parts().find(|part| part.course().is_some());
+        if let Some(part) = over_pulleys {
             return Err(refused(format!(
                 "`{}` runs over pulleys, and derivatives of its wraps are not available; compare runs by `cotree sweep`",
                 part.name
