@@ -123,6 +123,21 @@ const FEATURES: &[Feature] = &[
         "[joints.shoe]\ntype = \"contact\"\nbetween = [\"ground.floor\", \"arm.tip\"]\naxis = [1, 0]\nrestitution = 0.2\nfriction = { mu = 0.3 }",
     ),
     Feature("rope", Cart, "[joints.cord]\ntype = \"rope\"\nbetween = [\"ground.peg\", \"arm.tip\"]\nlength = 0.45"),
+    Feature(
+        "rope over a pulley",
+        Cart,
+        "[joints.line]\ntype = \"rope\"\nbetween = [\"ground.wall\", \"arm.tip\"]\nover = [{ on = \"ground.peg\", radius = 0.05, side = \"right\" }]\nlength = 2.12",
+    ),
+    Feature(
+        "spring over a pulley",
+        Cart,
+        "[loads.band]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"arm.tip\"]\nover = [{ on = \"ground.peg\", radius = 0.05, side = \"right\" }]\nstiffness = 5\nlength = 1.9",
+    ),
+    Feature(
+        "drum",
+        Wheels,
+        "[loads.winding]\ntype = \"spring\"\nbetween = [\"ground.peg\", { drum = \"drum\", radius = 0.1, side = \"left\" }]\nstiffness = 5\nlength = 1.8",
+    ),
     Feature("freewheel", Wheels, "[joints.ratchet]\ntype = \"one_way\"\nbetween = [\"wheel\", \"drum\"]"),
     Feature(
         "brake",
