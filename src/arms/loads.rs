@@ -101,9 +101,9 @@ impl Equations {
         let arena = &mut self.system.arena;
         let mut slides = Vec::new();
         for (arm, &z) in across {
-            let [parallel, beside] = conjugate_product(arena, z, *direction);
+            let [parallel, normal] = conjugate_product(arena, z, *direction);
             let same = *force == Arm::of(arm.frame) && arm.frame != FrameId::WORLD;
-            if !same || !beside.is_zero() {
+            if !same || !normal.is_zero() {
                 return None;
             }
             if let ArmFactor::Displacement(index) = arm.factor {

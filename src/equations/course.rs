@@ -46,8 +46,8 @@ fn straight(system: &mut System, kinematics: &Kinematics, gap: &PointMotion, dif
     let difference_squared = arena.square(difference);
     let length_squared = arena.subtract(square, difference_squared);
     let length = arena.unary(Unary::Sqrt, length_squared);
-    let (forward, beside) = (arena.divide(length, square), arena.divide(difference, square));
-    let minus = arena.negate(beside);
+    let (forward, sideways) = (arena.divide(length, square), arena.divide(difference, square));
+    let minus = arena.negate(sideways);
     let mut unit = gap.position.scaled(arena, forward);
     let across = gap.position.turned(arena).scaled(arena, minus);
     unit.accumulate(arena, &across);
@@ -80,11 +80,11 @@ pub(super) fn tangent(
         arena.subtract_product(length, tangent.difference, angle)
     };
     let normal = unit.turned(&mut system.arena);
-    let beside = kinematics.component(system, &gap.velocity, &normal);
+    let transverse = kinematics.component(system, &gap.velocity, &normal);
     let arena = &mut system.arena;
     let rate = gap.velocity.map(arena, |arena, v| v.dot(arena, &unit));
     let mut second = gap.acceleration.map(arena, |arena, a| a.dot(arena, &unit));
-    let square = arena.square(beside);
+    let square = arena.square(transverse);
     let turning = arena.divide(square, length);
     second.add_term(arena, turning, &Scalar::plain(Expr::ONE));
     ((value, rate, second), unit)

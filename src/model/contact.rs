@@ -142,8 +142,8 @@ impl Mechanism {
         while let Some(&body) = reached.get(next) {
             next += 1;
             let joints = self.joints.iter().filter(|joint| joint.owner != part.owner);
-            let beside = joints.filter(|joint| joint.bodies().contains(&Some(body))).flat_map(Part::bodies);
-            for other in beside.flatten().filter(|other| Some(*other) != cam) {
+            let neighbours = joints.filter(|joint| joint.bodies().contains(&Some(body))).flat_map(Part::bodies);
+            for other in neighbours.flatten().filter(|other| Some(*other) != cam) {
                 if !reached.contains(&other) {
                     reached.push(other);
                 }

@@ -55,8 +55,8 @@ fn terms(part: &Part, stations: &[Station], system: &mut System, factor: impl Fn
     }
     let last = stations.len().saturating_sub(2);
     for (station, angle, sign) in drums(stations, system) {
-        let beside = factor(if sign < 0.0 { 0 } else { last });
-        let (radius, sign) = (system.value(&station.radius), system.arena.constant(sign * beside));
+        let neighbour = factor(if sign < 0.0 { 0 } else { last });
+        let (radius, sign) = (system.value(&station.radius), system.arena.constant(sign * neighbour));
         terms.push(CouplingTerm { factor: system.arena.multiply(sign, radius), port: Port::Angle(angle) });
     }
     terms

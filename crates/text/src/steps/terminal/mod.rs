@@ -258,8 +258,8 @@ impl TerminalWriter<'_> {
         let square = FormulaTree::power(FormulaTree::Call("abs", vec![displacement()]), FormulaTree::Number(2.0));
         let across = FormulaTree::Call("turned", vec![displacement()]);
         let along = FormulaTree::product(vec![self.straight_length(label, tangent), displacement()]);
-        let beside = FormulaTree::product(vec![self.formula(tangent.difference), across]);
-        FormulaTree::quotient(vec![FormulaTree::Sum(vec![(false, along), (true, beside)])], vec![square])
+        let sideways = FormulaTree::product(vec![self.formula(tangent.difference), across]);
+        FormulaTree::quotient(vec![FormulaTree::Sum(vec![(false, along), (true, sideways)])], vec![square])
     }
 
     /// The length of a tangent between circles.
