@@ -151,10 +151,10 @@ fn hatch(svg: &mut Svg, view: &View, at: Pixel, outward: Pixel, half: f64) {
     }
 }
 
-/// A sign at its length, if it has one: else there is nothing to see.
+/// A sign at its length, if it has one: else there is nothing to see. A piece of a line has no name and may be as short as it likes.
 pub fn spring(svg: &mut Svg, view: &View, ends: [Pixel; 2], spring: &DrawnSpring) {
     let length = norm(difference(ends[1], ends[0]));
-    if length >= view.pin {
+    if length >= view.pin || spring.name.is_empty() && length > 0.0 {
         let axis = unit(difference(ends[1], ends[0]));
         let place = |[x, y]: &[f64; 2]| along(along(ends[0], x * view.pin, axis), y * view.pin, normal(axis));
         strokes(svg, &spring.strokes(length / view.pin), &place);

@@ -9,8 +9,8 @@ use super::PoseValues;
 use crate::alike::Alike;
 use crate::drawing::DrawnSpring;
 
-/// Chords of an arc of one turn: shorter ones are not drawn.
-const CHORDS: f64 = 14.0;
+/// Chords of an arc of one turn.
+const CHORDS: f64 = 36.0;
 
 /// A circle of a course: its body, its centre, its radius with the sign of its side.
 struct Circle {
