@@ -82,7 +82,7 @@ impl Equations {
         self.at_least(&slip.law.ratio, Expr::ONE)
     }
 
-    /// A factor of friction, which a law does not make smaller than this: where it would, the run ends (see [`crate::laws`]).
+    /// A factor of friction, which a law does not make smaller than this: where it would, the run ends: the domain of that law.
     fn at_least(&mut self, factor: &Formula, least: Expr) -> Expr {
         if !factor.varies() {
             return self.system.value(factor);
