@@ -532,3 +532,15 @@ fn momenta_stay() {
 fn many_momenta_stay() {
     momenta(0..500);
 }
+
+/// Guides hold two of the three constraints of a weld between their carts: one is left, and the coupling is that of a rod.
+#[test]
+fn a_weld_of_guided_carts_has_one_constraint() {
+    let weld = r#"{ type = "weld", between = ["a", "b"], engaged = false }"#;
+    let text = carts(weld, MEET);
+    check(&text, &[(1.0, "rail_b.v", 1.5), (1.0, "coupling.impulse_x", 1.5), (1.0, "coupling.impulse_y", 0.0)], 1e-11);
+    let scene = Scene::from_toml(&text).unwrap();
+    let compiled = cotree::compile::compile(&scene).unwrap();
+    let told = compiled.warnings.map(|warnings| warnings.to_string()).unwrap_or_default();
+    assert!(told.contains("`coupling` holds 1 of its 3 constraints"), "{told}");
+}

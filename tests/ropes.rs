@@ -282,3 +282,41 @@ fn a_swinging_atwood_machine() {
         assert!((found - expected).abs() < 1e-8, "{found} {expected}");
     }
 }
+
+/// A band from an anchor over the top of a pulley to a ball that rises on a guide: its wrap is zero where the ball is on the tangent from the anchor, and there the run ends with the names of both.
+#[test]
+fn a_band_that_would_leave_its_pulley_ends_the_run() {
+    let scene = r#"
+name = "lift"
+[ground.points]
+anchor = [-1, -0.2]
+rail = [1, 0]
+[bodies.ball]
+mass = 1
+inertia = 1
+[joints.guide]
+type = "prismatic"
+between = ["ground.rail", "ball"]
+axis = [0, 1]
+[loads.band]
+type = "spring"
+between = ["ground.anchor", "ball"]
+over = [{ on = "ground", radius = 0.1, side = "right" }]
+stiffness = 1e-12
+length = 1
+[initial]
+"guide.s" = -0.5
+"guide.v" = 1
+[outputs]
+variables = ["guide.s"]
+"#;
+    let slope = (0.2_f64.atan() + (0.1 / 1.04_f64.sqrt()).asin()).tan();
+    let leaves = 0.5 - 0.2 + 2.0 * slope;
+    for engine in [None, Some(cotree_fmu::program::Engine::Radau)] {
+        let mut instance = started(&model(scene), engine, 2.0, 1e-10);
+        let told = instance.step_to(2.0).unwrap_err().to_string();
+        assert!(told.contains("the wrap of `band` on its pulley 1"), "{told}");
+        let time: f64 = told.split_whitespace().nth(3).unwrap().parse().unwrap();
+        assert!((time - leaves).abs() < 1e-8, "{time}, not {leaves}: {told}");
+    }
+}
