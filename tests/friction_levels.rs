@@ -1,7 +1,9 @@
 //! Levels of brakes and clutches that follow states, sampled values and the motion, by every method, against closed forms.
 
+use crate::support::one_freedom_with_friction::Moving;
 use crate::support::run;
 use cotree::scene::Scene;
+use cotree_fmu::math::Random;
 use cotree_fmu::program::Engine;
 
 const ENGINES: [Option<Engine>; 3] = [None, Some(Engine::Dop853), Some(Engine::Radau)];
@@ -176,4 +178,87 @@ fn a_belt_slips_at_its_wrap() {
         let faults = Scene::from_toml(&scene(friction)).and_then(|scene| cotree::compile::compile(&scene)).unwrap_err();
         assert!(faults.to_string().contains(told), "{faults}");
     }
+}
+
+/// A wheel under a torque that changes, whose brake has a level of time, angle and rate: against one equation of motion with steps of its own. Returns how many of the runs stick.
+fn random_levels(seeds: std::ops::Range<u64>) -> usize {
+    let mut sticking = 0;
+    for seed in seeds {
+        let mut random = Random::new(seed);
+        let mut between = |low: f64, high: f64| low + (high - low) * random.unit();
+        let (size, frequency, mean) = (between(3.0, 9.0), between(2.0, 9.0), between(-2.0, 2.0));
+        let [base, by_time, of_time] = [between(0.2, 2.0), between(0.0, 2.0), between(1.0, 7.0)];
+        let [by_rate, by_angle] = [between(0.0, 0.8), between(0.0, 3.0)];
+        let (ratio, start) = (1.0 + between(0.0, 0.8), between(-2.0, 2.0));
+        let torque = move |t: f64| mean + size * (frequency * t).sin();
+        let level = move |t: f64, s: f64, v: f64| {
+            base + by_time * (of_time * t).sin().powi(2) + by_rate * v.abs() + by_angle * s * s
+        };
+        let moving = Moving {
+            slides: Box::new(move |t, s, v, direction| (torque(t) - direction * level(t, s, v)) / 2.0),
+            rests: Box::new(move |t, s| [torque(t), ratio * level(t, s, 0.0)]),
+            stops: [f64::NEG_INFINITY, f64::INFINITY],
+            restitution: 0.0,
+            rates: [f64::NEG_INFINITY, f64::INFINITY],
+            jumps: Vec::new(),
+        };
+        let law = format!(
+            "{base:?} + {by_time:?}*sin({of_time:?}*t)^2 + {by_rate:?}*abs(axle.omega) + {by_angle:?}*axle.angle^2"
+        );
+        let text = format!(
+            r#"
+name = "bearing"
+[bodies.wheel]
+mass = 1
+inertia = 2
+[joints.axle]
+type = "revolute"
+between = ["ground", "wheel"]
+friction = {{ coulomb = "{law}", static = {ratio:?} }}
+[loads.drive]
+type = "torque"
+on = "wheel"
+value = "{mean:?} + {size:?}*sin({frequency:?}*t)"
+[initial]
+"axle.angle" = 0
+"axle.omega" = {start:?}
+"#
+        );
+        let model = run::model(&text);
+        let mut state = [0.0, 0.0, start];
+        let mut instances = Vec::new();
+        for engine in ENGINES {
+            for tolerance in [1e-6, 1e-8, 1e-10] {
+                instances.push((run::started(&model, engine, 2.0, tolerance), engine, tolerance));
+            }
+        }
+        let mut sticks = false;
+        for time in [0.5, 1.0, 1.5, 2.0] {
+            state = moving.run(state, time);
+            sticks |= state[2] == 0.0;
+            for (instance, engine, tolerance) in &mut instances {
+                instance.step_to(time).unwrap();
+                for (name, right) in [("axle.angle", state[1]), ("axle.omega", state[2])] {
+                    let error = (run::value(instance, name) - right).abs();
+                    assert!(
+                        error < 100.0 * *tolerance,
+                        "{seed}: {name} at {time}, {engine:?} at {tolerance:e}: {error:e} off {right}\n{text}"
+                    );
+                }
+            }
+        }
+        sticking += usize::from(sticks);
+    }
+    sticking
+}
+
+#[test]
+fn random_levels_move_as_one_equation() {
+    assert!(random_levels(0..12) > 2);
+}
+
+#[test]
+#[ignore = "1000 of them: .ci/nightly"]
+fn a_thousand_random_levels_move_as_one_equation() {
+    assert!(random_levels(0..1000) > 200);
 }
