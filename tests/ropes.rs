@@ -97,7 +97,7 @@ fn random_chain(random: &mut Random) -> Vec<Circle> {
 fn lengths_and_rates_of_random_chains_are_those_of_their_circles() {
     let mut random = Random(1);
     let (mut worst, mut worst_rate) = (0.0_f64, 0.0_f64);
-    for _ in 0..100 {
+    for _ in 0..500 {
         let circles = random_chain(&mut random);
         let text = chain(&circles, "type = \"actuator\"\nforce = 0")
             + "[outputs]\nvariables = [\"band.length\", \"band.rate\"]\n";
