@@ -544,3 +544,196 @@ fn a_weld_of_guided_carts_has_one_constraint() {
     let told = compiled.warnings.map(|warnings| warnings.to_string()).unwrap_or_default();
     assert!(told.contains("`coupling` holds 1 of its 3 constraints"), "{told}");
 }
+
+/// A pendulum whose hinge holds two of a weld's three constraints in every pose, though not always the same two: the angle is left, and the arm stands from then on as a lock would hold it.
+#[test]
+fn a_weld_of_a_pendulum_is_a_lock() {
+    let pendulum = |detent: &str| {
+        format!(
+            r#"
+name = "detent"
+gravity = [0, -9.81]
+[bodies.arm]
+mass = 2
+inertia = 0.1
+points = {{ pin = [-0.5, 0] }}
+[joints.hinge]
+type = "revolute"
+between = ["ground", "arm.pin"]
+[joints.detent]
+{detent}
+engaged = false
+[initial]
+"hinge.angle" = 0.3
+"hinge.omega" = 0.5
+[events.catch]
+when = "t > 0.4"
+engage = ["detent"]
+[experiment]
+stop = 1
+"#
+        )
+    };
+    let reports = ["hinge.angle", "hinge.omega", "hinge.fy", "detent.engaged"];
+    let [weld, lock] =
+        ["type = \"weld\"\nbetween = [\"ground\", \"arm\"]", "type = \"lock\"\njoint = \"hinge\""].map(|detent| {
+            let model = run::model(&reporting(&pendulum(detent), &reports));
+            let mut instance = run::started(&model, None, 1.0, 1e-11);
+            instance.step_to(0.8).unwrap();
+            reports.map(|name| run::value(&mut instance, name))
+        });
+    assert_eq!((weld[1].abs() < 1e-12, weld[3]), (true, 1.0));
+    assert!((weld[0] - lock[0]).abs() < 1e-10 && (weld[2] - lock[2]).abs() < 1e-8, "{weld:?} {lock:?}");
+}
+
+/// A flywheel at 10 rad/s engages with a second wheel or a slide at rest, by whatever couples a turn to a turn or a way. With the inertias 0.2 and 0.1 kg.m2 and the ratio r the second wheel gets the impulse P = r 10/(1/0.1 + r^2/0.2), and P r 10/2 of the energy
+/// are lost; with a mass of 2 kg likewise.
+#[test]
+fn gears_belts_racks_and_screws_engage() {
+    let couplings = [
+        ("gear", "between = [\"fly\", \"wheel\"]\nratio = -0.5", -0.5, 0.1),
+        ("belt", "between = [\"fly\", \"wheel\"]\nfirst_radius = 0.1\nsecond_radius = 0.2", 0.5, 0.1),
+        (
+            "belt",
+            "between = [\"fly\", \"wheel\"]\nfirst_radius = 0.1\nsecond_radius = 0.2\nrun = \"crossed\"",
+            -0.5,
+            0.1,
+        ),
+        ("rack", "between = [\"fly\", \"slide\"]\nradius = 0.1\naxis = [1, 0]", 0.1, 2.0),
+        ("rack", "between = [\"fly\", \"slide\"]\nradius = 0.1\naxis = [1, 0]\ncarrier = \"ground.off\"", 0.1, 2.0),
+        ("screw", "between = [\"fly\", \"slide\"]\nlead = 0.6283185307179586\naxis = [1, 0]", 0.1, 2.0),
+    ];
+    for (kind, keys, ratio, second) in couplings {
+        let text = format!(
+            r#"
+name = "engages"
+[ground.points]
+off = [0.3, 1]
+[bodies.fly]
+mass = 1
+inertia = 0.2
+[bodies.wheel]
+mass = 1
+inertia = 0.1
+[bodies.slide]
+mass = 2
+inertia = 0.1
+[joints.fly_pin]
+type = "revolute"
+between = ["ground.off", "fly"]
+[joints.wheel_pin]
+type = "revolute"
+between = ["ground", "wheel"]
+[joints.guide]
+type = "prismatic"
+between = ["ground", "slide"]
+axis = [1, 0]
+[joints.coupling]
+type = "{kind}"
+{keys}
+engaged = false
+[initial]
+"fly_pin.angle" = 0.4
+"fly_pin.omega" = 10
+"wheel_pin.angle" = -0.7
+"wheel_pin.omega" = 0
+"guide.s" = 0.2
+"guide.v" = 0
+[events.catch]
+when = "t > 0.3"
+engage = ["coupling"]
+[events.let_go]
+when = "t > 0.6"
+release = ["coupling"]
+[experiment]
+stop = 1
+"#
+        );
+        let impulse = ratio * 10.0 / (1.0 / second + ratio * ratio / 0.2);
+        let [fast, slow] = [10.0 - ratio * impulse / 0.2, impulse / second];
+        let turns = second == 0.1;
+        let [place, rate] = if turns { ["wheel_pin.angle", "wheel_pin.omega"] } else { ["guide.s", "guide.v"] };
+        let start = if turns { -0.7 } else { 0.2 };
+        let values = [
+            (0.2, "fly_pin.omega", 10.0),
+            (0.2, rate, 0.0),
+            (0.5, "fly_pin.omega", fast),
+            (0.5, "fly_pin.angle", 3.4 + 0.2 * fast),
+            (0.5, rate, slow),
+            (0.5, place, start + 0.2 * slow),
+            (0.5, "coupling.impulse", impulse),
+            (0.5, "coupling.lost_energy", 0.5 * impulse * ratio * 10.0),
+            (0.9, "coupling.engaged", 0.0),
+            (0.9, rate, slow),
+        ];
+        check(&text, &values, 1e-10);
+    }
+}
+
+/// A sun and a planet on a carrier that turns with them mesh where they stand: momentum about the pin is kept, and the relation of the angles from then on.
+#[test]
+fn gears_engage_on_a_carrier_that_turns() {
+    let text = r#"
+name = "planetary"
+[bodies.arm]
+mass = 2
+inertia = 0.3
+points = { end = [0.5, 0] }
+[bodies.sun]
+mass = 1
+inertia = 0.1
+[bodies.planet]
+mass = 0.5
+inertia = 0.02
+[joints.arm_pin]
+type = "revolute"
+between = ["ground", "arm"]
+[joints.sun_pin]
+type = "revolute"
+between = ["ground", "sun"]
+[joints.planet_pin]
+type = "revolute"
+between = ["arm.end", "planet"]
+[joints.mesh]
+type = "gear"
+between = ["sun", "planet"]
+carrier = "arm"
+ratio = -2
+engaged = false
+[initial]
+"arm_pin.angle" = 0.3
+"arm_pin.omega" = 1.5
+"sun_pin.angle" = 0.1
+"sun_pin.omega" = 4
+"planet_pin.angle" = -0.6
+"planet_pin.omega" = 0.5
+[events.catch]
+when = "t > 0.25"
+engage = ["mesh"]
+[experiment]
+stop = 1
+"#;
+    let names = [
+        "arm.omega",
+        "sun.omega",
+        "planet.omega",
+        "arm.angle",
+        "sun.angle",
+        "planet.angle",
+        "energy.kinetic",
+        "mesh.lost_energy",
+    ];
+    let model = run::model(&reporting(text, &names));
+    let mut instance = run::started(&model, None, 1.0, 1e-11);
+    let mut at = |time: f64| {
+        instance.step_to(time).unwrap();
+        names.map(|name| run::value(&mut instance, name))
+    };
+    let [before, after, later] = [0.2, 0.3, 0.9].map(&mut at);
+    let momentum = |all: [f64; 8]| (0.3 + 0.5 * 0.25) * all[0] + 0.1 * all[1] + 0.02 * all[2];
+    let relation = |all: [f64; 8]| all[5] - all[3] + 2.0 * (all[4] - all[3]);
+    assert!((momentum(before) - momentum(after)).abs() < 1e-12, "{before:?} {after:?}");
+    assert!((before[6] - after[6] - after[7]).abs() < 1e-12 && after[7] > 0.01, "{before:?} {after:?}");
+    assert!((after[2] - after[0] + 2.0 * (after[1] - after[0])).abs() < 1e-12, "{after:?}");
+    assert!((relation(later) - relation(after)).abs() < 1e-11, "{after:?} {later:?}");
+}

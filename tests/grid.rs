@@ -138,6 +138,11 @@ const FEATURES: &[Feature] = &[
         Wheels,
         "[loads.winding]\ntype = \"spring\"\nbetween = [\"ground.peg\", { drum = \"drum\", radius = 0.1, side = \"left\" }]\nstiffness = 5\nlength = 1.8",
     ),
+    Feature(
+        "capstan",
+        Cart,
+        "[joints.capstan]\ntype = \"rope\"\nbetween = [\"ground.wall\", \"arm.tip\"]\nover = [{ on = \"ground.peg\", radius = 0.05, side = \"right\", mu = 0.2 }]\nlength = 2.14",
+    ),
     Feature("freewheel", Wheels, "[joints.ratchet]\ntype = \"one_way\"\nbetween = [\"wheel\", \"drum\"]"),
     Feature(
         "brake",
@@ -262,6 +267,11 @@ const FEATURES: &[Feature] = &[
         Cart,
         "[joints.tie]\ntype = \"distance\"\nbetween = [\"ground.wall\", \"arm.tip\"]\nengaged = false\n[events.tied]\nwhen = \"t > 0.25\"\nengage = [\"tie\"]",
     ),
+    Feature(
+        "weld by an event",
+        Cart,
+        "[joints.hold]\ntype = \"weld\"\nbetween = [\"box\", \"arm\"]\nengaged = false\n[events.hold_on]\nwhen = \"t > 0.35\"\nengage = [\"hold\"]",
+    ),
     Feature("rate by an event", Cart, "[events.kick]\nwhen = \"t > 0.15\"\nset = { \"rail.v\" = 0.5 }"),
     Feature(
         "state by an event",
@@ -269,6 +279,16 @@ const FEATURES: &[Feature] = &[
         "[states]\nfilled = { start = 0, rate = \"1[1/s]\" }\n[loads.filling]\ntype = \"torque\"\non = \"drum\"\nvalue = \"filled*1[N.m]\"\n[events.emptied]\nwhen = \"t > 0.3\"\nset = { filled = 0 }",
     ),
     Feature("friction by a law", Wheels, "[joints.axle.friction]\ncoulomb = \"0.1 + 0.02*abs(axle.omega)\""),
+    Feature(
+        "belt that slips by its wrap",
+        Wheels,
+        "[joints.strap]\ntype = \"belt\"\nbetween = [\"wheel\", \"drum\"]\nfirst_radius = 0.1\nsecond_radius = 0.2\nfriction = { mu = 0.3, wrap = 2.8, pretension = \"2 N\" }",
+    ),
+    Feature(
+        "outlines",
+        Nothing,
+        "[bodies.box.outline]\npolygon = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]\n[ground.outline]\npolygon = [[-5, -2], [5, -2], [5, -1.8], [-5, -1.8]]\n[clearance]\npairs = [[\"box\", \"ground\"]]",
+    ),
     Feature("event", Nothing, "[events.late]\nwhen = \"t > 10\"\nstop = true"),
     Feature(
         "input",

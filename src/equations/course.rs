@@ -31,6 +31,8 @@ struct Straight {
     unit: Vector,
     /// The same times a positive factor, in the axes of the world.
     along: [Expr; 2],
+    /// The square of its length.
+    square: Expr,
 }
 
 /// A course at the configuration of the coordinates, without discrete variables: each straight part, and its angle from the first one on.
@@ -52,7 +54,7 @@ fn straight(system: &mut System, kinematics: &Kinematics, gap: &PointMotion, dif
     let across = gap.position.turned(arena).scaled(arena, minus);
     unit.accumulate(arena, &across);
     let along = [Vector::x(), Vector::y()].map(|axis| unit.dot(arena, &axis).total(arena, &kinematics.frames));
-    Straight { length, unit, along }
+    Straight { length, unit, along, square: length_squared }
 }
 
 /// The angle of a direction from a reference, in the half turns on both sides of that.
@@ -70,7 +72,7 @@ pub(super) fn tangent(
     gap: &PointMotion,
     tangent: Tangent,
 ) -> (ScalarMotion, Vector) {
-    let Straight { length, unit, along } = straight(system, kinematics, gap, tangent.difference);
+    let Straight { length, unit, along, .. } = straight(system, kinematics, gap, tangent.difference);
     let value = if tangent.difference.is_zero() {
         length
     } else {
@@ -200,44 +202,47 @@ impl Equations {
 
     /// By how much ropes lift off from pulleys, each beside its limit.
     pub(crate) fn course_lifts(&mut self) -> Vec<[Expr; 2]> {
-        let mechanism = self.system.mechanism.clone();
-        let lying: Vec<_> = mechanism.lying().collect();
-        let mut sides = Vec::new();
-        for (part, number) in lying {
-            let wrap = self.wraps(part.owner)[number];
-            let arena = &mut self.system.arena;
-            sides.push([arena.negate(wrap), arena.constant(TOUCHING)]);
-        }
-        sides
+        let wraps = self.lying_wraps();
+        let arena = &mut self.system.arena;
+        wraps.into_iter().map(|(_, _, wrap)| [arena.negate(wrap), arena.constant(TOUCHING)]).collect()
     }
 
     /// By how much a pulley may still be left, with the place in the scene that it is.
     pub(crate) fn course_margins(&mut self) -> Vec<(String, Expr)> {
         let mechanism = self.system.mechanism.clone();
         let mut margins = Vec::new();
-        for (part, number) in mechanism.lying() {
-            let wrap = self.wraps(part.owner)[number];
+        for (owner, number, wrap) in self.lying_wraps() {
             // Laws are looked at before discrete variables have begun, too.
-            let begun = self.system.course_value(part.owner, CourseValue::Turn(0)).unwrap_or(Expr::ZERO);
+            let begun = self.system.course_value(owner, CourseValue::Turn(0)).unwrap_or(Expr::ZERO);
             let arena = &mut self.system.arena;
             let touching = arena.constant(TOUCHING);
             let margin = arena.add(wrap, touching);
             let margin = arena.select(begun, margin, Expr::ONE);
-            margins.push((format!("the wrap of `{}` on its pulley {}", part.name, number + 1), margin));
+            let name = mechanism.part_of(owner).map_or("", |part| &part.name);
+            margins.push((format!("the wrap of `{name}` on its pulley {}", number + 1), margin));
         }
         margins
     }
 
+    /// The wraps of all pulleys that ropes lie on, with their numbers on their parts.
+    fn lying_wraps(&mut self) -> Vec<(Owner, usize, Expr)> {
+        let mechanism = self.system.mechanism.clone();
+        let lying = mechanism.lying();
+        lying.map(|(part, number)| (part.owner, number, self.wraps(part.owner)[number])).collect()
+    }
+
     /// By how much the direction of a straight part has turned from where it counts from.
     fn deviation(&mut self, mechanism: &Mechanism, owner: Owner, number: usize) -> Expr {
-        let stations = mechanism.part_of(owner).and_then(Part::stations).unwrap_or_default();
-        let Some([first, second]) = stations.get(number..number + 2) else { return Expr::ZERO };
-        let ends = [first, second].map(|station| self.system.t_node(station.at));
-        let [one, two] = [first, second].map(|station| self.system.value(&station.radius));
-        let difference = self.system.arena.subtract(two, one);
+        let spans = self.spans(mechanism, owner);
+        let Some(&(ends, Tangent { difference, reference })) = spans.get(number) else { return Expr::ZERO };
         let straight = self.laid_span(ends, difference);
-        let reference = self.system.course_value(owner, CourseValue::Turn(number)).unwrap_or(Expr::ZERO);
         angle_from(&mut self.system.arena, reference, straight.along)
+    }
+
+    /// The straight parts of a course; none of what is no course.
+    fn spans(&mut self, mechanism: &Mechanism, owner: Owner) -> Vec<([TNode; 2], Tangent)> {
+        let part = mechanism.part_of(owner).and_then(|part| Some((part, part.stations()?)));
+        part.map_or(Vec::new(), |(part, stations)| course::spans(part, &stations, &mut self.system))
     }
 
     /// The wrap of the pulley with friction, if a part has one.
@@ -273,16 +278,8 @@ impl Equations {
     /// The square of the length of each straight part, as far as circles have a tangent \[m2\].
     pub fn squares_of_straight_parts(&mut self, owner: Owner) -> Vec<Expr> {
         let mechanism = self.system.mechanism.clone();
-        let Some(part) = mechanism.part_of(owner) else { return Vec::new() };
-        let spans = course::spans(part, &part.stations().unwrap_or_default(), &mut self.system);
-        let square = |(ends, tangent): ([TNode; 2], Tangent)| {
-            let gap = self.kinematics.across(&mut self.system.arena, ends).position;
-            let arena = &mut self.system.arena;
-            let square = gap.dot(arena, &gap).total(arena, &self.kinematics.frames);
-            let difference = arena.square(tangent.difference);
-            arena.subtract(square, difference)
-        };
-        spans.into_iter().map(square).collect()
+        let spans = self.spans(&mechanism, owner);
+        spans.into_iter().map(|(ends, tangent)| self.laid_span(ends, tangent.difference).square).collect()
     }
 
     /// The wraps of the pulleys of a part, positive where the rope lies on them \[rad\].

@@ -138,7 +138,7 @@ impl Equations {
             },
             Aspect::Length(order) => self.coupled_length(id, order),
             Aspect::Along(..) | Aspect::PressureAngle | Aspect::Curvature => Expr::ZERO,
-            Aspect::Contact(ContactQuantity::Impulse)
+            Aspect::Contact(ContactQuantity::Impulse | ContactQuantity::LostEnergy)
                 if self.system.mechanism.engaging(Owner::Joint(joint)).is_some() =>
             {
                 self.engaging_impulse(Owner::Joint(joint), quantity)
@@ -325,7 +325,7 @@ impl Equations {
                     let factor = arena.constant(-sign);
                     arena.multiply(factor, reaction)
                 }),
-                ContactQuantity::Sliding | ContactQuantity::Engaged => Expr::ZERO,
+                ContactQuantity::Sliding | ContactQuantity::Engaged | ContactQuantity::LostEnergy => Expr::ZERO,
                 ContactQuantity::Impulse => {
                     // A contact presses, whichever side it is on.
                     let presses = contact.gap.word.is_empty() && !contact.gap.of_rate;
@@ -345,12 +345,13 @@ impl Equations {
         total
     }
 
-    /// The impulse of the last engagement of a joint.
+    /// An impulse of the last engagement of a joint, or the energy lost by it.
     fn engaging_impulse(&mut self, owner: Owner, quantity: Quantity) -> Expr {
         let mechanism = self.system.mechanism.clone();
-        let impulses = mechanism.engaging(owner).into_iter().flat_map(|engaging| &engaging.impulses);
-        let mut found = impulses.filter(|(other, _)| *other == quantity);
-        found.next().map_or(Expr::ZERO, |(_, id)| self.system.arena.symbol(Symbol::Discrete(id.0)))
+        let Some(engaging) = mechanism.engaging(owner) else { return Expr::ZERO };
+        let of_impulse = || engaging.impulses.iter().find(|(other, _)| *other == quantity).map(|(_, id)| *id);
+        let id = if quantity == Quantity::LostEnergy { engaging.lost } else { of_impulse() };
+        id.map_or(Expr::ZERO, |id| self.system.arena.symbol(Symbol::Discrete(id.0)))
     }
 
     /// The distance of the points of a rod, whether it holds or not.

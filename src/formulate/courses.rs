@@ -24,7 +24,7 @@ pub(super) fn begin(equations: &mut Equations, state: &mut State) {
 pub(super) fn check(equations: &mut Equations, state: &State) -> Vec<Fault> {
     let mechanism = equations.system.mechanism.clone();
     let mut faults = Vec::new();
-    for part in mechanism.parts().filter(|part| part.course().is_some()) {
+    for part in mechanism.parts_over_pulleys() {
         let squares: Vec<Expr> = equations.squares_of_straight_parts(part.owner);
         let values = equations.system.arena.evaluate(&squares, state);
         let crossed = values.iter().position(|square| !(square.is_finite() && *square > 0.0));

@@ -7,7 +7,7 @@ use cotree_fmu::model::{Model, State};
 use crate::diagnostic::Fault;
 use crate::equations::{Equations, Standing, impulse_of};
 use crate::model::{DiscreteId, Engaging, Mechanism, Owner, Quantity};
-use crate::network::Origin;
+use crate::network::{Constrained, Origin};
 use crate::redundancy::nearby::consistent_poses;
 
 /// A row counts as dependent when less than this share of it is new.
@@ -62,22 +62,30 @@ pub(super) fn without_repeated(equations: &mut Equations, model: &Model, state: 
     any.then_some(changed)
 }
 
-/// The loop equations of a joint that depend, in all of these poses, on those that always hold and on those before them.
+/// The loop equations of a joint that the fewest of them imply, together with those that always hold, in all of these poses. Which ones remain must not depend on the pose: of a weld on a pendulum the angle suffices
+/// everywhere, one of the displacements only where the arm is not along it.
 fn repeated(equations: &Equations, engaging: &Engaging, jacobians: &[Vec<SparseRow>]) -> Vec<Quantity> {
     let always = equations.rows_of(Standing::Imposed);
-    let joint: Vec<usize> = rows_of(equations, engaging.owner);
-    let order: Vec<usize> = always.iter().chain(&joint).copied().collect();
-    let mut repeats = vec![true; joint.len()];
-    for jacobian in jacobians {
-        let ordered = order.iter().map(|&row| jacobian[row].clone()).collect();
-        for place in independent_rows(ordered, NEW, CLEAR).1 {
-            if let Some(place) = place.checked_sub(always.len()) {
-                repeats[place] = false;
-            }
-        }
-    }
-    let repeated = joint.iter().zip(repeats).filter(|(_, repeats)| *repeats);
-    repeated.filter_map(|(&row, _)| impulse_of(equations.constraints[row].constrained, engaging)).collect()
+    let mut joint: Vec<usize> = rows_of(equations, engaging.owner);
+    joint.sort_by_key(|&row| equations.constraints[row].constrained != Constrained::Angle);
+    let rank = |jacobian: &Vec<SparseRow>, chosen: &[usize]| {
+        let rows = always.iter().chain(chosen).map(|&row| jacobian[row].clone()).collect();
+        independent_rows(rows, NEW, CLEAR).1.len()
+    };
+    let ranks: Vec<usize> = jacobians.iter().map(|jacobian| rank(jacobian, &joint)).collect();
+    let suffices =
+        |chosen: &[usize]| jacobians.iter().zip(&ranks).all(|(jacobian, &all)| rank(jacobian, chosen) == all);
+    let holds = subsets(&joint).into_iter().find(|chosen| suffices(chosen)).unwrap_or_else(|| joint.clone());
+    let repeated = joint.iter().filter(|row| !holds.contains(row));
+    repeated.filter_map(|&row| impulse_of(equations.constraints[row].constrained, engaging)).collect()
+}
+
+/// All subsets of a joint's three rows at most, smaller ones first, and of one size those with the first rows.
+fn subsets(rows: &[usize]) -> Vec<Vec<usize>> {
+    let chosen = |mask: u32| rows.iter().enumerate().filter(move |(place, _)| mask & (1 << place) != 0);
+    let mut masks: Vec<u32> = (0..1 << rows.len()).collect();
+    masks.sort_by_key(|mask| mask.count_ones());
+    masks.into_iter().map(|mask| chosen(mask).map(|(_, &row)| row).collect()).collect()
 }
 
 fn rows_of(equations: &Equations, owner: Owner) -> Vec<usize> {

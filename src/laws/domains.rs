@@ -76,7 +76,7 @@ fn distances(equations: &mut Equations) -> Vec<(Domain, Expr)> {
 fn courses(equations: &mut Equations) -> Vec<(Domain, Expr)> {
     let mechanism = &*equations.system.mechanism.clone();
     let mut found = Vec::new();
-    for part in mechanism.parts().filter(|part| part.course().is_some()) {
+    for part in mechanism.parts_over_pulleys() {
         let names: Vec<String> =
             part.stations().unwrap_or_default().iter().map(|station| mechanism.place_name(station.at)).collect();
         for (square, ends) in equations.squares_of_straight_parts(part.owner).into_iter().zip(names.windows(2)) {

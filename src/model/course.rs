@@ -163,6 +163,11 @@ impl Mechanism {
         self.parts().flat_map(move |part| of(part).into_iter().map(move |number| (part, number)))
     }
 
+    /// The parts that run over pulleys or onto drums.
+    pub fn parts_over_pulleys(&self) -> impl Iterator<Item = &Part> {
+        self.parts().filter(|part| part.course().is_some())
+    }
+
     /// The part that owns variables.
     pub fn part_of(&self, owner: Owner) -> Option<&Part> {
         match owner {

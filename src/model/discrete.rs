@@ -33,7 +33,7 @@ pub enum DiscreteKind {
     Contact,
     /// What a joint adds to its constants, to hold the pose in which it engages.
     Captured(Owner),
-    /// The impulse of a joint that engages, or along a rate that an event sets.
+    /// The impulse of a joint that engages and the energy that it takes, or the impulse along a rate that an event sets.
     Impulse,
     /// A rate that an event sets, and whether it does so now.
     Setting,

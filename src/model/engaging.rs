@@ -22,6 +22,8 @@ pub struct Engaging {
     pub here: bool,
     /// The impulses of its last engagement: one for each of its loop equations.
     pub impulses: Vec<(Quantity, DiscreteId)>,
+    /// The energy that they took from the mechanism; none before [`Mechanism::add_engaging`].
+    pub lost: Option<DiscreteId>,
     /// Those of its loop equations that others repeat.
     pub left_out: Vec<Quantity>,
 }
@@ -81,6 +83,9 @@ impl Mechanism {
             let mut part = self.joints[joint.0].clone();
             let moved = if engaging.here { self.capture(&mut part) } else { Moved::new() };
             self.engaging[index].impulses = self.impulses_of(&part);
+            let unit = Unit::of(&Quantity::LostEnergy.measure(), None);
+            let lost = self.push_discrete(Quantity::LostEnergy.of(&part.name), unit, DiscreteKind::Impulse, part.span);
+            self.engaging[index].lost = Some(lost);
             self.joints[joint.0] = part;
             for event in self.events.iter_mut().filter(|event| event.engages.contains(&engaging.owner)) {
                 // Engaged already, it stays where it is.
@@ -210,8 +215,22 @@ impl Mechanism {
 
     /// Where the second point of a joint is, in the frame of the first body.
     fn second_in_first(&self, part: &Part) -> [Formula; 2] {
-        let [x, y] = self.in_world(part.between[1]);
-        let Some(body) = part.between[0].body() else { return [x, y] };
+        self.in_frame(part.between[0].body(), part.between[1])
+    }
+
+    /// The displacement that a rack or screw keeps: of the second point along the axis of the carrier, less the way by radian of the first body times its angle against the carrier.
+    pub(crate) fn slid_apart(&self, part: &Part, by_radian: Formula) -> Formula {
+        let carrier = part.place("carrier");
+        let ([x, y], [from_x, from_y]) = (self.in_frame(carrier.body(), part.between[1]), self.local(carrier));
+        let [ux, uy] = part.vector("axis");
+        let turned = angle_of(part.between[0].body()) - angle_of(carrier.body());
+        ux * (x - from_x) + uy * (y - from_y) - by_radian * turned
+    }
+
+    /// Where a place is in the frame of a body, or of the ground.
+    fn in_frame(&self, body: Option<BodyId>, place: Place) -> [Formula; 2] {
+        let [x, y] = self.in_world(place);
+        let Some(body) = body else { return [x, y] };
         let [from_x, from_y] = self.in_world(Place::Centre(body));
         let (dx, dy, angle) = (x - from_x, y - from_y, angle_of(Some(body)));
         let (sine, cosine) = (angle.clone().of(Unary::Sin), angle.of(Unary::Cos));
@@ -245,6 +264,13 @@ fn angle_of(body: Option<BodyId>) -> Formula {
 pub(crate) fn relative_angle(part: &Part, _: &Mechanism) -> Option<Formula> {
     let [first, second] = part.bodies().map(angle_of);
     Some(second - first)
+}
+
+/// The angle that a gear pair or belt keeps: that of the second wheel less ratio times that of the first, both against the carrier.
+pub(crate) fn turned_apart(part: &Part, ratio: Formula) -> Formula {
+    let [first, second, carrier] =
+        [part.between[0].body(), part.between[1].body(), part.place("carrier").body()].map(angle_of);
+    second - carrier.clone() - ratio * (first - carrier)
 }
 
 /// A sum without a zero in front.

@@ -82,6 +82,7 @@ pub enum Quantity {
     PositionResidual,
     VelocityResidual,
     Engaged,
+    LostEnergy,
     ImpulseX,
     ImpulseY,
     ImpulseTorque,
@@ -156,6 +157,8 @@ pub enum ContactQuantity {
     Sliding,
     /// 1 while it is engaged, else 0.
     Engaged,
+    /// The energy that the impulses of its last engagement took.
+    LostEnergy,
 }
 
 /// Properties of the whole mechanism.
@@ -202,6 +205,7 @@ impl Quantity {
             StopForce | StopTorque => Aspect::Contact(ContactQuantity::Reaction),
             Impulse | AngularImpulse | ImpulseX | ImpulseY | ImpulseTorque => Aspect::Contact(ContactQuantity::Impulse),
             Engaged => Aspect::Contact(ContactQuantity::Engaged),
+            LostEnergy => Aspect::Contact(ContactQuantity::LostEnergy),
             Mode => Aspect::Contact(ContactQuantity::Mode),
             Sliding => Aspect::Contact(ContactQuantity::Sliding),
             Fx => Aspect::Effort(Effort::X),
@@ -273,6 +277,7 @@ impl Quantity {
             Impulse => ("impulse", "impulse of the last impact of", IMPULSE, Contact),
             AngularImpulse => ("impulse", "angular impulse of the last impact of", ANGULAR_IMPULSE, Contact),
             Engaged => ("engaged", "engagement of", NUMBER, Contact),
+            LostEnergy => ("lost_energy", "energy lost by the last engagement of", ENERGY, Contact),
             ImpulseX => ("impulse_x", "x impulse of the last engagement of", IMPULSE, Contact),
             ImpulseY => ("impulse_y", "y impulse of the last engagement of", IMPULSE, Contact),
             ImpulseTorque => ("impulse_torque", "angular impulse of the last engagement of", ANGULAR_IMPULSE, Contact),

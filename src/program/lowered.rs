@@ -566,11 +566,13 @@ fn masked_role(equations: &Equations, row: &Row) -> Role {
         }
         Origin::Joint(joint) => {
             let engaging = system.mechanism.engaging(Owner::Joint(joint));
-            let impulse = engaging.and_then(|engaging| {
+            let written = engaging.and_then(|engaging| {
                 let quantity = impulse_of(row.constrained, engaging)?;
-                engaging.impulses.iter().find(|(other, _)| *other == quantity)
+                let (_, impulse) = engaging.impulses.iter().find(|(other, _)| *other == quantity)?;
+                Some([*impulse, engaging.lost?])
             });
-            impulse.map_or(Role::Contact, |(_, id)| Role::Engaging { impulse: place(*id) })
+            written
+                .map_or(Role::Contact, |[impulse, lost]| Role::Engaging { impulse: place(impulse), lost: place(lost) })
         }
         _ => Role::Contact,
     }

@@ -53,11 +53,12 @@ impl Resolver<'_> {
     fn pulley(&mut self, node: &DocumentNode, called: &str, keys: &'static [Key]) -> Option<Pulley> {
         let known = [&names(keys)[..], &LATER.map(|(key, _)| key)].concat();
         let fields = Fields::open(node, called, node.span, &known, self.faults)?;
+        let mut is_supported = true;
         for (key, help) in LATER {
             if let Some(span) = fields.key_span(key) {
                 let message = format!("`{key}` of {called} is not supported yet");
                 self.faults.push(Fault::new("scene::unknown_key", message, span).label("not supported").help(help));
-                return None;
+                is_supported = false;
             }
         }
         let on = fields.required(keys[0].name, keys[0].help(), self.faults);
@@ -67,25 +68,20 @@ impl Resolver<'_> {
         let reader = KeyReader { fields: &fields, user: called, context: Context::Constant };
         let mut value = |key: &'static Key, node: &DocumentNode| self.value_of(key, node, &reader);
         let radius = radius.and_then(|node| value(&keys[1], node));
-        let side = match fields.get("side") {
-            Some(node) => Some(value(&keys[2], node)?),
-            None => None,
-        };
-        let mu = match fields.get("mu").zip(keys.get(4)) {
-            Some((node, key)) => Some(value(key, node)?),
-            None => None,
-        };
-        let mu = mu.map(|mu| if let KeyValue::Formula(mu) = mu { mu } else { Formula::Number(0.0) });
+        let side = fields.get("side").map(|node| value(&keys[2], node));
+        let mu = fields.get("mu").zip(keys.get(4)).map(|(node, key)| value(key, node));
         let turns = fields.get("turns").map_or(Some(0), |node| self.whole_turns(node, &fields));
-        let KeyValue::Formula(radius) = radius? else { return None };
-        let is_eye = radius == Formula::Number(0.0);
+        let is_eye = radius == Some(KeyValue::Formula(Formula::Number(0.0)));
         if side.is_none() && !is_eye {
             const SIDES: &str = "say where its centre is, seen along the rope from the first end: `side = \"left\"` or `side = \"right\"`";
-            fields.required("side", SIDES, self.faults);
-            return None;
+            fields.required("side", SIDES, self.faults)?;
         }
+        let (side, mu) = (given(side)?, given(mu)?);
+        let KeyValue::Formula(radius) = radius? else { return None };
+        let mu = mu.map(|mu| if let KeyValue::Formula(mu) = mu { mu } else { Formula::Number(0.0) });
         let is_left = side != Some(KeyValue::Choice("right"));
-        Some(Pulley { on: on?, radius, is_left, turns: turns?, mu, span: node.span })
+        let pulley = Pulley { on: on?, radius, is_left, turns: turns?, mu, span: node.span };
+        is_supported.then_some(pulley)
     }
 
     fn whole_turns(&mut self, node: &DocumentNode, fields: &Fields<'_>) -> Option<u32> {
@@ -181,4 +177,9 @@ impl Resolver<'_> {
         }
         Some(Some(KeyValue::Course(course)))
     }
+}
+
+/// The value of a key that may be absent; none if what was written is faulty.
+fn given(value: Option<Option<KeyValue>>) -> Option<Option<KeyValue>> {
+    value.map_or(Some(None), |value| value.map(Some))
 }

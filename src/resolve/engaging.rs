@@ -163,6 +163,7 @@ impl Resolver<'_> {
                 begins,
                 here: part.choice("at") != Some("named"),
                 impulses: Vec::new(),
+                lost: None,
                 left_out: Vec::new(),
             });
         }

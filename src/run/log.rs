@@ -31,8 +31,8 @@ pub enum What {
     Slips,
     /// What rubs slides the other way.
     Turns,
-    /// A joint engages; its impulses follow as impacts.
-    Engages,
+    /// A joint engages; its impulses follow as impacts. They take energy \[J\].
+    Engages { lost: f64 },
     /// A joint is released.
     Releases,
 }
@@ -48,7 +48,7 @@ impl What {
             What::Sticks => "sticks",
             What::Slips => "slips",
             What::Turns => "turns",
-            What::Engages => "engages",
+            What::Engages { .. } => "engages",
             What::Releases => "releases",
         }
     }
@@ -66,7 +66,7 @@ impl Logged {
         let program = model.program();
         let entry = |name: &str, what| Logged { time: happening.time(), name: name.to_owned(), what };
         let events = happening.due.iter().filter_map(|&index| program.instants.events.get(index));
-        let events = events.filter(|event| super::is_of_scene(&event.name));
+        let events = events.filter(|event| event.is_of_scene());
         let mut all: Vec<Logged> = events.map(|event| entry(&event.name, What::Event)).collect();
         all.extend(Logged::engaging(model, happening));
         let ([before, after], [came, goes]) = (happening.closed(model), happening.directions(model));
@@ -94,9 +94,10 @@ impl Logged {
         for (row, joins) in happening.joining(model) {
             let constraint = &program.constraints[row];
             let entry = |what| Logged { time: happening.time(), name: constraint.owner.clone(), what };
-            let (Role::Engaging { impulse } | Role::Set { impulse, .. }) = constraint.role else { continue };
-            if matches!(constraint.role, Role::Engaging { .. }) {
-                let change = entry(if joins { What::Engages } else { What::Releases });
+            let (Role::Engaging { impulse, .. } | Role::Set { impulse, .. }) = constraint.role else { continue };
+            if let Role::Engaging { lost, .. } = constraint.role {
+                let engages = What::Engages { lost: happening.after.discrete()[lost as usize] };
+                let change = entry(if joins { engages } else { What::Releases });
                 if !all.iter().any(|known| known.name == change.name && known.what == change.what) {
                     all.push(change);
                 }

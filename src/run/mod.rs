@@ -195,16 +195,8 @@ fn reach(instance: &mut Instance, time: f64) -> Result<Option<(String, f64)>, In
     }
 }
 
-/// True for what has happened to the mechanism, and false for the bookkeeping of a part over pulleys: `rope.turn_1`, `rope.wrap_1`.
-fn is_of_scene(event: &str) -> bool {
-    let number = |last: &str| last.strip_prefix("turn_").or(last.strip_prefix("wrap_")).map(str::to_owned);
-    let number = event.rsplit_once('.').and_then(|(_, last)| number(last));
-    number.is_none_or(|number| number.parse::<usize>().is_err())
-}
-
 fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f64)>)) -> Finish {
-    let events = instance.events().filter(|(name, _)| is_of_scene(name));
-    let events = events.map(|(name, count)| (name.to_owned(), count)).collect();
+    let events = instance.events().map(|(name, count)| (name.to_owned(), count)).collect();
     Finish { inaccuracy: instance.take_inaccuracy(), events, log, ended }
 }
 

@@ -101,7 +101,7 @@ impl ContactValues {
         for (row, constraint) in program.constraints.iter().enumerate().filter(|(row, _)| self.joining.rows[*row]) {
             let set = match constraint.role {
                 Role::Set { value, .. } => state.discrete()[value as usize],
-                _ => 0.0,
+                Role::Engaging { .. } | Role::Imposed | Role::Repeating | Role::LeftOut | Role::Contact => 0.0,
             };
             self.requested[row] = self.joining.rates[row] + set;
         }
@@ -125,15 +125,27 @@ impl ContactValues {
         joined
     }
 
-    /// Keeps the impulses of what has begun to hold.
+    /// Keeps the impulses of what has begun to hold, and the energy that those of each joint take: half of impulse times rate before, since nothing is left of that.
     pub(super) fn keep_joining(&mut self, context: &Place) {
         if !self.joining.any {
             return;
         }
         let (program, n) = (context.model.program(), context.model.coordinates());
-        for (row, constraint) in program.constraints.iter().enumerate().filter(|(row, _)| self.joining.rows[*row]) {
-            if let Role::Engaging { impulse } | Role::Set { impulse, .. } = constraint.role {
-                self.kept[impulse as usize] = self.change[n + row];
+        let joining = || program.constraints.iter().enumerate().filter(|(row, _)| self.joining.rows[*row]);
+        for (_, constraint) in joining() {
+            if let Role::Engaging { lost, .. } = constraint.role {
+                self.kept[lost as usize] = 0.0;
+            }
+        }
+        for (row, constraint) in joining() {
+            let change = self.change[n + row];
+            match constraint.role {
+                Role::Engaging { impulse, lost } => {
+                    self.kept[impulse as usize] = change;
+                    self.kept[lost as usize] += 0.5 * change * self.joining.rates[row];
+                }
+                Role::Set { impulse, .. } => self.kept[impulse as usize] = change,
+                Role::Imposed | Role::Repeating | Role::LeftOut | Role::Contact => {}
             }
         }
     }

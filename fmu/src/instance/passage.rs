@@ -487,13 +487,24 @@ impl Passage<'_> {
             along.set(layout.reactions() + row, &changes);
         }
         along.machine.load_reactions(model, &requested);
-        let (_, changes) = along.run(&data.impact);
+        let (impulses, changes) = along.run(&data.impact);
         let n = columns.n;
         for column in 0..along.columns {
             (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
+            let discrete = &mut columns.discrete_values[column * columns.discrete..][..columns.discrete];
             for &row in joining {
-                if let Role::Engaging { impulse } | Role::Set { impulse, .. } = program.constraints[row].role {
-                    columns.discrete_values[column * columns.discrete + impulse as usize] = changes[n + row][column];
+                if let Role::Engaging { lost, .. } = program.constraints[row].role {
+                    discrete[lost as usize] = 0.0;
+                }
+            }
+            for &row in joining {
+                let change = changes[n + row][column];
+                if let Role::Engaging { impulse, .. } | Role::Set { impulse, .. } = program.constraints[row].role {
+                    discrete[impulse as usize] = change;
+                }
+                if let Role::Engaging { lost, .. } = program.constraints[row].role {
+                    let of_rate = impulses[n + row] * rate_changes[row][column];
+                    discrete[lost as usize] += 0.5 * (change * rates[row] + of_rate);
                 }
             }
         }

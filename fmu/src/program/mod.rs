@@ -178,6 +178,13 @@ pub struct Event {
     pub removes: Vec<u32>,
 }
 
+impl Event {
+    /// False for what the exporter adds for parts over pulleys, with names such as `rope.turn_1`: names of events in scenes have no point.
+    pub fn is_of_scene(&self) -> bool {
+        !self.name.contains('.')
+    }
+}
+
 /// A discrete variable or a state, and the result of [`Instants::written`] that it gets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Write {
@@ -334,6 +341,8 @@ pub enum Role {
     Engaging {
         /// The discrete variable that gets the impulse of an engagement.
         impulse: u32,
+        /// The one that gets the energy lost by all loop equations of the joint.
+        lost: u32,
     },
     /// Imposed at the instant at which an event sets a rate: minus that rate is its own.
     Set {
@@ -353,7 +362,7 @@ impl Role {
     /// The discrete variables that it writes or reads at instants.
     pub fn places(self) -> impl Iterator<Item = u32> {
         let places = match self {
-            Role::Engaging { impulse } => [Some(impulse), None],
+            Role::Engaging { impulse, lost } => [Some(impulse), Some(lost)],
             Role::Set { value, impulse } => [Some(value), Some(impulse)],
             Role::LeftOut | Role::Imposed | Role::Contact | Role::Repeating => [None; 2],
         };

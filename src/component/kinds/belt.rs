@@ -3,11 +3,11 @@
 
 use super::gear;
 use crate::component::frame::Placed;
-use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Record};
+use crate::component::key::{AT, BETWEEN_WHEELS, CARRIER_BODY, ENGAGED, Form, Key, Record};
 use crate::component::{Component, Icon, Rubs, limits};
 use crate::expr::{Function, Unary};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, LENGTH, TORQUE};
-use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
+use crate::model::{Captured, Formula, Friction, Part, Pressed, Quantity as Q, Range, turned_apart};
 use crate::network::{Coupling, Rows, System};
 use crate::scene::{Joint, Quantity};
 
@@ -47,11 +47,15 @@ pub(crate) const BELT: Component = Component {
             Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Belt)),
             "the torque on the second pulley at which the belt slips, or what it follows from: coefficient of friction, the smaller angle of wrap, mean tension; if absent, the belt does not slip",
         ),
+        ENGAGED,
+        AT,
         limits::PLAY_OF_ANGLE,
     ],
     variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: relation, pressed: Pressed::Belt, law }),
     reactions: &[Q::Torque],
+    captures: &[Captured::Key("angle", |part, _| Some(turned_apart(part, ratio(part))))],
+    engaging: &[Q::Engaged, Q::AngularImpulse, Q::LostEnergy],
     gaps: limits::gaps,
     relation,
     undriven: ["a belt", "name the joint in which a pulley turns"],
@@ -59,10 +63,15 @@ pub(crate) const BELT: Component = Component {
 };
 
 fn placed(placed: &mut Placed<'_>) {
-    let [first, second] = ["first_radius", "second_radius"].map(|key| placed.part.key(key));
-    let open = first / second;
-    let ratio = if is_crossed(placed.part) { -open } else { open };
+    let ratio = ratio(placed.part);
     gear::place_wheels(placed, ratio);
+}
+
+/// The turns of the second pulley for one of the first.
+fn ratio(part: &Part) -> Formula {
+    let [first, second] = ["first_radius", "second_radius"].map(|key| part.key(key));
+    let open = first / second;
+    if is_crossed(part) { -open } else { open }
 }
 
 fn rows(part: &Part, system: &mut System) -> Rows {

@@ -26,7 +26,7 @@ pub(crate) const DISTANCE: Component = Component {
     variables: &[Q::Force],
     reactions: &[Q::Force],
     captures: &[Captured::Key("length", |part, mechanism| Some(mechanism.distance(part)))],
-    engaging: &[Q::Engaged, Q::Impulse, Q::Length],
+    engaging: &[Q::Engaged, Q::Impulse, Q::Length, Q::LostEnergy],
     undriven: ["a distance link", "its length is constant; a driver with `position` moves a point"],
     ..Component::joint("distance", rows, anywhere, |_| Icon::Link)
 };

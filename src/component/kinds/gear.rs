@@ -2,11 +2,11 @@
 //! -ratio times as much and the carrier the rest. With `backlash` the relation may be off by half of the play either way.
 
 use crate::component::frame::{Placed, minus, sum, times};
-use crate::component::key::{BETWEEN_WHEELS, CARRIER_BODY, Form, Key, Record};
+use crate::component::key::{AT, BETWEEN_WHEELS, CARRIER_BODY, ENGAGED, Form, Key, Record};
 use crate::component::{Component, Icon, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{ANGLE, ANGULAR_VELOCITY, NUMBER, TORQUE};
-use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
+use crate::model::{Captured, Formula, Friction, Part, Pressed, Quantity as Q, Range, turned_apart};
 use crate::network::{Coupling, CouplingTerm, Port, Rows, System};
 use crate::scene::{Joint, Quantity, constant};
 
@@ -28,11 +28,15 @@ pub(crate) const GEAR: Component = Component {
             Form::Record(Record::Friction([TORQUE, ANGULAR_VELOCITY], Pressed::Reaction(Q::Torque))),
             "friction of the mesh: `mu` is its torque on the first wheel per torque of the mesh; from 1 on it is self-locking",
         ),
+        ENGAGED,
+        AT,
         limits::PLAY_OF_ANGLE,
     ],
     variables: &[Q::Torque, Q::AngularImpulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: first_turn, pressed: Pressed::Reaction(Q::Torque), law }),
     reactions: &[Q::Torque],
+    captures: &[Captured::Key("angle", |part, _| Some(turned_apart(part, part.key("ratio"))))],
+    engaging: &[Q::Engaged, Q::AngularImpulse, Q::LostEnergy],
     gaps: limits::gaps,
     relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],

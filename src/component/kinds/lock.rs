@@ -42,7 +42,7 @@ pub(crate) const LOCK: Component = Component {
         }),
         Captured::Key("displacement", |part, mechanism| Some(slide(part, mechanism)?.variable(Q::S))),
     ],
-    engaging: &[Q::Engaged, Q::AngularImpulse, Q::Impulse],
+    engaging: &[Q::Engaged, Q::AngularImpulse, Q::Impulse, Q::LostEnergy],
     undriven: ["a lock", "name the joint whose motion it holds"],
     ..Component::joint("lock", rows, placed, |_| Icon::Round(pawl))
 };

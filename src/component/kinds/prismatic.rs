@@ -24,7 +24,7 @@ pub(crate) const PRISMATIC: Component = Component {
     variables: &[Q::S, Q::V, Q::A, Q::Fn, Q::Force, Q::Torque, Q::StopForce, Q::Impulse, Q::Mode, Q::Sliding],
     reactions: &[Q::Fn, Q::Torque],
     captures: &[Captured::Normal, Captured::Key("angle", relative_angle)],
-    engaging: &[Q::Engaged, Q::Impulse, Q::ImpulseTorque],
+    engaging: &[Q::Engaged, Q::Impulse, Q::ImpulseTorque, Q::LostEnergy],
     pose: &[Q::S],
     room: Room::Needless("remove it: every mass slides along x anyway"),
     undriven: ["prismatic", "give `displacement = ...` instead of `angle`"],

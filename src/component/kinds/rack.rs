@@ -2,11 +2,11 @@
 //! relative to the carrier. The reaction is the force on the rack; the pinion gets -radius times as much torque.
 
 use crate::component::frame::{Placed, minus, times};
-use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key};
+use crate::component::key::{AT, AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, ENGAGED, Form, Key};
 use crate::component::{Component, Icon, limits};
 use crate::expr::Expr;
 use crate::model::measure::LENGTH;
-use crate::model::{Formula, Part, Quantity as Q, Range};
+use crate::model::{Captured, Formula, Part, Quantity as Q, Range};
 use crate::network::{Coupling, CouplingTerm, Direction, Port, Rows, System};
 use crate::scene::{Joint, Quantity, Vector};
 
@@ -24,10 +24,14 @@ pub(crate) const RACK: Component = Component {
             "give the radius of the pinion: `radius = \"30 mm\"`",
         ),
         DISPLACEMENT,
+        ENGAGED,
+        AT,
         limits::PLAY_OF_SLIDE,
     ],
     variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode],
     reactions: &[Q::Force, Q::Torque],
+    captures: &[Captured::Key("displacement", |part, mechanism| Some(mechanism.slid_apart(part, part.key("radius"))))],
+    engaging: &[Q::Engaged, Q::Impulse, Q::LostEnergy],
     gaps: limits::gaps,
     relation,
     undriven: ["a gear pair or rack", "name the joint in which a wheel turns or the rack slides"],

@@ -42,7 +42,7 @@ pub(crate) const REVOLUTE: Component = Component {
     ],
     reactions: &[Q::Fx, Q::Fy],
     captures: &[Captured::Point],
-    engaging: &[Q::Engaged, Q::ImpulseX, Q::ImpulseY],
+    engaging: &[Q::Engaged, Q::ImpulseX, Q::ImpulseY, Q::LostEnergy],
     pose: &[Q::Angle],
     room: Room::Turning,
     undriven: ["revolute", "give `angle = ...` instead of `displacement`"],

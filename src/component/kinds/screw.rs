@@ -3,11 +3,13 @@
 
 use super::rack;
 use crate::component::frame::Placed;
-use crate::component::key::{AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, Form, Key, Record};
+use crate::component::key::{
+    AT, AXIS_OF_CARRIER, BODY_AND_POINT, CARRIER_POINT, DISPLACEMENT, ENGAGED, Form, Key, Record,
+};
 use crate::component::{Component, Icon, IconStroke, Rubs, limits};
 use crate::expr::{Expr, Function, Unary};
 use crate::model::measure::{FORCE, LENGTH, VELOCITY};
-use crate::model::{Formula, Friction, Part, Pressed, Quantity as Q, Range};
+use crate::model::{Captured, Formula, Friction, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, CouplingTerm, Rows, System};
 use crate::scene::{Joint, Quantity, Vector, constant};
 
@@ -30,11 +32,17 @@ pub(crate) const SCREW: Component = Component {
             Form::Record(Record::Friction([FORCE, VELOCITY], Pressed::Reaction(Q::Force))),
             "friction of a square thread at `radius`, along its helix",
         ),
+        ENGAGED,
+        AT,
         limits::PLAY_OF_SLIDE,
     ],
     variables: &[Q::Force, Q::Torque, Q::Impulse, Q::Mode, Q::Sliding],
     rubs: Some(Rubs { along: thread_slide, pressed: Pressed::Reaction(Q::Force), law }),
     reactions: &[Q::Force, Q::Torque],
+    captures: &[Captured::Key("displacement", |part, mechanism| {
+        Some(mechanism.slid_apart(part, part.key("lead") / Formula::Number(std::f64::consts::TAU)))
+    })],
+    engaging: &[Q::Engaged, Q::Impulse, Q::LostEnergy],
     gaps: limits::gaps,
     relation,
     undriven: ["a screw", "name the joint in which the spindle turns or the nut slides"],

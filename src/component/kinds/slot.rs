@@ -28,7 +28,7 @@ pub(crate) const SLOT: Component = Component {
     ],
     reactions: &[Q::Fn],
     captures: &[Captured::Normal],
-    engaging: &[Q::Engaged, Q::Impulse],
+    engaging: &[Q::Engaged, Q::Impulse, Q::LostEnergy],
     pose: &[Q::S, Q::Angle],
     undriven: ["a slot", "give `displacement = ...` or `angle = ...`"],
     drivers: &["angle", "displacement"],

@@ -14,7 +14,7 @@ pub(crate) const WELD: Component = Component {
     variables: &[Q::Fx, Q::Fy, Q::Torque],
     reactions: &[Q::Fx, Q::Fy, Q::Torque],
     captures: &[Captured::Point, Captured::Key("angle", relative_angle)],
-    engaging: &[Q::Engaged, Q::ImpulseX, Q::ImpulseY, Q::ImpulseTorque],
+    engaging: &[Q::Engaged, Q::ImpulseX, Q::ImpulseY, Q::ImpulseTorque, Q::LostEnergy],
     room: Room::Line,
     undriven: ["a weld", "a weld does not move: name a revolute or a prismatic joint"],
     ..Component::joint("weld", rows, placed, |_| Icon::Fixed)

@@ -57,9 +57,10 @@ fn told(finish: &Finish) -> BTreeMap<&str, Told> {
                 of_name.impacts.push((*time, impulse));
                 of_name.angular = angular;
             }
-            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns | What::Engages | What::Releases => {
+            What::Closes | What::Opens | What::Sticks | What::Slips | What::Turns => {
                 of_name.changes.push((*time, *what))
             }
+            What::Engages { .. } | What::Releases => of_name.changes.push((*time, *what)),
         }
     }
     all
@@ -95,11 +96,19 @@ impl Told {
                 What::Opens => "is open",
                 What::Sticks => "sticks",
                 What::Slips | What::Turns => "slides",
-                What::Engages => "is engaged",
+                What::Engages { .. } => "is engaged",
                 What::Releases => "is released",
                 What::Event | What::Impact { .. } => "has happened",
             };
             parts.push(format!("{state} from t = {} s on", short(*time)));
+        }
+        let lost = self
+            .changes
+            .iter()
+            .filter_map(|(_, what)| if let What::Engages { lost } = what { Some(lost) } else { None });
+        if let Some(lost) = lost.copied().reduce(|sum, lost| sum + lost) {
+            let unit = composed(&shown.units, "J");
+            parts.push(format!("{} {} lost by engaging", short(lost / unit.factor), unit.name));
         }
         parts.join("; ")
     }
@@ -111,6 +120,9 @@ pub(super) fn data(finish: &Finish) -> Value {
         let mut value = json!({"time": entry.time, "name": entry.name, "what": entry.what.word()});
         if let What::Impact { impulse, .. } = entry.what {
             value["impulse"] = json!(impulse);
+        }
+        if let What::Engages { lost } = entry.what {
+            value["lost_energy"] = json!(lost);
         }
         value
     };

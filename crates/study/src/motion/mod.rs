@@ -147,7 +147,7 @@ impl DrivenJoint {
 
 /// What states and sampled values are in a pose, and which events have happened, depends on the way there: figures of a turn or stroke cannot say what acts.
 fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
-    if let Some(part) = mechanism.parts().find(|part| part.course().is_some()) {
+    if let Some(part) = mechanism.parts_over_pulleys().next() {
         return Err(MotionError::Request(format!(
             "how far `{}` is wound on its pulleys depends on the motion before a configuration, and the study looks at configurations one by one: use `simulate`",
             part.name

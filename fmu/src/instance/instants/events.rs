@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::hybrid::onset::{self, PARTS, Reach};
 use crate::hybrid::tick::is_later;
 use crate::machine::ROUNDING;
+use crate::program::Program;
 
 /// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
 const DEEPEST: i32 = 20;
@@ -463,31 +464,29 @@ impl Instance {
         self.instants.as_mut().is_some_and(|instants| std::mem::take(&mut instants.happened))
     }
 
-    /// Every event of the scene, and how often it has happened.
+    /// Every event of the scene and every contact, and how often it has happened.
     pub fn events(&self) -> impl Iterator<Item = (&str, u32)> {
-        self.occasions().zip(self.now.happened.counts.iter().copied())
-    }
-
-    /// The names of events, then of contacts.
-    fn occasions(&self) -> impl Iterator<Item = &str> {
-        let instants = &self.model.program().instants;
-        let events = instants.events.iter().map(|event| event.name.as_str());
-        events.chain(instants.contacts().iter().map(|contact| contact.name.as_str()))
+        let counted = occasions(self.model.program()).zip(self.now.happened.counts.iter().copied());
+        counted.filter_map(|(name, count)| Some((name?, count)))
     }
 
     /// Reports the events that have happened since the last report.
     pub(crate) fn report_events(&mut self, mut report: impl FnMut(&str, f64)) {
         let Some(run) = &mut self.instants else { return };
-        let instants = &self.model.program().instants;
-        let events = instants.events.iter().map(|event| &event.name);
-        let names = events.chain(instants.contacts().iter().map(|contact| &contact.name));
+        let names = occasions(self.model.program());
         for ((name, count), reported) in names.zip(&self.now.happened.counts).zip(&mut run.reported) {
-            if count > reported {
+            if let Some(name) = name.filter(|_| count > reported) {
                 report(name, self.now.state.time());
             }
             *reported = *count;
         }
     }
+}
+
+/// The names of events, then of contacts; none of events that are not of the scene.
+fn occasions(program: &Program) -> impl Iterator<Item = Option<&str>> {
+    let events = program.instants.events.iter().map(|event| event.is_of_scene().then_some(event.name.as_str()));
+    events.chain(program.instants.contacts().iter().map(|contact| Some(contact.name.as_str())))
 }
 
 /// The time at a share of a step.

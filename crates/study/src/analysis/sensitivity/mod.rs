@@ -143,8 +143,7 @@ impl Differentiated {
                 "a driver follows `{name}`, whose rate may jump: derivatives are available for constant inputs only"
             )));
         }
-        let over_pulleys = formulated.equations.system.mechanism.parts().find(|part| part.course().is_some());
-        if let Some(part) = over_pulleys {
+        if let Some(part) = formulated.equations.system.mechanism.parts_over_pulleys().next() {
             return Err(refused(format!(
                 "`{}` runs over pulleys, and derivatives of its wraps are not available; compare runs by `cotree sweep`",
                 part.name
