@@ -737,3 +737,59 @@ stop = 1
     assert!((after[2] - after[0] + 2.0 * (after[1] - after[0])).abs() < 1e-12, "{after:?}");
     assert!((relation(later) - relation(after)).abs() < 1e-11, "{after:?} {later:?}");
 }
+
+/// The event that releases asks for the time of the one that engages: before that has happened it holds, so it happens at the start, where it releases nothing, and again when it is meant to.
+#[test]
+fn a_release_that_waits_for_the_engagement_releases_nothing_before_it() {
+    let part = "[events.part]\nwhen = \"t > events.meet.time + 0.25\"\nrelease = [\"coupling\"]\n";
+    let rod = r#"{ type = "distance", between = ["a", "b"], engaged = false }"#;
+    let values = [
+        (0.3, "events.part.time", 0.0),
+        (0.5, "coupling.engaged", 1.0),
+        (0.5, "events.meet.time", 0.4),
+        (0.7, "events.part.time", 0.65),
+        (0.7, "coupling.engaged", 0.0),
+    ];
+    check(&carts(rod, &format!("{MEET}{part}")), &values, 1e-11);
+}
+
+/// A rod between two arms on one line with their pins would hold what the loop holds in that pose already: refused with its name and the time, and not closed.
+#[test]
+fn what_engages_in_a_singular_pose_is_refused() {
+    let text = r#"
+name = "singular"
+[ground.points]
+far = [2, 0]
+[bodies.left]
+mass = 1
+inertia = 0.1
+points = { tip = [1, 0] }
+[bodies.right]
+mass = 1
+inertia = 0.1
+points = { tip = [-1, 0] }
+[joints.a]
+type = "revolute"
+between = ["ground", "left"]
+[joints.b]
+type = "revolute"
+between = ["ground.far", "right"]
+[joints.hook]
+type = "revolute"
+between = ["left.tip", "right.tip"]
+engaged = false
+[initial]
+"a.angle" = 0
+"a.omega" = 1
+"b.angle" = 0
+"b.omega" = -0.5
+[events.catch]
+when = "t > 0"
+engage = ["hook"]
+[experiment]
+stop = 1
+"#;
+    let model = run::model(text);
+    let told = run::started(&model, None, 1.0, 1e-9).step_to(0.5).unwrap_err().to_string();
+    assert!(told.contains("`hook`") && told.contains("their constraints are redundant"), "{told}");
+}

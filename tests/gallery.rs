@@ -570,3 +570,52 @@ fn a_cam_lifts_its_follower_by_a_spline_of_measured_places() {
     println!("cam: {apart} m from the cycloid, {} of its peak", fastest / (0.04 / FRAC_PI_2));
     assert!(apart < 4e-5 && (fastest / (0.04 / FRAC_PI_2) - 1.0).abs() < 0.01, "{apart} {fastest}");
 }
+
+/// The sheave turns alone until the chain is taut, loses as much of its speed as the load then has, and lifts it with a constant acceleration.
+#[test]
+fn the_differential_hoist_lifts_by_the_difference_of_its_drums() {
+    let (torque, inertia, mass, gravity) = (-31.0, 0.15, 200.0, 9.81);
+    let by_radian = (0.150 - 0.120) / 2.0;
+    let together = inertia + mass * by_radian * by_radian;
+    // 30 mm of slack are one radian.
+    let taut = (2.0 * inertia / -torque as f64).sqrt();
+    let begin = torque / inertia * taut * inertia / together;
+    let acceleration = (torque + mass * gravity * by_radian) / together;
+    check("chain_hoist", 201, 2.0, LIMIT, |t| {
+        if t < taut {
+            return vec![torque / inertia * t, -1.2, 0.0, 0.0];
+        }
+        let omega = begin + acceleration * (t - taut);
+        let turned = (begin + 0.5 * acceleration * (t - taut)) * (t - taut);
+        let tension = 0.5 * mass * (gravity - by_radian * acceleration);
+        vec![omega, -1.2 - by_radian * turned, -by_radian * omega, -tension]
+    });
+}
+
+/// Both keep their angular momentum about the pin where the gripper closes, and move as one body until it opens.
+#[test]
+fn the_gripper_takes_a_part_and_throws_it() {
+    let hand = |t: f64| at([0.0, 0.0], 0.7, PI - 2.0 * t);
+    let part = |t: f64| [-1.0 + 1.25 * t, 0.62];
+    let (mut far, mut near) = (0.4, 0.54);
+    for _ in 0..60 {
+        let middle = 0.5 * (far + near);
+        *if distance(hand(middle), part(middle)) < 0.015 { &mut near } else { &mut far } = middle;
+    }
+    let (close, [x, y]) = (near, part(near));
+    let (arm, mass, inertia) = (0.5 + 6.0 * 0.35 * 0.35, 1.5, 0.004);
+    let omega = (-2.0 * arm - mass * y * 1.25) / (arm + mass * (x * x + y * y) + inertia);
+    let open = close + 0.8;
+    check("gripper", 201, 2.0, LIMIT, |t| {
+        if t < close {
+            let [x, y] = part(t);
+            return vec![PI - 2.0 * t, -2.0, x, y, 0.0, 0.0];
+        }
+        let turned = omega * (t - close);
+        let from = bearing([0.0, 0.0], [x, y]) + omega * (t.min(open) - close);
+        let held = at([0.0, 0.0], x.hypot(y), from);
+        let flown = omega * (t - open).max(0.0);
+        let [x, y] = [held[0] - flown * held[1], held[1] + flown * held[0]];
+        vec![PI - 2.0 * close + turned, omega, x, y, turned, f64::from(t < open)]
+    });
+}

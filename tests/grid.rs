@@ -272,6 +272,11 @@ const FEATURES: &[Feature] = &[
         Cart,
         "[joints.hold]\ntype = \"weld\"\nbetween = [\"box\", \"arm\"]\nengaged = false\n[events.hold_on]\nwhen = \"t > 0.35\"\nengage = [\"hold\"]",
     ),
+    Feature(
+        "gear by an event",
+        Wheels,
+        "[joints.shift]\ntype = \"gear\"\nbetween = [\"wheel\", \"drum\"]\nratio = -0.5\nengaged = false\n[events.shifted]\nwhen = \"t > 0.2\"\nengage = [\"shift\"]",
+    ),
     Feature("rate by an event", Cart, "[events.kick]\nwhen = \"t > 0.15\"\nset = { \"rail.v\" = 0.5 }"),
     Feature(
         "state by an event",

@@ -321,3 +321,47 @@ variables = ["guide.s"]
         assert!((time - leaves).abs() < 1e-8, "{time}, not {leaves}: {told}");
     }
 }
+
+/// A point comes down on a circle until the rope lies along its tangent, and goes up again: the wrap reaches zero within rounding errors and nothing happens; the length is that of the tangent and the arc all the time.
+#[test]
+fn a_wrap_that_only_reaches_zero_changes_nothing() {
+    let text = r#"
+name = "grazes"
+[ground]
+points = { a = [-1, 0.1], peg = [0, 0] }
+[bodies.ball]
+mass = 1
+inertia = 1
+[joints.guide]
+type = "prismatic"
+between = ["ground", "ball"]
+axis = [0, 1]
+[drivers.lift]
+joint = "guide"
+displacement = "0.1 - 0.05*(1 - 2*t)^2"
+[loads.band]
+type = "actuator"
+force = 0
+between = ["ground.a", "ball"]
+over = [{ on = "ground.peg", radius = 0.1, side = "right" }]
+[outputs]
+variables = ["band.length", "guide.s"]
+[experiment]
+stop = 1
+"#;
+    let text = text
+        .replace("points = { a = [-1, 0.1], peg = [0, 0] }", "points = { a = [-1, 0.1], peg = [0, 0], rail = [1, 0] }");
+    let text = text.replace("between = [\"ground\", \"ball\"]\naxis", "between = [\"ground.rail\", \"ball\"]\naxis");
+    let mut instance = started(&model(&text), None, 1.0, 1e-10);
+    for step in 1..=20 {
+        instance.step_to(0.05 * f64::from(step)).unwrap();
+        let [found, y] = ["band.length", "guide.s"].map(|name| value(&mut instance, name));
+        // The tangent from (1, y) to the circle, and the arc from its top.
+        let square = 1.0 + y * y - 0.01;
+        let straight = f64::sqrt(square);
+        let wrap = f64::max(0.0, f64::atan2(0.1, straight) - f64::atan2(y, 1.0));
+        let right = 1.0 + straight + 0.1 * wrap;
+        assert!((found - right).abs() < 1e-12, "{y}: {found}, not {right}");
+    }
+    assert_eq!(instance.events().count(), 0);
+}

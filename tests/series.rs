@@ -90,8 +90,8 @@ fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> boo
     mechanism.coordinates = coordinates;
     let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
-    // Series know nothing of friction that sticks.
-    if program.is_driven() || ["barrier", "clutch_start", "stick_slip", "worm_hoist"].contains(&name) {
+    // Series know nothing of friction that sticks and of ropes over pulleys.
+    if program.is_driven() || ["barrier", "chain_hoist", "clutch_start", "stick_slip", "worm_hoist"].contains(&name) {
         return false;
     }
     let name = format!("{name} {:?}", mechanism.coordinates);

@@ -17,10 +17,10 @@ fn every_dynamic_model_moves_as_expected() {
     let mut moved = Vec::new();
     for name in models() {
         let program = compiled(&scene_of(&name)).program;
-        // Series know nothing of friction that sticks: tests/dry_friction.rs and tests/barrier.rs have these models. What is expected of the valve train is known to 2e-9:
+        // Series know nothing of friction that sticks and of ropes over pulleys: tests/dry_friction.rs, tests/barrier.rs and tests/gallery.rs have these models. What is expected of the valve train is known to 2e-9:
         // tests/lifting_cams.rs has it.
         if program.is_driven()
-            || ["barrier", "clutch_start", "stick_slip", "valve_train", "worm_hoist"].contains(&name.as_str())
+            || ["barrier", "chain_hoist", "clutch_start", "stick_slip", "valve_train", "worm_hoist"].contains(&name.as_str())
         {
             continue;
         }

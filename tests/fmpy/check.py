@@ -38,6 +38,8 @@ LIMITS = {
     "barrier": 1e-5,
     "end_stop": 1e-5,
     "stick_slip": 1e-5,
+    "chain_hoist": 1e-5,
+    "gripper": 1e-6,
     "clutch_start": 1e-5,
     "worm_hoist": 1e-5,
     "friction_press": 1e-6,

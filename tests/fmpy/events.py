@@ -19,7 +19,7 @@ HEAD = "format = 1\n"
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10]
 # Models of the gallery in which something opens, rebounds, slips or is sampled.
-HYBRID = ["end_stop", "stick_slip", "clutch_start", "worm_hoist", "friction_press", "play_train", "valve_train"]
+HYBRID = ["chain_hoist", "gripper", "end_stop", "stick_slip", "clutch_start", "worm_hoist", "friction_press", "play_train", "valve_train"]
 
 # A cart whose drive turns round at two levels; the closed form is a sequence of exponentials.
 RELAY = HEAD + """

