@@ -678,7 +678,7 @@ once = true
 "disc.vy" = 1
 "disc.omega" = 3
 [outputs]
-variables = ["arm.angle", "arm.omega", "disc.x", "disc.y", "disc.omega", "turned", "grip.impulse_x", "grip.impulse_torque"]
+variables = ["arm.angle", "arm.omega", "disc.x", "disc.y", "disc.omega", "turned", "grip.impulse_x", "grip.impulse_torque", "grip.lost_energy"]
 [experiment]
 stop = "0.7 s"
 tolerance = 1e-12

@@ -20,7 +20,8 @@ fn every_dynamic_model_moves_as_expected() {
         // Series know nothing of friction that sticks and of ropes over pulleys: tests/dry_friction.rs, tests/barrier.rs and tests/gallery.rs have these models. What is expected of the valve train is known to 2e-9:
         // tests/lifting_cams.rs has it.
         if program.is_driven()
-            || ["barrier", "chain_hoist", "clutch_start", "stick_slip", "valve_train", "worm_hoist"].contains(&name.as_str())
+            || ["barrier", "chain_hoist", "clutch_start", "stick_slip", "valve_train", "worm_hoist"]
+                .contains(&name.as_str())
         {
             continue;
         }

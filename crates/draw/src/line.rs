@@ -89,6 +89,7 @@ fn put_on_rails(drawing: &mut Drawing) {
         kind: Hold::Slider([1.0, 0.0]),
         between: [None, Some(index)],
         at: [body.centre; 2],
+        open: false,
     };
     drawing.joints.extend(drawing.bodies.iter().enumerate().map(rail));
 }
@@ -203,7 +204,8 @@ mod tests {
     #[test]
     fn welded_masses_that_are_drawn_apart_are_linked() {
         let mut drawing = line(&[[0.0, 1.0], [0.0, 2.0]]);
-        let weld = |at| DrawnJoint { name: "w".into(), kind: Hold::Fixed, between: [Some(0), Some(1)], at };
+        let weld =
+            |at| DrawnJoint { name: "w".into(), kind: Hold::Fixed, between: [Some(0), Some(1)], at, open: false };
         drawing.joints.push(weld([[1.0, 0.0]; 2]));
         drawing.bodies[1].centre[0] = 1.0;
         lay_out(&mut drawing);

@@ -438,7 +438,13 @@ mod tests {
     fn swinging() -> Film {
         let body =
             DrawnBody { name: "bar".into(), points: vec![[0.0, 0.0], [1.0, 0.0]], centre: [0.5, 0.0], shape: None };
-        let hinge = DrawnJoint { name: "hinge".into(), kind: Hold::Pin, between: [None, Some(0)], at: [[0.0; 2]; 2] };
+        let hinge = DrawnJoint {
+            name: "hinge".into(),
+            kind: Hold::Pin,
+            between: [None, Some(0)],
+            at: [[0.0; 2]; 2],
+            open: false,
+        };
         let drawing = Drawing { bodies: vec![body], joints: vec![hinge], ..Drawing::default() };
         let angles = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| share * std::f64::consts::FRAC_PI_2);
         let poses = angles.map(|angle| vec![[0.5 * f64::cos(angle), 0.5 * f64::sin(angle), angle]]);

@@ -93,6 +93,8 @@ pub struct DrawnJoint {
     pub between: [Option<usize>; 2],
     /// Where the joint is on either body: the same place for a revolute joint.
     pub at: [[f64; 2]; 2],
+    /// True if it holds nothing now: events engage it.
+    pub open: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -204,6 +204,7 @@ impl Drawing {
             let at = view.pixel(place);
             svg.carry(Carrier::At { at: Anchor::new(body, place) });
             match joint.kind {
+                Hold::Pin | Hold::Slot(_) | Hold::Fixed if joint.open => symbols::open(svg, view, at),
                 Hold::Pin | Hold::Slot(_) => symbols::pin(svg, view, at),
                 Hold::Fixed => symbols::weld(svg, view, at),
                 Hold::Slider(_) => {}

@@ -122,6 +122,16 @@ pub fn weld(svg: &mut Svg, view: &View, at: Pixel) {
     svg.path(&format!("{}Z", polyline(&corners)), &format!(r#"fill="{INK}""#));
 }
 
+/// A joint that is not engaged: a ring of dashes, with nothing in it.
+pub fn open(svg: &mut Svg, view: &View, at: Pixel) {
+    let dash = number(0.6 * view.pin);
+    svg.circle(
+        at,
+        1.1 * view.pin,
+        &format!(r##"fill="none" stroke="{INK}" stroke-width="1.4" stroke-dasharray="{dash}""##),
+    );
+}
+
 /// A support below a revolute joint that is fixed to the ground.
 pub fn pedestal(svg: &mut Svg, view: &View, at: Pixel) {
     let p = view.pin;

@@ -13,7 +13,7 @@ fn slider_crank() -> Drawing {
         centre,
         ..DrawnBody::default()
     };
-    let joint = |name: &str, kind, between, at| DrawnJoint { name: name.into(), kind, between, at };
+    let joint = |name: &str, kind, between, at| DrawnJoint { name: name.into(), kind, between, at, open: false };
     Drawing {
         title: "slider & crank".into(),
         bodies: vec![

@@ -154,6 +154,7 @@ mod tests {
                 kind: Hold::Slider(axis),
                 between: [None, Some(0)],
                 at: [[0.0; 2]; 2],
+                open: false,
             };
             let base = view.pixel([0.0; 2])[1];
             let ends = joint.track(&view).unwrap().draw(None, &view, &mut Svg::default());

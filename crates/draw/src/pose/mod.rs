@@ -239,7 +239,14 @@ impl<'a> PoseValues<'a> {
             kind: hold,
             between: part.bodies().map(|body| body.map(|body| body.0)),
             at: part.between.map(|place| self.at(place)),
+            open: self.is_open(part),
         }
+    }
+
+    /// True for a joint that events engage, while it is not engaged.
+    fn is_open(&self, part: &Part) -> bool {
+        let engaging = self.equations.system.mechanism.engaging(part.owner);
+        engaging.is_some_and(|engaging| self.state.discrete().get(engaging.engaged.0) == Some(&0.0))
     }
 
     /// The driver of a joint that slides, as an arrow along it.
