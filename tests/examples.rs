@@ -1,6 +1,5 @@
 //! The examples do what their pages say.
 
-use crate::outside::fmi_rs;
 use crate::outside::python;
 use crate::support::ROOT;
 
@@ -207,31 +206,5 @@ fn a_drawing_becomes_a_scene_that_closes_in_its_pose() {
         let table = cotree(&["simulate", "again.toml", "--stop", "0"]);
         let angles: Vec<f64> = table.lines().nth(1).unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
         assert!(angles.len() > 3 && angles.iter().all(|angle| angle.abs() < 1e-6), "{name}: {table}");
-    }
-}
-
-/// The FMU in the FMI project's own client for Rust gives the values that `cotree simulate` gives.
-#[test]
-fn fmi_rs_gets_the_same_values() {
-    let work = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fmi-rs");
-    let fmu = export("models/slider_crank/scene.toml", &work);
-    let mut client = fmi_rs::client();
-    client.arg("outputs").arg(fmu).args(["0.01", "100"]);
-    let from_client = python::run(&mut client).unwrap_or_else(|report| {
-        panic!("the client could not be built or run; its crates come from crates.io, which is needed once:\n{report}")
-    });
-    let mut cotree = Command::new(env!("CARGO_BIN_EXE_cotree"));
-    cotree.arg("simulate").arg(root().join("models/slider_crank/scene.toml")).args(["--step", "0.01", "--stop", "1"]);
-    let from_cotree = python::run(&mut cotree).unwrap();
-    let rows = |table: &str| -> Vec<Vec<f64>> {
-        table.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
-    };
-    assert_eq!(from_client.lines().next(), from_cotree.lines().next());
-    let (client, cotree) = (rows(&from_client), rows(&from_cotree));
-    assert_eq!((client.len(), cotree.len()), (101, 101));
-    for (client, cotree) in client.iter().zip(&cotree) {
-        for (client, cotree) in client.iter().zip(cotree) {
-            assert!((client - cotree).abs() <= 1e-6 * cotree.abs().max(1.0), "{client:?} is not {cotree:?}");
-        }
     }
 }

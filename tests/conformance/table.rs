@@ -1,6 +1,5 @@
 //! The results of the catalogue as a table.
 
-use std::collections::BTreeMap;
 use std::env;
 use std::fmt::Write;
 
@@ -12,8 +11,6 @@ pub enum Outcome {
     Failed(String),
     /// The model has nothing that the case is about; with the reason.
     Nothing(String),
-    /// The client cannot express the case; with the reason.
-    Beyond(String),
 }
 
 impl Outcome {
@@ -25,7 +22,7 @@ impl Outcome {
         match self {
             Self::Passed => "pass",
             Self::Failed(_) => "FAIL",
-            Self::Nothing(_) | Self::Beyond(_) => "-",
+            Self::Nothing(_) => "-",
         }
     }
 }
@@ -37,13 +34,11 @@ pub struct Row {
     pub outcomes: Vec<Outcome>,
     /// Who has run it; nobody for rules of the archive.
     pub clients: Vec<&'static str>,
-    /// Who cannot, and why.
-    pub beyond: BTreeMap<&'static str, String>,
 }
 
 impl Row {
     pub fn new(case: &'static str, what: &'static str, outcomes: Vec<Outcome>, clients: Vec<&'static str>) -> Self {
-        Self { case, what, outcomes, clients, beyond: BTreeMap::new() }
+        Self { case, what, outcomes, clients }
     }
 
     fn nothing(&self) -> impl Iterator<Item = (usize, &str)> {
@@ -92,8 +87,8 @@ pub fn markdown(models: &[&str], rows: &[Row], glibc: &str) -> String {
         "# Conformance\n\nWritten by `tools/conformance.sh` on {}, commit {}. Do not edit.\n\n\
          {} cases with {} models: {} passed, {} failed, {} where the model has nothing that the case is about.\n\
          S: rules for the archive. D: calls, each case in a fresh process. M: Model Exchange. X: beyond the catalogue.\n\
-         Clients: the raw C interface, and two importers that others have written: fmpy (Python) and fmi-rs (Rust). A model passes if it \
-         passes with each of them.\nThe newest version of the C library that the shared library for this platform asks for: {glibc}.\n\n",
+         Clients: the raw C interface, and an importer that others have written, fmpy. A model passes if it passes with both of them.\n\
+         The newest version of the C library that the shared library for this platform asks for: {glibc}.\n\n",
         said("COTREE_DATE"),
         said("COTREE_COMMIT"),
         rows.len(),
@@ -112,12 +107,6 @@ pub fn markdown(models: &[&str], rows: &[Row], glibc: &str) -> String {
     for row in rows {
         for (model, reason) in row.nothing() {
             let _ = writeln!(text, "- {} with {}: {reason}", row.case, models[model]);
-        }
-    }
-    text.push_str("\n## What an importer cannot express\n\n");
-    for row in rows {
-        for (client, reason) in &row.beyond {
-            let _ = writeln!(text, "- {} with {client}: {reason}", row.case);
         }
     }
     text

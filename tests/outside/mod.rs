@@ -4,7 +4,6 @@
 pub mod archive_rules;
 pub mod command;
 pub mod fmi3_functions;
-pub mod fmi_rs;
 pub mod fmu_description;
 pub mod fresh;
 pub mod process;

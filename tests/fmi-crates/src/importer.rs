@@ -11,8 +11,8 @@ use fmi::schema::traits::DefaultExperiment;
 use fmi::traits::{FmiImport, FmiInstance, FmiModelExchange, FmiStatus};
 use fmi::{Error, EventFlags, import, schema};
 
-/// Communication points of a run.
-const POINTS: u32 = 100;
+/// Communication steps of a run.
+pub const POINTS: u32 = 100;
 /// What Model Exchange is integrated over at most \[s\]; a tenth of the experiment otherwise.
 const EXCHANGE: f64 = 0.05;
 /// With so many steps of the midpoint rule.
@@ -23,6 +23,8 @@ pub struct Run {
     /// `modelDescription.xml`.
     pub description: String,
     pub names: Vec<String>,
+    /// Between communication points \[s\].
+    pub step: f64,
     /// Bits at each communication point.
     pub rows: Vec<Vec<u64>>,
     /// After a while, with Co-Simulation and with Model Exchange, if that is offered.
@@ -33,8 +35,19 @@ impl Run {
     /// Does the importer's own integrator arrive where Co-Simulation does, within this share?
     pub fn exchange_agrees(&self, share: f64) -> bool {
         let Some([simulated, exchanged]) = &self.end else { return true };
-        simulated.iter().zip(exchanged).all(|(a, b)| (a - b).abs() <= share * a.abs().max(1.0))
+        agree(simulated, exchanged, share)
     }
+
+    /// Are these the rows of a table, each with its time first?
+    pub fn agrees(&self, table: &[Vec<f64>]) -> bool {
+        let rows = self.rows.iter().map(|row| row.iter().map(|&bits| f64::from_bits(bits)).collect::<Vec<_>>());
+        table.len() == self.rows.len()
+            && table.iter().zip(rows).all(|(simulated, row)| agree(&simulated[1..], &row, 1e-6))
+    }
+}
+
+fn agree(left: &[f64], right: &[f64], share: f64) -> bool {
+    left.len() == right.len() && left.iter().zip(right).all(|(a, b)| (a - b).abs() <= share * a.abs().max(1.0))
 }
 
 fn started<I: FmiInstance>(mut instance: I) -> Result<I, Error>
@@ -210,5 +223,5 @@ where
         exchanged(&mut model, states, time)?;
         end = Some([simulated.read(&references)?, model.read(&references)?]);
     }
-    Ok(Run { description: String::new(), names, rows, end })
+    Ok(Run { description: String::new(), names, step: h, rows, end })
 }

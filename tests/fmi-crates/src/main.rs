@@ -49,20 +49,39 @@ fn check_models(cotree: &str, models: &Path, complaints: &mut Vec<String>) -> Re
             files.push(file);
         }
         println!("{name}");
-        let wrong = check(&files[0], &files[1]).unwrap_or_else(|error| vec![error.to_string()]);
-        println!("  {}", if wrong.is_empty() { "the same bits in both versions" } else { "WRONG" });
+        let simulate = |step| simulated(cotree, &folder.join("scene.toml"), step);
+        let wrong = check(&files[0], &files[1], simulate).unwrap_or_else(|error| vec![error.to_string()]);
+        let right = "the same bits in both versions, and the values of `cotree simulate`";
+        println!("  {}", if wrong.is_empty() { right } else { "WRONG" });
         complaints.extend(wrong.into_iter().map(|complaint| format!("{name}: {complaint}")));
     }
     println!("{} models run in the crate fmi", folders.len());
     if folders.is_empty() { Err("there are no models".into()) } else { Ok(()) }
 }
 
-/// What is wrong with the FMUs of both versions of a scene.
-fn check(second: &Path, third: &Path) -> Result<Vec<String>, Box<dyn Error>> {
+/// The table of `cotree simulate`: times and outputs.
+fn simulated(cotree: &str, scene: &Path, step: f64) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
+    let stop = f64::from(importer::POINTS) * step;
+    let mut simulate = Command::new(cotree);
+    simulate.arg("simulate").arg(scene).arg("--step").arg(step.to_string()).arg("--stop").arg(stop.to_string());
+    let table = String::from_utf8(simulate.output()?.stdout)?;
+    let rows = table.lines().skip(1).map(|line| line.split(',').map(str::parse).collect());
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
+/// What is wrong with the FMUs of both versions of a scene, beside the table of its simulation with a step.
+fn check(
+    second: &Path,
+    third: &Path,
+    simulate: impl Fn(f64) -> Result<Vec<Vec<f64>>, Box<dyn Error>>,
+) -> Result<Vec<String>, Box<dyn Error>> {
     let mut wrong = Vec::new();
     let (before, now) = (importer::version_2(second)?, importer::version_3(third)?);
     if before.names.is_empty() || (&before.names, &before.rows) != (&now.names, &now.rows) {
         wrong.push("the outputs of both versions differ".to_owned());
+    }
+    if !before.agrees(&simulate(before.step)?) {
+        wrong.push("the outputs are not those of `cotree simulate`".to_owned());
     }
     let lost = [
         description::lost::<Fmi2ModelDescription>(&before.description),
