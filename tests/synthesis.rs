@@ -9,6 +9,7 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 use cotree::task::{Task, TaskKind};
 use cotree_study::synthesis::{Answer, synthesize};
+use cotree_synthesis::path::CouplerPath;
 use cotree_synthesis::{Dyad, Linkage, Point, Pose, Random};
 use serde_json::Value;
 
@@ -356,10 +357,13 @@ fn tables_of_poses_and_points_are_read() {
     let TaskKind::Poses { at, tolerance, weight } = read("[poses]\nat = \"poses.csv\"\n").unwrap().kind else {
         panic!()
     };
-    assert!((at[2][0] - 0.13).abs() < 1e-15 && (at[2][2] - 52f64.to_radians()).abs() < 1e-15, "{at:?}");
+    assert!((at[2].at.re - 0.13).abs() < 1e-15 && (at[2].angle - 52f64.to_radians()).abs() < 1e-15, "{at:?}");
     assert_eq!((tolerance, weight), (None, Some(vec![1.0, 1.0, 2.0])));
-    let TaskKind::Path { points, crank, .. } = read("[path]\npoints = \"curve.csv\"\n").unwrap().kind else { panic!() };
-    assert_eq!(points, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+    let TaskKind::Path(CouplerPath { points, crank, .. }) = read("[path]\npoints = \"curve.csv\"\n").unwrap().kind
+    else {
+        panic!()
+    };
+    assert_eq!(points, [Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(1.0, 1.0)]);
     assert!((crank.unwrap()[2] - 60f64.to_radians()).abs() < 1e-15);
     let refused = |table: &str, more: &str| {
         put("poses.csv", table);

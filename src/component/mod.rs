@@ -23,6 +23,7 @@ pub(crate) use kinds::ALL;
 pub use kinds::{Phase, Profile};
 pub use outline::outline_at;
 pub use reference::{examples, reference};
+pub(crate) use schema::object_of;
 pub use schema::schema;
 
 use std::sync::Arc;

@@ -78,6 +78,11 @@ fn either(keys: &[Key]) -> Value {
 
 /// A table with these keys and no others.
 fn object(keys: &[Key]) -> Value {
+    object_of(keys, property)
+}
+
+/// A table with these keys and no others; how the value of each is written.
+pub(crate) fn object_of<F>(keys: &[Key<F>], property: impl Fn(&Key<F>) -> Value) -> Value {
     let properties: Map<String, Value> = keys.iter().map(|key| (key.name.to_string(), property(key))).collect();
     let required: Vec<&str> =
         keys.iter().filter(|key| matches!(key.need, Need::Required(_))).map(|key| key.name).collect();

@@ -1,4 +1,4 @@
-//! The keys of a scene: how each is written, in which unit, and what it says.
+//! The keys of a scene: how each is written, in which unit, and what it says. Tasks have keys of the same kind, written in forms of their own.
 
 use super::record::Record;
 pub use crate::model::Range;
@@ -6,9 +6,9 @@ use crate::model::measure::Wanted;
 
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]
-pub struct Key {
+pub struct Key<F = Form> {
     pub name: &'static str,
-    pub form: Form,
+    pub form: F,
     pub need: Need,
     /// What it says, for the reference of the scene.
     pub about: &'static str,
@@ -116,31 +116,31 @@ impl Form {
     }
 }
 
-impl Key {
-    pub const fn required(name: &'static str, form: Form, about: &'static str, help: &'static str) -> Key {
+impl<F> Key<F> {
+    pub const fn required(name: &'static str, form: F, about: &'static str, help: &'static str) -> Key<F> {
         Key { name, form, need: Need::Required(help), about }
     }
 
-    pub const fn optional(name: &'static str, form: Form, about: &'static str) -> Key {
+    pub const fn optional(name: &'static str, form: F, about: &'static str) -> Key<F> {
         Key { name, form, need: Need::Optional, about }
     }
 
     /// One that only a part over pulleys or onto a drum can do without.
-    pub const fn required_alone(name: &'static str, form: Form, about: &'static str, help: &'static str) -> Key {
+    pub const fn required_alone(name: &'static str, form: F, about: &'static str, help: &'static str) -> Key<F> {
         Key { name, form, need: Need::RequiredAlone(help), about }
     }
 
     /// One that may be left out; `otherwise` is what holds then.
-    pub const fn default(name: &'static str, form: Form, about: &'static str, otherwise: &'static str) -> Key {
+    pub const fn default(name: &'static str, form: F, about: &'static str, otherwise: &'static str) -> Key<F> {
         Key { name, form, need: Need::Default(otherwise), about }
     }
 
     /// One that an event may give by where a joint engages.
-    pub const fn captured(name: &'static str, form: Form, about: &'static str, help: &'static str) -> Key {
+    pub const fn captured(name: &'static str, form: F, about: &'static str, help: &'static str) -> Key<F> {
         Key { name, form, need: Need::Captured(help), about }
     }
 
-    pub const fn one_of(name: &'static str, form: Form, about: &'static str) -> Key {
+    pub const fn one_of(name: &'static str, form: F, about: &'static str) -> Key<F> {
         Key { name, form, need: Need::OneOf(about), about }
     }
 
@@ -151,6 +151,6 @@ impl Key {
 }
 
 /// The names of some keys.
-pub(crate) fn names(keys: &[Key]) -> Vec<&'static str> {
+pub(crate) fn names<F>(keys: &[Key<F>]) -> Vec<&'static str> {
     keys.iter().map(|key| key.name).collect()
 }

@@ -1,10 +1,13 @@
 //! Tasks for which a linkage is sought, as they are written: poses, a function, a path or a stroke, and limits.
 //!
-//! Bare numbers are in SI units: lengths in metres, angles in radians.
+//! Bare numbers are in SI units: lengths in metres, angles in radians. Poses, pairs, paths and limits are those of the crate that looks for the linkages.
 
 mod schema;
 
 use std::path::Path;
+
+use cotree_synthesis::path::CouplerPath;
+use cotree_synthesis::{Condition, LinkageLimits, Pair, Point, Pose, Region, Zero};
 
 use crate::diagnostic::degrees;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
@@ -15,6 +18,7 @@ use crate::scene::constant::evaluate;
 use crate::scene::decode::Fields;
 use crate::scene::document::{self, Content, DocumentNode};
 use crate::scene::expression::{self, SyntaxKind, SyntaxTree};
+use crate::scene::key::{Key, names};
 use crate::scene::{QuantityReading, Value, read};
 use crate::sheet::{Sheet, SheetError};
 use crate::typeset::number;
@@ -44,8 +48,8 @@ pub struct Task {
 pub enum TaskKind {
     /// A body takes poses.
     Poses {
-        /// x \[m\], y \[m\], angle \[rad\]
-        at: Vec<[f64; 3]>,
+        /// The poses.
+        at: Vec<Pose>,
         /// How near each pose is to be met \[m\], if not exactly.
         tolerance: Option<Vec<f64>>,
         /// How much each pose counts, if they are met nearly.
@@ -53,28 +57,17 @@ pub enum TaskKind {
     },
     /// An output follows an input.
     Function {
-        /// Turns of the input from the first position \[rad\].
-        input: Vec<f64>,
-        /// Turns \[rad\] or ways \[m\] of the output from the first position.
-        output: Vec<f64>,
+        /// Turns of the input and turns or ways of the output, from the first position.
+        pairs: Vec<Pair>,
         /// Does a slider follow?
         is_slider: bool,
-        /// The angles of input and output bar at the first position, if they are given \[rad\].
-        zero: [Option<f64>; 2],
+        /// The angles of both bars at the first position, as far as they are given.
+        zero: Zero,
         /// The length of the ground of a four-bar \[m\].
         ground: f64,
     },
     /// A point follows a path.
-    Path {
-        /// \[m\]
-        points: Vec<[f64; 2]>,
-        /// Is the last point beside the first?
-        closed: bool,
-        /// The turn of the crank at each point from the first one on \[rad\].
-        crank: Option<Vec<f64>>,
-        /// The pivots in the ground \[m\].
-        pivots: Option<[[f64; 2]; 2]>,
-    },
+    Path(CouplerPath),
     /// A swing of a rocker or a stroke of a slider during a turn of the crank.
     Stroke {
         /// \[rad\]
@@ -90,28 +83,11 @@ pub enum TaskKind {
     },
 }
 
-/// Where points may be.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Area {
-    /// From the lower left to the upper right corner \[m\].
-    Box([f64; 2], [f64; 2]),
-    /// The corners of a polygon \[m\].
-    Polygon(Vec<[f64; 2]>),
-}
-
 /// What else is asked of a linkage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Demands {
-    /// Of pins in the ground.
-    pub ground: Option<Area>,
-    /// Of pins in the body, in its frame.
-    pub moving: Option<Area>,
-    /// Shortest and longest bar \[m\].
-    pub length: Option<[f64; 2]>,
-    /// Smallest transmission angle \[rad\].
-    pub transmission: Option<f64>,
-    /// Must the input turn fully?
-    pub crank: bool,
+    /// Of the linkage itself.
+    pub linkage: LinkageLimits,
     /// An error that is small enough \[m or rad\]: what is preferred then decides.
     pub within: Option<f64>,
     /// What is preferred of linkages that meet the task so well.
@@ -134,22 +110,11 @@ pub enum Preference {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choose {
     /// Pins in the ground.
-    pub ground: [Option<[f64; 2]>; 2],
+    pub ground: [Option<Point>; 2],
     /// Pins in the body, in its frame.
-    pub moving: [Option<[f64; 2]>; 2],
-    /// Lines on which a pin is, for four poses.
-    pub lines: Vec<PinLine>,
-}
-
-/// The line `x = value` or `y = value` on which a pin is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PinLine {
-    /// A pin in the ground? Else in the body, in its frame.
-    pub of_ground: bool,
-    /// y = value? Else x = value.
-    pub is_y: bool,
-    /// \[m\]
-    pub value: f64,
+    pub moving: [Option<Point>; 2],
+    /// Lines `x = value` or `y = value` on which a pin is, for four poses.
+    pub lines: Vec<Condition>,
 }
 
 /// The largest task file \[bytes\].
@@ -158,89 +123,104 @@ const KINDS: [&str; 4] = ["poses", "function", "path", "stroke"];
 const TOP: [&str; 9] = ["$schema", "name", "description", "poses", "function", "path", "stroke", "limits", "choose"];
 /// What is written in each table.
 const POSES: &[TaskKey] = &[
-    TaskKey(
+    Key::required(
         "at",
         ValueForm::Poses,
         "[x, y, angle] of each pose [m, rad], or a CSV file with the columns x, y, angle, and perhaps tolerance and weight",
+        "write `at = [[x, y, angle], ...]`, or the name of a CSV file",
     ),
-    TaskKey("tolerance", ValueForm::Each, "tolerance of the poses [m], for all or for each"),
-    TaskKey("weight", ValueForm::Each, "weight of the poses, for all or for each"),
+    Key::optional("tolerance", ValueForm::Each, "tolerance of the poses [m], for all or for each"),
+    Key::optional("weight", ValueForm::Each, "weight of the poses, for all or for each"),
 ];
 const FUNCTION: &[TaskKey] = &[
-    TaskKey(
+    Key::required(
         "input",
         ValueForm::Numbers,
         "angles of the input from the first position [rad]; for a law its first and last value",
+        "write turns of the input: `input = [0, 0.4, ...]`",
     ),
-    TaskKey(
+    Key::required(
         "output",
         ValueForm::NumbersOrLaw,
         "angles [rad] or displacements [m] of the output from the first position, or a law of x",
+        "write turns of the output, or a law such as \"x^1.5\"",
     ),
-    TaskKey("x", ValueForm::Pair, "first and last x of the law"),
-    TaskKey("range", ValueForm::Pair, "first and last value of the output for the law [rad or m]"),
-    TaskKey("input_zero", ValueForm::Number, "the angle of the input bar at the first position [rad]"),
-    TaskKey("output_zero", ValueForm::Number, "the angle of the output bar at the first position [rad]"),
-    TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
+    Key::optional("x", ValueForm::Pair, "first and last x of the law"),
+    Key::optional("range", ValueForm::Pair, "first and last value of the output for the law [rad or m]"),
+    Key::optional("input_zero", ValueForm::Number, "the angle of the input bar at the first position [rad]"),
+    Key::optional("output_zero", ValueForm::Number, "the angle of the output bar at the first position [rad]"),
+    Key::optional("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
 const PATH: &[TaskKey] = &[
-    TaskKey(
+    Key::required(
         "points",
         ValueForm::PointsOrTable,
         "[x, y] of each point [m], or a CSV file with the columns x, y, and perhaps crank",
+        "write `points = [[x, y], ...]`, or the name of a CSV file",
     ),
-    TaskKey(
+    Key::optional(
         "closed",
         ValueForm::Flag,
         "whether the curve is closed: the last point is next to the first; false if absent",
     ),
-    TaskKey("crank", ValueForm::Numbers, "the turn of the crank at each point from the first one on [rad]"),
-    TaskKey("pivots", ValueForm::TwoPoints, "the pivots in the ground, if they are given [m]"),
+    Key::optional("crank", ValueForm::Numbers, "the turn of the crank at each point from the first one on [rad]"),
+    Key::optional("pivots", ValueForm::TwoPoints, "the pivots in the ground, if they are given [m]"),
 ];
 const STROKE: &[TaskKey] = &[
-    TaskKey("crank_turn", ValueForm::Number, "angle of the crank during the forward stroke [rad]"),
-    TaskKey("time_ratio", ValueForm::Number, "time ratio: time of the forward stroke per time of the return stroke"),
-    TaskKey("swing", ValueForm::Number, "angle of swing of a rocker [rad]"),
-    TaskKey("stroke", ValueForm::Number, "stroke of a slider [m]"),
-    TaskKey("offset", ValueForm::Number, "distance distance of the line of the slider from the pivot of the crank [m]"),
-    TaskKey("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
+    Key::optional("crank_turn", ValueForm::Number, "angle of the crank during the forward stroke [rad]"),
+    Key::optional(
+        "time_ratio",
+        ValueForm::Number,
+        "time ratio: time of the forward stroke per time of the return stroke",
+    ),
+    Key::optional("swing", ValueForm::Number, "angle of swing of a rocker [rad]"),
+    Key::optional("stroke", ValueForm::Number, "stroke of a slider [m]"),
+    Key::optional(
+        "offset",
+        ValueForm::Number,
+        "distance distance of the line of the slider from the pivot of the crank [m]",
+    ),
+    Key::optional("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
 const LIMITS: &[TaskKey] = &[
-    TaskKey("ground", ValueForm::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
-    TaskKey("moving", ValueForm::Area, "where pins in the body may be, in its frame [m]"),
-    TaskKey("length", ValueForm::Pair, "lengths of the shortest and longest permitted bar [m]"),
-    TaskKey(
+    Key::optional("ground", ValueForm::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
+    Key::optional("moving", ValueForm::Area, "where pins in the body may be, in its frame [m]"),
+    Key::optional("length", ValueForm::Pair, "lengths of the shortest and longest permitted bar [m]"),
+    Key::optional(
         "transmission",
         ValueForm::Number,
         "minimum transmission angle over the part of the motion that is used [rad]",
     ),
-    TaskKey("crank", ValueForm::Flag, "whether the input must turn fully; false if absent"),
-    TaskKey(
+    Key::optional("crank", ValueForm::Flag, "whether the input must turn fully; false if absent"),
+    Key::optional(
         "within",
         ValueForm::Number,
         "largest accepted error of a path or function [m or rad]; `prefer` ranks the linkages that meet it",
     ),
-    TaskKey(
+    Key::optional(
         "bars",
         ValueForm::Bars,
         "6: six-bars too; if absent, only where `within` is given and no four-bar is so accurate. For paths, poses and functions",
     ),
-    TaskKey("prefer", ValueForm::Preference, "with `within`: \"size\" (shortest bars; if absent) or \"transmission\""),
+    Key::optional(
+        "prefer",
+        ValueForm::Preference,
+        "with `within`: \"size\" (shortest bars; if absent) or \"transmission\"",
+    ),
 ];
 const CHOOSE: &[TaskKey] = &[
-    TaskKey("ground_a", ValueForm::Point, "a pin in the ground, of the first bar [m]"),
-    TaskKey("ground_b", ValueForm::Point, "a pin in the ground, of the second bar [m]"),
-    TaskKey("moving_a", ValueForm::Point, "a pin in the body, of the first bar [m]"),
-    TaskKey("moving_b", ValueForm::Point, "a pin in the body, of the second bar [m]"),
-    TaskKey("ground_x", ValueForm::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
-    TaskKey("ground_y", ValueForm::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
-    TaskKey("moving_x", ValueForm::Number, "a line x = ... for a pin in the body, for four poses [m]"),
-    TaskKey("moving_y", ValueForm::Number, "a line y = ... for a pin in the body, for four poses [m]"),
+    Key::optional("ground_a", ValueForm::Point, "a pin in the ground, of the first bar [m]"),
+    Key::optional("ground_b", ValueForm::Point, "a pin in the ground, of the second bar [m]"),
+    Key::optional("moving_a", ValueForm::Point, "a pin in the body, of the first bar [m]"),
+    Key::optional("moving_b", ValueForm::Point, "a pin in the body, of the second bar [m]"),
+    Key::optional("ground_x", ValueForm::Number, "a line x = ... for a pin in the ground, for four poses [m]"),
+    Key::optional("ground_y", ValueForm::Number, "a line y = ... for a pin in the ground, for four poses [m]"),
+    Key::optional("moving_x", ValueForm::Number, "a line x = ... for a pin in the body, for four poses [m]"),
+    Key::optional("moving_y", ValueForm::Number, "a line y = ... for a pin in the body, for four poses [m]"),
 ];
 
-/// A key, how its value is written, and what it says.
-#[derive(Clone, Copy)]
-struct TaskKey(&'static str, ValueForm, &'static str);
+/// A key of a task.
+type TaskKey = Key<ValueForm>;
 
 /// How a value is written.
 #[derive(Clone, Copy)]
@@ -259,10 +239,6 @@ enum ValueForm {
     PointsOrTable,
     Poses,
     Area,
-}
-
-fn names(keys: &[TaskKey]) -> Vec<&'static str> {
-    keys.iter().map(|key| key.0).collect()
 }
 
 /// Points of a law that are looked at.
@@ -331,7 +307,7 @@ struct TaskReader<'f> {
 }
 
 /// Points of a table, and the angles of the crank beside them if it has any.
-type Tabled = (Vec<[f64; 2]>, Option<Vec<f64>>);
+type Tabled = (Vec<Point>, Option<Vec<f64>>);
 
 impl TaskReader<'_> {
     fn task(&mut self, document: &DocumentNode, source: &Source) -> Option<Task> {
@@ -371,7 +347,7 @@ impl TaskReader<'_> {
         let choose = top.get("choose").map(|node| self.choose(node)).unwrap_or_default();
         let is_free = match &read {
             Some(TaskKind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
-            Some(TaskKind::Function { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. }) => false,
+            Some(TaskKind::Function { .. } | TaskKind::Path(_) | TaskKind::Stroke { .. }) => false,
             None => true,
         };
         if !is_free {
@@ -406,6 +382,12 @@ impl TaskReader<'_> {
             self.faults.push(Fault::new("scene::wrong_value", message, node.span).help("leave it out"));
         }
         written.is_empty().then_some(())
+    }
+
+    /// The value of a key of the table that must be there.
+    fn required<'n>(&mut self, fields: &Fields<'n>, keys: &[TaskKey], name: &str) -> Option<&'n DocumentNode> {
+        let key = keys.iter().find(|key| key.name == name)?;
+        fields.required(name, key.help(), self.faults)
     }
 
     fn number(&mut self, node: &DocumentNode, what: &str, unit: &Unit) -> Option<f64> {
@@ -461,16 +443,18 @@ impl TaskReader<'_> {
         numbers.into_iter().collect()
     }
 
-    fn point(&mut self, node: &DocumentNode, what: &str) -> Option<[f64; 2]> {
+    fn point(&mut self, node: &DocumentNode, what: &str) -> Option<Point> {
         let numbers = self.numbers(node, what, &Unit::length())?;
-        let count = numbers.len();
-        let point: Option<[f64; 2]> = numbers.try_into().ok();
-        point.or_else(|| self.wrong(node, format!("{what} has {count} numbers, but must have two"), "write `[x, y]`"))
+        let &[x, y] = &numbers[..] else {
+            let message = format!("{what} has {} numbers, but must have two", numbers.len());
+            return self.wrong(node, message, "write `[x, y]`");
+        };
+        Some(Point::new(x, y))
     }
 
-    fn points(&mut self, node: &DocumentNode, what: &str) -> Option<Vec<[f64; 2]>> {
+    fn points(&mut self, node: &DocumentNode, what: &str) -> Option<Vec<Point>> {
         let items = self.items(node, what)?;
-        let points: Vec<Option<[f64; 2]>> = items.iter().map(|item| self.point(item, what)).collect();
+        let points: Vec<Option<Point>> = items.iter().map(|item| self.point(item, what)).collect();
         points.into_iter().collect()
     }
 
@@ -517,7 +501,7 @@ impl TaskReader<'_> {
 
     fn poses(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`poses`", span, &names(POSES), self.faults)?;
-        let at = fields.required("at", "write `at = [[x, y, angle], ...]`, or the name of a CSV file", self.faults)?;
+        let at = self.required(&fields, POSES, "at")?;
         let (poses, [of_table, weights]) = match at.kind {
             Content::Text(_) => self.tabled_poses(&fields, at)?,
             _ => (self.listed_poses(at)?, [None, None]),
@@ -539,7 +523,7 @@ impl TaskReader<'_> {
         Some(TaskKind::Poses { at: poses, tolerance, weight })
     }
 
-    fn listed_poses(&mut self, at: &DocumentNode) -> Option<Vec<[f64; 3]>> {
+    fn listed_poses(&mut self, at: &DocumentNode) -> Option<Vec<Pose>> {
         let mut poses = Vec::new();
         for item in self.items(at, "`at`")? {
             let parts = self.items(item, "a pose")?;
@@ -549,7 +533,7 @@ impl TaskReader<'_> {
             };
             let place = [x, y].map(|part| self.number(part, "a place of a pose", &Unit::length()));
             let angle = self.number(angle, "the angle of a pose", &Unit::angle());
-            poses.push([place[0]?, place[1]?, angle?]);
+            poses.push(Pose::new(place[0]?, place[1]?, angle?));
         }
         Some(poses)
     }
@@ -570,7 +554,7 @@ impl TaskReader<'_> {
             self.without(fields, &[key], "poses whose table has it")?;
             self.above_zero(at, &format!("`{key}` of the table"), numbers)?;
         }
-        let poses = x?.into_iter().zip(y?).zip(angle?).map(|((x, y), angle)| [x, y, angle]);
+        let poses = x?.into_iter().zip(y?).zip(angle?).map(|((x, y), angle)| Pose::new(x, y, angle));
         Some((poses.collect(), [tolerance, weight]))
     }
 
@@ -620,24 +604,24 @@ impl TaskReader<'_> {
 
     fn function(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`function`", span, &names(FUNCTION), self.faults)?;
-        let input = fields.required("input", "write turns of the input: `input = [0, 0.4, ...]`", self.faults)?;
-        let output = fields.required("output", "write turns of the output, or a law such as \"x^1.5\"", self.faults)?;
+        let input = self.required(&fields, FUNCTION, "input")?;
+        let output = self.required(&fields, FUNCTION, "output")?;
         let ground = self.ground(&fields)?;
-        let zero = [
-            self.optional(&fields, "input_zero", &Unit::angle())?,
-            self.optional(&fields, "output_zero", &Unit::angle())?,
-        ];
+        let zero = Zero {
+            input: self.optional(&fields, "input_zero", &Unit::angle())?,
+            output: self.optional(&fields, "output_zero", &Unit::angle())?,
+        };
         if let Content::Text(_) = output.kind {
-            let (input, (output, is_slider)) = self.law(&fields, input, output)?;
+            let (pairs, is_slider) = self.law(&fields, input, output)?;
             self.of_slider(&fields, is_slider)?;
-            return Some(TaskKind::Function { input, output, is_slider, zero, ground });
+            return Some(TaskKind::Function { pairs, is_slider, zero, ground });
         }
         self.without(&fields, &["x", "range"], "outputs that are numbers")?;
         let turns = self.numbers(input, "`input`", &Unit::angle())?;
         let (ways, is_slider) = self.ways(output, "`output`")?;
         let ways = self.count(output, "`output`", ways, turns.len())?;
         self.of_slider(&fields, is_slider)?;
-        Some(TaskKind::Function { input: turns, output: ways, is_slider, zero, ground })
+        Some(TaskKind::Function { pairs: turns.into_iter().zip(ways).map(pair).collect(), is_slider, zero, ground })
     }
 
     fn of_slider(&mut self, fields: &Fields<'_>, is_slider: bool) -> Option<()> {
@@ -654,7 +638,7 @@ impl TaskReader<'_> {
     }
 
     /// `output = "x^1.5"`, `x = [1, 4]`, `input = ["0 deg", "90 deg"]`, `range = ["0 deg", "90 deg"]`: turns of input and output from the first position.
-    fn law(&mut self, fields: &Fields<'_>, input: &DocumentNode, output: &DocumentNode) -> Option<Pairs> {
+    fn law(&mut self, fields: &Fields<'_>, input: &DocumentNode, output: &DocumentNode) -> Option<(Vec<Pair>, bool)> {
         let x = fields.required("x", "write first and last x of the law: `x = [1, 4]`", self.faults)?;
         let range =
             fields.required("range", "give the range of the output: `range = [\"0 deg\", \"90 deg\"]`", self.faults)?;
@@ -694,15 +678,14 @@ impl TaskReader<'_> {
                 "change `x`",
             );
         }
-        let inputs = (0..LAW).map(|i| (to - from) * share(i)).collect();
-        let outputs = values.iter().map(|value| (high - low) * (value - first) / (last - first)).collect();
-        Some((inputs, (outputs, is_slider)))
+        let inputs = (0..LAW).map(|i| (to - from) * share(i));
+        let outputs = values.iter().map(|value| (high - low) * (value - first) / (last - first));
+        Some((inputs.zip(outputs).map(pair).collect(), is_slider))
     }
 
     fn path(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
         let fields = Fields::open(node, "`path`", span, &names(PATH), self.faults)?;
-        let points =
-            fields.required("points", "write `points = [[x, y], ...]`, or the name of a CSV file", self.faults)?;
+        let points = self.required(&fields, PATH, "points")?;
         let (mut list, turns) = match points.kind {
             Content::Text(_) => self.tabled_points(&fields, points)?,
             _ => (self.points(points, "`points`")?, None),
@@ -738,7 +721,7 @@ impl TaskReader<'_> {
             Some(node) => {
                 let found = self.points(node, "`pivots`")?;
                 let count = found.len();
-                let pair: Option<[[f64; 2]; 2]> = found.try_into().ok();
+                let pair: Option<[Point; 2]> = found.try_into().ok();
                 match pair {
                     Some(pair) => Some(pair),
                     None => {
@@ -751,7 +734,7 @@ impl TaskReader<'_> {
                 }
             }
         };
-        Some(TaskKind::Path { points: list, closed, crank, pivots })
+        Some(TaskKind::Path(CouplerPath { points: list, closed, crank, pivots }))
     }
 
     /// The points of a table, with its turns of the crank.
@@ -765,7 +748,7 @@ impl TaskReader<'_> {
         if crank.is_some() {
             self.without(fields, &["crank"], "points whose table has it")?;
         }
-        Some((x?.into_iter().zip(y?).map(|(x, y)| [x, y]).collect(), crank))
+        Some((x?.into_iter().zip(y?).map(|(x, y)| Point::new(x, y)).collect(), crank))
     }
 
     fn stroke(&mut self, node: &DocumentNode, span: Span) -> Option<TaskKind> {
@@ -819,7 +802,7 @@ impl TaskReader<'_> {
         }
     }
 
-    fn region(&mut self, fields: &Fields<'_>, key: &str) -> Option<Area> {
+    fn region(&mut self, fields: &Fields<'_>, key: &str) -> Option<Region> {
         let node = fields.get(key)?;
         let what = fields.name_of(key);
         if let Content::Array(_) = node.kind {
@@ -831,7 +814,7 @@ impl TaskReader<'_> {
                     "write at least three corners",
                 );
             }
-            return Some(Area::Polygon(corners));
+            return Some(Region::Polygon(corners));
         }
         let sides = Fields::open(node, &what, node.span, &["x", "y"], self.faults)?;
         let mut side = |key: &str| match sides.get(key) {
@@ -839,7 +822,7 @@ impl TaskReader<'_> {
             None => Some([f64::NEG_INFINITY, f64::INFINITY]),
         };
         let ([left, right], [bottom, top]) = (side("x")?, side("y")?);
-        Some(Area::Box([left, bottom], [right, top]))
+        Some(Region::Box(Point::new(left, bottom), Point::new(right, top)))
     }
 
     fn limits(&mut self, node: &DocumentNode, kind: Option<&TaskKind>) -> Demands {
@@ -866,14 +849,15 @@ impl TaskReader<'_> {
             let _ = self.without(&fields, &["prefer"], "a task without `within`");
         }
         let bars = fields.get("bars").and_then(|node| self.bars(node, kind));
-        Demands { ground, moving, length, transmission, crank, within, prefer, bars }
+        let linkage = LinkageLimits { ground, moving, length, transmission, crank };
+        Demands { linkage, within, prefer, bars }
     }
 
     /// The error that is accepted, in the unit of the task's errors.
     fn within(&mut self, node: &DocumentNode, kind: Option<&TaskKind>) -> Option<f64> {
         let unit = match kind? {
             TaskKind::Function { is_slider: false, .. } => Unit::angle(),
-            TaskKind::Function { .. } | TaskKind::Path { .. } => Unit::length(),
+            TaskKind::Function { .. } | TaskKind::Path(_) => Unit::length(),
             TaskKind::Poses { .. } => {
                 return self.wrong(
                     node,
@@ -898,12 +882,10 @@ impl TaskReader<'_> {
         let bars = self.number(node, "`bars`", &Unit::default())?;
         match kind? {
             _ if bars == 4.0 => Some(4),
-            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } | TaskKind::Poses { .. }
-                if bars == 6.0 =>
-            {
+            TaskKind::Path(_) | TaskKind::Function { is_slider: false, .. } | TaskKind::Poses { .. } if bars == 6.0 => {
                 Some(6)
             }
-            TaskKind::Path { .. } | TaskKind::Function { is_slider: false, .. } | TaskKind::Poses { .. } => {
+            TaskKind::Path(_) | TaskKind::Function { is_slider: false, .. } | TaskKind::Poses { .. } => {
                 let message = format!("`bars` is {}, but must be 4 or 6", number(bars, 0.0));
                 self.wrong(node, message, "write `bars = 6` for six-bars too")
             }
@@ -930,22 +912,24 @@ impl TaskReader<'_> {
 
     fn choose(&mut self, node: &DocumentNode) -> Choose {
         let points = ["ground_a", "ground_b", "moving_a", "moving_b"];
-        let lines = [
-            ("ground_x", true, false),
-            ("ground_y", true, true),
-            ("moving_x", false, false),
-            ("moving_y", false, true),
-        ];
         let Some(fields) = Fields::open(node, "`choose`", node.span, &names(CHOOSE), self.faults) else {
             return Choose::default();
         };
         let [a, b, c, d] = points.map(|key| fields.get(key).and_then(|node| self.point(node, &fields.name_of(key))));
-        let mut line = |(key, of_ground, is_y): (&str, bool, bool)| {
-            let value = self.number(fields.get(key)?, &fields.name_of(key), &Unit::length())?;
-            Some(PinLine { of_ground, is_y, value })
-        };
-        Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().filter_map(&mut line).collect() }
+        let mut line = |key: &str| self.number(fields.get(key)?, &fields.name_of(key), &Unit::length());
+        let (x, y) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
+        let lines = [
+            line("ground_x").map(|value| Condition::Ground { direction: x, value }),
+            line("ground_y").map(|value| Condition::Ground { direction: y, value }),
+            line("moving_x").map(|value| Condition::Moving { direction: x, value }),
+            line("moving_y").map(|value| Condition::Moving { direction: y, value }),
+        ];
+        Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().flatten().collect() }
     }
+}
+
+fn pair((input, output): (f64, f64)) -> Pair {
+    Pair { input, output }
 }
 
 fn is_length(node: &DocumentNode) -> bool {
@@ -1011,6 +995,4 @@ fn tabled<const N: usize>(text: &str, columns: &[ExpectedColumn; N]) -> Result<C
 type Columns<const N: usize> = ([Option<Vec<f64>>; N], [bool; N]);
 
 /// Poses, and what their table has of tolerances and weights.
-type TabledPoses = (Vec<[f64; 3]>, [Option<Vec<f64>>; 2]);
-/// Inputs, and outputs with whether these are lengths.
-type Pairs = (Vec<f64>, (Vec<f64>, bool));
+type TabledPoses = (Vec<Pose>, [Option<Vec<f64>>; 2]);

@@ -1,8 +1,9 @@
 //! Tasks as a JSON Schema, from the keys that the reader takes: editors complete and check tasks by it.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::{CHOOSE, FUNCTION, KINDS, LIMITS, PATH, POSES, STROKE, TaskKey, ValueForm};
+use crate::component::object_of;
 
 /// The schema of task files (JSON Schema, draft 2020-12).
 pub fn schema() -> String {
@@ -18,12 +19,12 @@ pub fn schema() -> String {
             "$schema": { "type": "string" },
             "name": { "type": "string", "description": "the name of the task" },
             "description": { "type": "string", "description": "one line about the task" },
-            "poses": table(POSES, &["at"]),
-            "function": table(FUNCTION, &["input", "output"]),
-            "path": table(PATH, &["points"]),
-            "stroke": table(STROKE, &[]),
-            "limits": table(LIMITS, &[]),
-            "choose": table(CHOOSE, &[]),
+            "poses": table(POSES),
+            "function": table(FUNCTION),
+            "path": table(PATH),
+            "stroke": table(STROKE),
+            "limits": table(LIMITS),
+            "choose": table(CHOOSE),
         },
         "$defs": {
             "quantity": {
@@ -46,18 +47,12 @@ fn list(of: &str, count: usize) -> Value {
     json!({ "type": "array", "items": reference(of), "minItems": count, "maxItems": count })
 }
 
-fn table(keys: &[TaskKey], required: &[&str]) -> Value {
-    let property = |TaskKey(name, form, about): &TaskKey| {
-        let mut value = form.schema();
-        value["description"] = json!(about);
-        ((*name).to_owned(), value)
-    };
-    let properties: Map<String, Value> = keys.iter().map(property).collect();
-    let mut table = json!({ "type": "object", "properties": properties, "additionalProperties": false });
-    if !required.is_empty() {
-        table["required"] = json!(required);
-    }
-    table
+fn table(keys: &[TaskKey]) -> Value {
+    object_of(keys, |key| {
+        let mut value = key.form.schema();
+        value["description"] = json!(key.about);
+        value
+    })
 }
 
 impl ValueForm {

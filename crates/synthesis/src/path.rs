@@ -19,7 +19,7 @@ use crate::valley::descend;
 use crate::{Point, dot, polar, sextic};
 
 /// What a point of the coupler shall follow.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CouplerPath {
     /// The points, in order \[m\].
     pub points: Vec<Point>,

@@ -30,14 +30,12 @@ const LONGEST: f64 = 1e3;
 pub fn of(task: &Task, limits: &LinkageLimits) -> Result<Candidates, Faults> {
     match &task.kind {
         TaskKind::Poses { at, tolerance, weight } => poses(task, limits, at, tolerance.as_deref(), weight.as_deref()),
-        TaskKind::Function { input, output, is_slider, zero, ground } => {
-            let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
-            function(task, limits, &pairs, *is_slider, Zero { input: zero[0], output: zero[1] }, *ground)
+        TaskKind::Function { pairs, is_slider, zero, ground } => {
+            function(task, limits, pairs, *is_slider, *zero, *ground)
         }
-        TaskKind::Path { .. } => {
-            let path = path_of(task).unwrap_or_default();
-            refuse_special_path(task, &path)?;
-            Ok(path_followers(&path, limits, task))
+        TaskKind::Path(path) => {
+            refuse_special_path(task, path)?;
+            Ok(path_followers(path, limits, task))
         }
         TaskKind::Stroke { crank_turn, way, is_slider, offset, ground } => {
             let found = if *is_slider {
@@ -57,12 +55,11 @@ fn found(dyads: Vec<Dyad>, candidates: Vec<CandidateLinkage>, most: Option<usize
 fn poses(
     task: &Task,
     limits: &LinkageLimits,
-    at: &[[f64; 3]],
+    poses: &[Pose],
     tolerance: Option<&[f64]>,
     weight: Option<&[f64]>,
 ) -> Result<Candidates, Faults> {
-    let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
-    refuse_special(task, &poses)?;
+    refuse_special(task, poses)?;
     let nearly = poses.len() > 5 || tolerance.is_some() || weight.is_some();
     if nearly && poses.len() < 5 {
         let message = format!("{} poses with tolerances do not determine a linkage", poses.len());
@@ -72,22 +69,22 @@ fn poses(
         let one = vec![1.0; poses.len()];
         let weights: Vec<f64> =
             (0..poses.len()).map(|i| weight.unwrap_or(&one)[i].sqrt() / tolerance.unwrap_or(&one)[i]).collect();
-        let all: Vec<Dyad> = nearest_dyads(&poses, &weights).into_iter().map(|(dyad, _)| dyad).collect();
+        let all: Vec<Dyad> = nearest_dyads(poses, &weights).into_iter().map(|(dyad, _)| dyad).collect();
         let both: Vec<usize> = (0..all.len()).collect();
-        return Ok(paired(all, &both, &both, &poses, None));
+        return Ok(paired(all, &both, &both, poses, None));
     }
     if poses.len() == 5 {
-        let all = dyads(&poses, &[]).map_err(|family| of_family(task, family))?;
+        let all = dyads(poses, &[]).map_err(|family| of_family(task, family))?;
         let both: Vec<usize> = (0..all.len()).collect();
-        return Ok(paired(all, &both, &both, &poses, None));
+        return Ok(paired(all, &both, &both, poses, None));
     }
-    let sampled = sampled(task, limits, &poses)?;
+    let sampled = sampled(task, limits, poses)?;
     let all: Vec<Dyad> = sampled.chosen.iter().chain(&sampled.free).copied().collect();
     let chosen: Vec<usize> = (0..sampled.chosen.len()).collect();
     let every: Vec<usize> = (0..all.len()).collect();
     let first = if chosen.is_empty() { &every } else { &chosen };
     let second = if sampled.only_chosen { &chosen } else { &every };
-    Ok(paired(all, first, second, &poses, Some(SHOWN)))
+    Ok(paired(all, first, second, poses, Some(SHOWN)))
 }
 
 fn refuse_special(task: &Task, poses: &[Pose]) -> Result<(), Faults> {
@@ -228,34 +225,27 @@ fn lines(poses: &[Pose], [low, high]: [Point; 2]) -> Vec<Dyad> {
 /// The dyads with pins that are chosen.
 fn chosen(task: &Task, choose: &Choose, poses: &[Pose]) -> Result<Vec<Dyad>, Faults> {
     let mut all = Vec::new();
-    for line in &choose.lines {
+    for condition in &choose.lines {
         if poses.len() != 4 {
             let message = format!("a line for a pin cannot be combined with {} poses", poses.len());
             return Err(task.fault(&message, "use lines for four poses, and points for two and three"));
         }
-        let direction = if line.is_y { Point::new(0.0, 1.0) } else { Point::new(1.0, 0.0) };
-        let condition = if line.of_ground {
-            Condition::Ground { direction, value: line.value }
-        } else {
-            Condition::Moving { direction, value: line.value }
-        };
-        let found = dyads(poses, &[condition]).map_err(|family| of_family(task, family))?;
+        let found = dyads(poses, &[*condition]).map_err(|family| of_family(task, family))?;
         all.extend(found.into_iter().filter(|dyad| matches!(dyad, Dyad::Bar { .. })));
     }
     for side in 0..2 {
-        let at = |pin: [f64; 2]| Point::new(pin[0], pin[1]);
         let dyad = match (choose.ground[side], choose.moving[side]) {
             (None, None) => continue,
             (Some(ground), Some(moving)) if poses.len() == 2 => {
-                let [from, to] = [0, 1].map(|i| (poses[i].carry(at(moving)) - at(ground)).norm());
+                let [from, to] = [0, 1].map(|i| (poses[i].carry(moving) - ground).norm());
                 let same = (from - to).abs() < 1e-9 * from.max(to);
-                same.then_some(Dyad::Bar { moving: at(moving), ground: at(ground), length: from })
+                same.then_some(Dyad::Bar { moving, ground, length: from })
             }
             (Some(ground), None) if poses.len() == 3 => {
                 let inverse = [0, 1, 2].map(|i| poses[i].inverse());
-                circle_dyad(at(ground), &inverse).map(|dyad| dyad.inverse())
+                circle_dyad(ground, &inverse).map(|dyad| dyad.inverse())
             }
-            (None, Some(moving)) if poses.len() == 3 => circle_dyad(at(moving), &[0, 1, 2].map(|i| poses[i])),
+            (None, Some(moving)) if poses.len() == 3 => circle_dyad(moving, &[0, 1, 2].map(|i| poses[i])),
             _ => {
                 let message = format!("these chosen pins cannot be combined with {} poses", poses.len());
                 let help = "three poses: `ground_a` or `moving_a` (and `ground_b` or `moving_b`); two poses: both of a bar; four: a line";
@@ -388,18 +378,6 @@ fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<CandidateL
 
 /// So many points determine finitely many four-bars between given pivots (Morgan, Wampler 1990).
 const FINITE: usize = 5;
-
-/// The path of a task.
-pub(super) fn path_of(task: &Task) -> Option<CouplerPath> {
-    let TaskKind::Path { points, closed, crank, pivots } = &task.kind else { return None };
-    let at = |[x, y]: [f64; 2]| Point::new(x, y);
-    Some(CouplerPath {
-        points: points.iter().map(|point| at(*point)).collect(),
-        closed: *closed,
-        crank: crank.clone(),
-        pivots: pivots.map(|pivot| pivot.map(at)),
-    })
-}
 
 /// Where a path's task says nothing of lengths, bars are at most so many times as long as the path.
 pub(super) const SIZES: f64 = 5.0;

@@ -17,17 +17,16 @@ const LEAST: f64 = 1e-4;
 
 /// The linkages of a family to which the best of those that were tried lead, and their dyads.
 pub fn refined(task: &Task, limits: &LinkageLimits, judged: &[Judged]) -> Vec<CandidateLinkage> {
-    let TaskKind::Poses { at, tolerance: None, weight: None } = &task.kind else { return Vec::new() };
-    if at.len() > 4 {
+    let TaskKind::Poses { at: poses, tolerance: None, weight: None } = &task.kind else { return Vec::new() };
+    if poses.len() > 4 {
         return Vec::new();
     }
-    let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
     let chosen = task.choose != cotree::task::Choose::default();
     let mut ranked: Vec<&Judged> = judged.iter().filter(|judged| is_four_bar(&judged.linkage)).collect();
-    ranked.sort_by(|a, b| merit(a, &poses).total_cmp(&merit(b, &poses)));
+    ranked.sort_by(|a, b| merit(a, poses).total_cmp(&merit(b, poses)));
     let mut random = Random::new(11);
     let starts = ranked.into_iter().take(if chosen { 0 } else { STARTS });
-    starts.filter_map(|start| climbed(task, limits, start, &poses, &mut random)).collect()
+    starts.filter_map(|start| climbed(task, limits, start, poses, &mut random)).collect()
 }
 
 fn is_four_bar(linkage: &Linkage) -> bool {

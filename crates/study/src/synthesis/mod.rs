@@ -10,13 +10,11 @@ pub mod six;
 use std::collections::BTreeMap;
 
 use cotree::scene::Faults;
-use cotree::task::{Area, Demands, Task, TaskKind};
+use cotree::task::{Task, TaskKind};
 use cotree::typeset::number;
-use cotree_synthesis::path::{Follower, PathEffort};
+use cotree_synthesis::path::{CouplerPath, Follower, PathEffort};
 use cotree_synthesis::within::{Wish, bounded_followers, shorter_followers};
-use cotree_synthesis::{
-    Defect, Dyad, Linkage, LinkageLimit, LinkageLimits, Point, Pose, Region, Side, Verdict, extent, judge,
-};
+use cotree_synthesis::{Defect, Dyad, Linkage, LinkageLimit, LinkageLimits, Point, Pose, Side, Verdict, extent, judge};
 
 use drive::{Station, largest_miss};
 use six::{SixSolution, six_bars};
@@ -107,8 +105,8 @@ const FAR: f64 = 20.0;
 /// # Errors
 /// Why the task has no answer at all.
 pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
-    let limits = limits(&task.limits);
-    let found = candidates::of(task, &limits)?;
+    let limits = &task.limits.linkage;
+    let found = candidates::of(task, limits)?;
     let mut answer = Answer {
         task: task.clone(),
         dyads: found.dyads,
@@ -121,9 +119,9 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
         costs: Vec::new(),
     };
     let mut judged: Vec<Judged> =
-        found.candidates.iter().filter_map(|candidate| best(candidate, &limits, task)).collect();
-    let refined = family::refined(task, &limits, &judged);
-    judged.extend(refined.iter().filter_map(|candidate| best(candidate, &limits, task)));
+        found.candidates.iter().filter_map(|candidate| best(candidate, limits, task)).collect();
+    let refined = family::refined(task, limits, &judged);
+    judged.extend(refined.iter().filter_map(|candidate| best(candidate, limits, task)));
     answer.looked_at += answer.left_out.values().sum::<usize>() + refined.len();
     for judgement in judged.iter().filter(|judged| judged.reason.is_some()) {
         *answer.left_out.entry(judgement.reason.clone().unwrap_or_default()).or_default() += 1;
@@ -146,11 +144,11 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
             Some(reason) => *answer.left_out.entry(reason.clone()).or_default() += 1,
         }
     }
-    answer.shorter = shorter(task, &limits, &answer.solutions);
+    answer.shorter = shorter(task, limits, &answer.solutions);
     if task.limits.bars == Some(6)
         || (task.limits.bars.is_none() && task.limits.within.is_some() && answer.solutions.is_empty())
     {
-        answer.six_bars = six_bars(task, &limits, &near(task, &limits, &answer.solutions));
+        answer.six_bars = six_bars(task, limits, &near(task, limits, &answer.solutions));
         answer
             .six_bars
             .retain(|six_bar| task.limits.within.is_none_or(|within| six_bar.error <= within * (1.0 + 1e-9)));
@@ -164,16 +162,16 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
 
 /// Linkages with shorter bars for a path, from good ones on: what size costs.
 fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution> {
-    let Some(path) = candidates::path_of(task).filter(|path| path.pivots.is_none()) else { return Vec::new() };
-    if task.limits.within.is_some() {
+    let TaskKind::Path(path) = &task.kind else { return Vec::new() };
+    if path.pivots.is_some() || task.limits.within.is_some() {
         return Vec::new();
     }
     let known: Vec<Follower> = good
         .iter()
         .map(|good| Follower { linkage: good.linkage, poses: good.poses.clone(), largest: good.error, rms: good.error })
         .collect();
-    let found = shorter_followers(&path, &candidates::path_limits(&path, limits), &known, SHORTER);
-    let judged = found.into_iter().filter_map(|candidate| best(&candidates::bounded(candidate, &path), limits, task));
+    let found = shorter_followers(path, &candidates::path_limits(path, limits), &known, SHORTER);
+    let judged = found.into_iter().filter_map(|candidate| best(&candidates::bounded(candidate, path), limits, task));
     let driven = judged
         .filter(|judged| judged.reason.is_none())
         .enumerate()
@@ -199,12 +197,15 @@ fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Soluti
 
 /// Four-bars near a path, within what is accepted or not: six-bars start from them.
 fn near(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution> {
-    let Some(path) = candidates::path_of(task).filter(|_| good.is_empty()) else { return good.to_vec() };
-    let limits = candidates::path_limits(&path, limits);
-    let found = bounded_followers(&path, &limits, Wish::Accuracy, &[], &PathEffort::default());
+    let TaskKind::Path(path) = &task.kind else { return good.to_vec() };
+    if !good.is_empty() {
+        return good.to_vec();
+    }
+    let limits = candidates::path_limits(path, limits);
+    let found = bounded_followers(path, &limits, Wish::Accuracy, &[], &PathEffort::default());
     found
         .into_iter()
-        .filter_map(|candidate| best(&candidates::bounded(candidate, &path), &limits, task))
+        .filter_map(|candidate| best(&candidates::bounded(candidate, path), &limits, task))
         .map(undriven)
         .collect()
 }
@@ -250,7 +251,7 @@ impl Judged {
             Wish::Transmission(_) => return -self.verdict.transmission,
         }
         let size = extent(self.poses.iter().map(|pose| pose.at)).1;
-        let nearly = matches!(task.kind, TaskKind::Path { .. } | TaskKind::Function { .. }) || self.error > 1e-7 * size;
+        let nearly = matches!(task.kind, TaskKind::Path(_) | TaskKind::Function { .. }) || self.error > 1e-7 * size;
         if nearly && self.error > 1e-7 * size {
             self.error / size - 1e-6 * self.verdict.transmission
         } else {
@@ -297,7 +298,7 @@ const WITHIN: usize = 10;
 
 /// Why a linkage is out of all proportion, where the task says nothing of lengths.
 fn is_far(task: &Task, longest: f64, error: f64) -> Option<String> {
-    if task.limits.length.is_some() {
+    if task.limits.linkage.length.is_some() {
         return None;
     }
     let no_limit = "give `length` in `[limits]` to permit it";
@@ -305,14 +306,13 @@ fn is_far(task: &Task, longest: f64, error: f64) -> Option<String> {
         TaskKind::Function { ground, is_slider: false, .. } if longest > FAR * ground => {
             Some(format!("a bar is more than {FAR} times as long as the ground; {no_limit}"))
         }
-        TaskKind::Path { points, pivots: None, .. } => {
-            let points: Vec<Point> = points.iter().map(|[x, y]| Point::new(*x, *y)).collect();
-            let reach = candidates::reach(&points);
+        TaskKind::Path(CouplerPath { points, pivots: None, .. }) => {
+            let reach = candidates::reach(points);
             let is_it = points.len() >= DETERMINED && error <= 1e-7 * reach;
             let far = longest > candidates::SIZES * reach && !is_it;
             far.then(|| format!("a bar is more than {} times as long as the path; {no_limit}", candidates::SIZES))
         }
-        TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } | TaskKind::Stroke { .. } => None,
+        TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path(_) | TaskKind::Stroke { .. } => None,
     }
 }
 
@@ -332,7 +332,7 @@ const APART: usize = 8;
 
 fn judged(linkage: &Linkage, poses: &[Pose], turn: bool, task: &Task) -> Verdict {
     let mut verdict = judge(linkage, poses, turn);
-    if !matches!(task.kind, TaskKind::Path { .. }) || !verdict.defects.contains(&Defect::Order) {
+    if !matches!(task.kind, TaskKind::Path(_)) || !verdict.defects.contains(&Defect::Order) {
         return verdict;
     }
     let thin: Vec<Pose> = poses.iter().step_by(poses.len().div_ceil(APART)).copied().collect();
@@ -380,7 +380,7 @@ fn last(task: &Task, bad: &[Judged], none_is_good: bool) -> Option<String> {
 
 /// Of each limit what the best linkage reaches that misses it alone, if that is more than the best one that misses none.
 fn costs(task: &Task, bad: &[Judged], best: Option<&Judged>) -> Vec<String> {
-    if !matches!(task.kind, TaskKind::Path { .. } | TaskKind::Function { .. }) {
+    if !matches!(task.kind, TaskKind::Path(_) | TaskKind::Function { .. }) {
         return Vec::new();
     }
     let all = [
@@ -446,7 +446,7 @@ fn solution(task: &Task, judged: Judged, number: usize) -> Solution {
     let start = inputs.iter().map(|input| sense * input).fold(f64::INFINITY, f64::min) * sense;
     let end = inputs.iter().map(|input| sense * input).fold(f64::NEG_INFINITY, f64::max) * sense;
     let turns = matches!(judged.linkage.first, Dyad::Bar { .. });
-    let whole = turns && judged.verdict.full_turn && (task.limits.crank || is_turn(task));
+    let whole = turns && judged.verdict.full_turn && (task.limits.linkage.crank || is_turn(task));
     let end = if whole { start + sense * std::f64::consts::TAU } else { end };
     let duration = if turns { (end - start).abs() } else { 1.0 };
     let time = |input: f64| (input - start) / (end - start) * duration;
@@ -479,7 +479,7 @@ fn solution(task: &Task, judged: Judged, number: usize) -> Solution {
 fn is_turn(task: &Task) -> bool {
     match &task.kind {
         TaskKind::Stroke { .. } => true,
-        TaskKind::Path { closed, .. } => *closed,
+        TaskKind::Path(path) => path.closed,
         TaskKind::Poses { .. } | TaskKind::Function { .. } => false,
     }
 }
@@ -502,21 +502,6 @@ fn class(linkage: &Linkage, verdict: &Verdict) -> &'static str {
         Some(true) if first == Some(shortest) => "crank-rocker",
         Some(true) if second == Some(shortest) => "crank-rocker, driven at the rocker",
         Some(true) => "double rocker",
-    }
-}
-
-fn limits(requested: &Demands) -> LinkageLimits {
-    let at = |[x, y]: [f64; 2]| Point::new(x, y);
-    let region = |area: &Area| match area {
-        Area::Box(low, high) => Region::Box(at(*low), at(*high)),
-        Area::Polygon(corners) => Region::Polygon(corners.iter().map(|corner| at(*corner)).collect()),
-    };
-    LinkageLimits {
-        ground: requested.ground.as_ref().map(region),
-        moving: requested.moving.as_ref().map(region),
-        length: requested.length,
-        transmission: requested.transmission,
-        crank: requested.crank,
     }
 }
 

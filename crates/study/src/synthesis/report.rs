@@ -4,6 +4,7 @@ use cotree::model::Units;
 use cotree::report::data::{Cell, Report, Table, named, number};
 use cotree::task::TaskKind;
 use cotree::{line, row};
+use cotree_synthesis::path::CouplerPath;
 use cotree_synthesis::tolerance::{Contribution, Measured, Tolerances, tolerances};
 use cotree_synthesis::{Dyad, LinkageLimit, Point};
 use serde_json::{Value, json};
@@ -56,8 +57,8 @@ impl Answer {
     /// What deviations of lengths and pivots \[m\] do to each good four-bar, beside its error without them.
     pub fn tolerance_report(&self, [length, pivot]: [f64; 2]) -> Report {
         let measured = match self.task.kind {
-            TaskKind::Path { crank: None, .. } => Measured::Across,
-            TaskKind::Path { .. } | TaskKind::Poses { .. } => Measured::Place,
+            TaskKind::Path(CouplerPath { crank: None, .. }) => Measured::Across,
+            TaskKind::Path(_) | TaskKind::Poses { .. } => Measured::Place,
             TaskKind::Function { .. } | TaskKind::Stroke { .. } => Measured::Output,
         };
         let unit = if measured == Measured::Output { "rad" } else { "m" };
@@ -114,17 +115,15 @@ impl Answer {
             TaskKind::Function { is_slider: false, ground, .. } | TaskKind::Stroke { is_slider: false, ground, .. } => {
                 Some(ground)
             }
-            TaskKind::Function { .. } | TaskKind::Stroke { .. } | TaskKind::Poses { .. } | TaskKind::Path { .. } => {
-                None
-            }
+            TaskKind::Function { .. } | TaskKind::Stroke { .. } | TaskKind::Poses { .. } | TaskKind::Path(_) => None,
         }
     }
 
     fn requested(&self) -> String {
         match &self.task.kind {
             TaskKind::Poses { at, .. } => count(at.len(), "pose"),
-            TaskKind::Function { input, .. } => format!("a function of {}", count(input.len(), "pair")),
-            TaskKind::Path { points, closed, .. } => {
+            TaskKind::Function { pairs, .. } => format!("a function of {}", count(pairs.len(), "pair")),
+            TaskKind::Path(CouplerPath { points, closed, .. }) => {
                 let kind = if *closed { "a closed path" } else { "a path" };
                 format!("{kind} of {}", count(points.len(), "point"))
             }
@@ -212,7 +211,7 @@ impl Answer {
         let kind = match self.task.kind {
             TaskKind::Poses { .. } => "poses",
             TaskKind::Function { .. } => "function",
-            TaskKind::Path { .. } => "path",
+            TaskKind::Path(_) => "path",
             TaskKind::Stroke { .. } => "stroke",
         };
         let solution = |prefix: &str, index: usize, solution_data: &Solution| {

@@ -7,9 +7,9 @@ use cotree::task::{Task, TaskKind};
 use cotree_synthesis::path::{CouplerPath, Follower, PathEffort};
 use cotree_synthesis::six::{SixBar, SixKind, six_bar_followers, six_bar_functions, six_bar_poses};
 use cotree_synthesis::within::{Wish, bounded_followers};
-use cotree_synthesis::{LinkageLimits, Pair, Point, Pose, extent, way};
+use cotree_synthesis::{LinkageLimits, Point, extent, way};
 
-use super::candidates::{path_limits, path_of};
+use super::candidates::path_limits;
 use super::drive::{DriveError, largest_output_miss};
 use super::scene::point;
 use super::{MET, Solution};
@@ -36,8 +36,7 @@ const SHOWN: usize = 6;
 /// Six-bars for a path, a function or poses, best first. Those for a path start from four-bars for it, those for poses from four-bars for the path of the body's origin.
 pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> Vec<SixSolution> {
     let found = match &task.kind {
-        TaskKind::Path { .. } => {
-            let Some(path) = path_of(task) else { return Vec::new() };
+        TaskKind::Path(path) => {
             let known: Vec<Follower> = four_bars
                 .iter()
                 .map(|four_bar| Follower {
@@ -47,21 +46,17 @@ pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> 
                     rms: four_bar.error,
                 })
                 .collect();
-            six_bar_followers(&path, &path_limits(&path, limits), &known, 1)
+            six_bar_followers(path, &path_limits(path, limits), &known, 1)
         }
-        TaskKind::Function { input, output, is_slider: false, ground, .. } => {
-            let pairs: Vec<Pair> = input.iter().zip(output).map(|(&input, &output)| Pair { input, output }).collect();
-            six_bar_functions(&pairs, *ground, limits, 1)
-        }
-        TaskKind::Poses { at, .. } => {
-            let poses: Vec<Pose> = at.iter().map(|&[x, y, angle]| Pose::new(x, y, angle)).collect();
+        TaskKind::Function { pairs, is_slider: false, ground, .. } => six_bar_functions(pairs, *ground, limits, 1),
+        TaskKind::Poses { at: poses, .. } => {
             let path = CouplerPath { points: poses.iter().map(|pose| pose.at).collect(), ..CouplerPath::default() };
             let free =
                 LinkageLimits { transmission: limits.transmission, crank: limits.crank, ..LinkageLimits::default() };
             let known =
                 bounded_followers(&path, &path_limits(&path, &free), Wish::Accuracy, &[], &PathEffort::default());
             let known: Vec<Follower> = known.into_iter().map(|known| known.follower).collect();
-            six_bar_poses(&poses, limits, &known, 1)
+            six_bar_poses(poses, limits, &known, 1)
         }
         TaskKind::Function { .. } | TaskKind::Stroke { .. } => Vec::new(),
     };
