@@ -112,9 +112,8 @@ pub struct Component {
     pub rows: RowsOf,
     /// The force that pushes its ends apart \[N\], or the torque on its second body [N.m], in terms of its keys and own variables.
     pub law: fn(&Part) -> Option<Formula>,
-    /// The energy that it stores \[J\], likewise, and as a text.
+    /// The energy that it stores \[J\], likewise.
     pub energy: fn(&Part) -> Option<Formula>,
-    pub stored: &'static str,
     /// The states that it brings.
     pub states: fn(&Part) -> Vec<OwnState>,
     /// What it holds on one side only.
@@ -178,7 +177,6 @@ impl Component {
             rows,
             law: |_| None,
             energy: |_| None,
-            stored: "",
             states: |_| Vec::new(),
             gaps: |_, _| Vec::new(),
             gap_lever: |_, _| Expr::ONE,

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::{ALL, Component, ENERGIES, RESIDUALS, Section, body, outline, shape, transfer};
-use crate::model::{Dimension, Quantity};
+use crate::model::{Dimension, Formula, KeyValue, ParameterId, Place, Quantity};
 use crate::scene::key::{Form, Key, Need};
 use crate::scene::tables;
 
@@ -179,11 +179,9 @@ fn chapter(component: &Component, text: &mut String) {
     if !coordinates.is_empty() {
         push(text, &format!("From its first end to its second: {}\n", words(&coordinates, "")));
     }
-    let stores = match component.stored {
-        "" => "none".to_string(),
-        stored => format!("`{stored}`, in `energy.potential`"),
-    };
-    push(text, &format!("Stored energy: {stores}\n"));
+    let energy = energy(component);
+    let stored = energy.map_or("none".to_string(), |energy| format!("`{energy}`, in `energy.potential`"));
+    push(text, &format!("Stored energy: {stored}\n"));
     push(text, &format!("```toml\n{}```\n", example(component)));
 }
 
@@ -221,6 +219,25 @@ fn variable(text: &mut String, owner: &str, quantity: Quantity) {
 fn words(quantities: &[Quantity], before: &str) -> String {
     let word = |quantity: &Quantity| format!("`{before}{}` [{}]", quantity.word(), quantity.measure().si);
     quantities.iter().map(word).collect::<Vec<_>>().join(", ")
+}
+
+/// The energy that the entry `example` stores, in terms of its keys.
+fn energy(component: &Component) -> Option<String> {
+    let is_number = |key: &Key| matches!(key.form, Form::Constant(..) | Form::Law(_));
+    let keys = component.keys.iter().enumerate().filter(|(_, key)| is_number(key));
+    let values = keys.map(|(index, key)| (key.name, KeyValue::Formula(Formula::Parameter(ParameterId(index)))));
+    let part = component.part("example", [Place::Origin; 2], values.collect());
+    let energy = match part.energy()? {
+        // Close to where the formula has no value there is a series in its place.
+        Formula::If(_, pieces) => pieces[3].clone(),
+        whole => whole,
+    };
+    let written = energy.written(&|symbol| match symbol {
+        Formula::Parameter(id) => component.keys[id.0].name.to_owned(),
+        Formula::Variable(variable) => variable.quantity.of(&part.name),
+        other => format!("{other:?}"),
+    });
+    Some(written.replace('+', " + ").replace('-', " - "))
 }
 
 /// The entry `example` with the keys that must be given, as the help of each shows it.

@@ -32,7 +32,6 @@ pub(crate) const BUSHING: Component = Component {
     room: Room::Turning,
     law: |part| Some(torque(part)),
     energy: |part| Some(energy(part)),
-    stored: "0.5*stiffness*(example.x^2 + example.y^2) + 0.5*torsion_stiffness*(example.angle - angle)^2",
     ..Component::load("bushing", rows, |placed: &mut Placed<'_>| placed.angle("angle"), |_| Icon::Round(rings))
 };
 

@@ -25,7 +25,6 @@ pub(crate) const CONSTANT_FORCE: Component = Component {
     pulls: true,
     law: |part| Some(-part.key("pull")),
     energy: |part| Some(part.key("pull") * part.variable(Q::Length)),
-    stored: "pull*example.length",
     ..Component::load(
         "constant_force_spring",
         |part, system| line::rows(system, part, "k"),

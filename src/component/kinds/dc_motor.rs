@@ -53,7 +53,6 @@ pub(crate) const DC_MOTOR: Component = Component {
         let current = part.variable(Q::Current);
         Some(Formula::Number(0.5) * part.key("inductance") * current.clone() * current)
     },
-    stored: "inductance i^2/2",
     states: current,
     ..Component::load("dc_motor", torsion::rows, placed, |_| Icon::Turn)
 };

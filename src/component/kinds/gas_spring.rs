@@ -45,7 +45,6 @@ pub(crate) const GAS_SPRING: Component = Component {
     pulls: true,
     law: |part| Some(part.key("push") * ratio(part).power(part.key("exponent"))),
     energy,
-    stored: "push*column/(exponent - 1)*((column/(column + example.length - length))^(exponent - 1) - 1)",
     ..Component::load("gas_spring", |part, system| line::rows(system, part, "k"), anywhere, |_| Icon::Line(strut))
 };
 

@@ -32,7 +32,6 @@ pub(crate) const SPRING: Component = Component {
     pulls: true,
     law: |part| Some(law(part, "length", [Q::Length, Q::Rate])),
     energy: |part| Some(energy(part, "length", Q::Length)),
-    stored: "0.5*(stiffness*(example.length - length)^2) + 0.25*(cubic*(example.length - length)^4)",
     ..Component::load("spring", rows, placed, |_| Icon::Line(zigzag))
 };
 

@@ -31,7 +31,6 @@ pub(crate) const TORSION_SPRING: Component = Component {
     room: Room::Turning,
     law: |part| Some(spring::law(part, "angle", [Q::Angle, Q::Omega])),
     energy: |part| Some(spring::energy(part, "angle", Q::Angle)),
-    stored: "0.5*(stiffness*(example.angle - angle)^2) + 0.25*(cubic*(example.angle - angle)^4)",
     ..Component::load("torsion_spring", torsion::rows, placed, |_| Icon::Round(coil))
 };
 
