@@ -97,10 +97,43 @@ pub fn formulate_written(mechanism: &Mechanism, outputs: &[Output]) -> Result<Fo
 }
 
 /// As [`formulate`], for trees that are chosen already. What `[initial]` leaves open begins at the start, or where it is in the recommended trees.
+/// Drivers of the recommended trees whose rates jump are loop equations instead, where that is possible: then the jumps have impulses.
 ///
 /// # Errors
 /// Contradictions, loops that cannot be closed, masses that are missing where motion needs them.
-pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Formulated, Vec<Fault>> {
+pub fn formulate_with(equations: Equations, outputs: &[Output]) -> Result<Formulated, Vec<Fault>> {
+    let jumps = crate::laws::jumps(&equations.system.mechanism);
+    match with_impulses(&equations, outputs, &jumps) {
+        Some(formulated) => Ok(formulated),
+        None => assemble(equations, &jumps)?.lower(outputs, &jumps),
+    }
+}
+
+/// With loop equations for the drivers whose rates jump; none if drivers move everything, if what these drive has no mass for an impulse to act on, or if that would be too large.
+fn with_impulses(equations: &Equations, outputs: &[Output], jumps: &[Jump]) -> Option<Formulated> {
+    let trees = impulses::trees(equations, jumps)?;
+    size::check(&equations.system, &trees).ok()?;
+    let assembled = assemble(Equations::new(System::new(&equations.system.mechanism), trees), jumps).ok()?;
+    if assembled.equations.is_driven() {
+        return None;
+    }
+    assembled.lower(outputs, jumps).ok()
+}
+
+/// A mechanism with its loop equations, at its initial state.
+struct Assembled {
+    equations: Equations,
+    length: f64,
+    start: Option<Start>,
+    state: State,
+    /// Where the loops are closed and nothing is special.
+    generic: State,
+    /// Loops that do not close, and what is wrong beside that.
+    faults: Vec<Fault>,
+}
+
+/// Closes the loops and finds which of their equations count.
+fn assemble(mut equations: Equations, jumps: &[Jump]) -> Result<Assembled, Vec<Fault>> {
     let length = typical_length(&mut equations);
     let unmoved = contacts::check_moved(&equations);
     if !unmoved.is_empty() {
@@ -128,7 +161,7 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
             return Err(faults);
         }
         if let Some(mechanism) = engaging::without_repeated(&mut equations, &model, &state) {
-            return formulate_with(Equations::new(System::new(&mechanism), equations.trees), outputs);
+            return assemble(Equations::new(System::new(&mechanism), equations.trees), jumps);
         }
         let driven = equations.is_driven();
         faults.extend(contacts::check_contacts(&mut equations, &state, length, driven));
@@ -141,55 +174,49 @@ pub fn formulate_with(mut equations: Equations, outputs: &[Output]) -> Result<Fo
         if !faults.is_empty() {
             return Err(faults);
         }
-    }
-    let jumps = crate::laws::jumps(&equations.system.mechanism);
-    if faults.is_empty() {
-        faults.extend(feedback::check_acts(&equations, &jumps));
+        faults.extend(feedback::check_acts(&equations, jumps));
         if !faults.is_empty() {
             return Err(faults);
         }
     }
-    let rows = equations.constraints.iter().enumerate();
-    let is_redundant = |row: &Constraint| !row.is_imposed() && row.is_loop();
-    let redundant: Vec<usize> = rows.filter(|(_, row)| is_redundant(row)).map(|(index, _)| index).collect();
-    let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
-        Ok(lowered) => lowered,
-        // Where the loops do not close, this may have no other cause.
-        Err(_) if !faults.is_empty() => return Err(faults),
-        Err(obstacle) => return Err(vec![unsolvable(&mut equations, obstacle)]),
-    };
-    faults.extend(check_masses(&mut equations, &lowered, outputs));
-    faults.extend(check_determined(&equations, &lowered.shared, outputs));
-    faults.extend(feedback::check_determined(&equations, &lowered.shared));
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    begin(&mut equations, start.as_ref(), &mut lowered.program.initial);
-    keep_found(&state, &mut lowered.program.initial);
-    let program = &lowered.program;
-    let chosen = program.constraints.iter().any(|row| row.role == Role::Repeating)
-        || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
-    let moves_freely = !program.is_driven();
-    let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
-    warnings.extend(crate::laws::touches(&equations.system.mechanism));
-    warnings.extend(engaging::warnings(&equations));
-    if moves_freely {
-        if let Some(formulated) = with_impulses(&equations, outputs, &jumps) {
-            return Ok(formulated);
-        }
-        warnings.extend(impulses::warnings(&equations, &jumps));
-        warnings.extend(feedback::warnings(&equations));
-    } else {
-        warnings.extend(impulses::leaps(&equations.system.mechanism, &jumps));
-    }
-    Ok(Formulated { equations, outputs: outputs.to_vec(), lowered, state, redundant, warnings })
+    Ok(Assembled { equations, length, start, state, generic, faults })
 }
 
-/// The same with loop equations for the drivers whose rates jump; none if what they drive has no mass for an impulse to act on, or that would be too large.
-fn with_impulses(equations: &Equations, outputs: &[Output], jumps: &[Jump]) -> Option<Formulated> {
-    let trees = impulses::trees(equations, jumps)?;
-    size::check(&equations.system, &trees).ok()?;
-    formulate_with(Equations::new(System::new(&equations.system.mechanism), trees), outputs).ok()
+impl Assembled {
+    /// Solves the equations of motion and writes the program.
+    fn lower(self, outputs: &[Output], jumps: &[Jump]) -> Result<Formulated, Vec<Fault>> {
+        let Assembled { mut equations, length, start, state, generic, mut faults } = self;
+        let rows = equations.constraints.iter().enumerate();
+        let is_redundant = |row: &Constraint| !row.is_imposed() && row.is_loop();
+        let redundant: Vec<usize> = rows.filter(|(_, row)| is_redundant(row)).map(|(index, _)| index).collect();
+        let mut lowered = match crate::program::program(&mut equations, outputs, length, [&state, &generic]) {
+            Ok(lowered) => lowered,
+            // Where the loops do not close, this may have no other cause.
+            Err(_) if !faults.is_empty() => return Err(faults),
+            Err(obstacle) => return Err(vec![unsolvable(&mut equations, obstacle)]),
+        };
+        faults.extend(check_masses(&mut equations, &lowered, outputs));
+        faults.extend(check_determined(&equations, &lowered.shared, outputs));
+        faults.extend(feedback::check_determined(&equations, &lowered.shared));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        begin(&mut equations, start.as_ref(), &mut lowered.program.initial);
+        keep_found(&state, &mut lowered.program.initial);
+        let program = &lowered.program;
+        let chosen = program.constraints.iter().any(|row| row.role == Role::Repeating)
+            || program.arms.as_ref().is_some_and(|form| form.repeating() > 0);
+        let mut warnings: Vec<Fault> = redundancy_warning(&equations, &lowered.shared, chosen).into_iter().collect();
+        warnings.extend(crate::laws::touches(&equations.system.mechanism));
+        warnings.extend(engaging::warnings(&equations));
+        if program.is_driven() {
+            warnings.extend(impulses::leaps(&equations.system.mechanism, jumps));
+        } else {
+            warnings.extend(impulses::warnings(&equations, jumps));
+            warnings.extend(feedback::warnings(&equations));
+        }
+        Ok(Formulated { equations, outputs: outputs.to_vec(), lowered, state, redundant, warnings })
+    }
 }
 
 /// The equations for a choice of trees.
