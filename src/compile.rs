@@ -14,7 +14,7 @@ use crate::export::runtime::Runtime;
 use crate::export::scene_text::SceneText;
 use crate::export::{ExportError, FmiVersion};
 use crate::expr::Property;
-use crate::formulate::{Formulated, formulate, lacking, undetermined};
+use crate::formulate::{Formulated, LackingOutput, formulate, lacking, undetermined};
 use crate::model::Unit;
 use crate::report::figures::summarise;
 use crate::report::summary::Summary;
@@ -95,7 +95,7 @@ pub fn everything(scene: &Scene) -> Result<(Vec<String>, Vec<Fault>), Faults> {
     let is_own = |name: &str| scene.outputs.variables.iter().any(|variable| variable.text == name);
     let lacking = lacking(&mechanism, &outputs).map_err(|list| Faults::new(scene.source.clone(), list))?;
     let mut left_out: BTreeMap<(usize, Property), Vec<&str>> = BTreeMap::new();
-    for (output, body, property) in lacking {
+    for LackingOutput { output, body, property } in lacking {
         if !is_own(&output.name) {
             left_out.entry((body, property)).or_default().push(&output.name);
         }

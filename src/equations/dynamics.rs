@@ -16,8 +16,8 @@ use super::vector::{FrameId, Scalar, Vector};
 use crate::expr::{Arena, Expr, ExprNode, Order, Symbol};
 use crate::model::BodyId;
 use crate::network::{
-    Angle, Constrained, Curve, Direction, ElementId, Force, Origin, Resistance, Rotation, RotationalRow, System,
-    Topology, Torque, Translation, TranslationalRow, Tree,
+    Angle, Constrained, Curve, Direction, ElementId, Force, Origin, OutwardNode, Resistance, Rotation, RotationalRow,
+    System, Topology, Torque, Translation, TranslationalRow, Tree,
 };
 
 /// Forces and torques of all elements, and the projected cutset equations.
@@ -247,7 +247,7 @@ pub(super) fn chord_transformation<D, C: Coefficient>(
     for &chord in &tree.chords {
         couplings::add(arena, &mut sums, topology.ends(chord).map(|node| node.index()), &through[&chord]);
     }
-    for (node, parent, branch, sign) in topology.outward().rev() {
+    for OutwardNode { node, parent, branch, sign } in topology.outward().rev() {
         let sum = sums.remove(&node.index()).unwrap_or_default();
         let opposite = arena.constant(-f64::from(sign));
         through.insert(branch, sum.scaled(arena, opposite));

@@ -84,7 +84,7 @@ impl Equations {
     pub fn new(mut system: System, trees: Trees) -> Self {
         let translation = Topology::new(&system.translation, &trees.translation);
         let rotation = Topology::new(&system.rotation, &trees.rotation);
-        let (coordinates, t_first, r_first) = coordinates(&system, &trees);
+        let BranchCoordinates { coordinates, t_first, r_first } = coordinates(&system, &trees);
         let kinematics = Kinematics::new(&mut system, &translation, &rotation, &t_first, &r_first);
         let constraints = constraints::constraints(&mut system, &kinematics, &trees.translation, &trees.rotation);
         let first = coordinates.iter().enumerate().rev();
@@ -185,11 +185,15 @@ impl Equations {
     }
 }
 
-/// Numbers the coordinates and notes the first of each branch.
-fn coordinates(
-    system: &System,
-    trees: &Trees,
-) -> (Vec<Coordinate>, BTreeMap<ElementId, usize>, BTreeMap<ElementId, usize>) {
+/// The coordinates, and which is the first of each branch of both trees.
+struct BranchCoordinates {
+    coordinates: Vec<Coordinate>,
+    t_first: BTreeMap<ElementId, usize>,
+    r_first: BTreeMap<ElementId, usize>,
+}
+
+/// Numbers the coordinates.
+fn coordinates(system: &System, trees: &Trees) -> BranchCoordinates {
     let of = |element, variables, angular| {
         let name = CoordinateName::of(&system.mechanism, variables);
         Coordinate { element, variables, name, angular }
@@ -210,5 +214,5 @@ fn coordinates(
             coordinates.push(of(branch, variables, true));
         }
     }
-    (coordinates, t_first, r_first)
+    BranchCoordinates { coordinates, t_first, r_first }
 }

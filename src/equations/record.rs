@@ -9,7 +9,7 @@ use super::{Equations, couplings};
 use crate::expr::{Arena, Expr, ExprNode as Operation, Symbol};
 use crate::model::BodyId;
 use crate::network::{
-    CoupledEdge, Element, ElementId, LinearGraph, Node, Port, Rotation, System, Topology, Translation,
+    CoupledEdge, Element, ElementId, LinearGraph, Node, OutwardNode, Port, Rotation, System, Topology, Translation,
     TranslationalRow, Tree,
 };
 
@@ -95,7 +95,7 @@ impl<D> GraphRecord<D> {
     /// The nodes that a branch holds to the datum.
     pub fn beyond(&self, branch: ElementId) -> BTreeSet<usize> {
         let mut nodes = BTreeSet::new();
-        for (node, parent, edge, _) in self.topology.outward() {
+        for OutwardNode { node, parent, branch: edge, .. } in self.topology.outward() {
             if edge == branch || nodes.contains(&parent.index()) {
                 nodes.insert(node.index());
             }

@@ -382,17 +382,21 @@ fn missing_for(equations: &mut Equations, value: &Formula) -> Vec<Symbol> {
     missing(equations, &roots)
 }
 
-/// The outputs that cannot be computed, and which body lacks a mass or an inertia for it.
+/// An output that cannot be computed, because a body lacks a mass or an inertia.
+pub struct LackingOutput<'o> {
+    pub output: &'o Output,
+    pub body: usize,
+    pub property: Property,
+}
+
+/// The outputs that cannot be computed.
 ///
 /// # Errors
 /// There are no equations for this mechanism.
-pub fn lacking<'o>(
-    mechanism: &Mechanism,
-    outputs: &'o [Output],
-) -> Result<Vec<(&'o Output, usize, Property)>, Vec<Fault>> {
+pub fn lacking<'o>(mechanism: &Mechanism, outputs: &'o [Output]) -> Result<Vec<LackingOutput<'o>>, Vec<Fault>> {
     let mut equations = equations(mechanism, &mechanism.coordinates)?;
     let missing = outputs.iter().filter_map(|output| match missing_for(&mut equations, &output.value).first() {
-        Some(&Symbol::Missing(body, property)) => Some((output, body, property)),
+        Some(&Symbol::Missing(body, property)) => Some(LackingOutput { output, body, property }),
         None => None,
         Some(
             Symbol::Time

@@ -183,6 +183,14 @@ fn joined(scope: &str, name: &str) -> String {
     if scope.is_empty() { name.to_owned() } else { format!("{scope}::{name}") }
 }
 
+/// A joint of a model: its full name, and that of the model.
+#[derive(Clone, Copy)]
+struct NamedJoint<'n, 'a> {
+    name: &'n str,
+    scope: &'n str,
+    element: &'a Element,
+}
+
 impl<'a> SdfReader<'a> {
     /// A frame with the name that others call it by.
     fn frame(&mut self, full: &str, element: &'a Element, scope: &str, own_default: Option<String>) -> Fallible<()> {
@@ -331,7 +339,7 @@ impl<'a> SdfReader<'a> {
         for (link, joint) in hung.iter().enumerate() {
             let Some(joint) = joint.filter(|_| !self.links[link].2) else { continue };
             let (name, scope, element, ..) = ends[joint].clone();
-            self.joint(&mut model, (&name, &scope, element), bodies[link])?;
+            self.joint(&mut model, NamedJoint { name: &name, scope: &scope, element }, bodies[link])?;
         }
         for (body, link) in bodies.iter().zip(0..).filter(|(_, link)| hung[*link].is_none() && !self.links[*link].2) {
             let (name, element, _) = &self.links[link];
@@ -343,7 +351,7 @@ impl<'a> SdfReader<'a> {
         for index in closing {
             let (name, scope, element, parent, child) = ends[index].clone();
             let of = |link: Option<usize>| link.map_or(0, |link| bodies[link]);
-            self.close(&mut model, (&name, &scope, element), [of(parent), of(child)])?;
+            self.close(&mut model, NamedJoint { name: &name, scope: &scope, element }, [of(parent), of(child)])?;
         }
         self.followers(&mut model)?;
         self.unknown();
@@ -410,7 +418,7 @@ impl<'a> SdfReader<'a> {
     /// An axis of a joint in the frame of a body, by the version of the file.
     fn axis(
         &self,
-        (name, scope, joint): (&str, &str, &'a Element),
+        NamedJoint { name, scope, element: joint }: NamedJoint<'_, 'a>,
         axis: &'a Element,
         body: &Isometry3<f64>,
     ) -> Fallible<Vector3<f64>> {
@@ -433,12 +441,8 @@ impl<'a> SdfReader<'a> {
         Ok(body.rotation.inverse() * (turn * direction))
     }
 
-    fn joint(
-        &mut self,
-        model: &mut SpatialModel,
-        (name, scope, element): (&str, &str, &'a Element),
-        body: usize,
-    ) -> Fallible<()> {
+    fn joint(&mut self, model: &mut SpatialModel, named: NamedJoint<'_, 'a>, body: usize) -> Fallible<()> {
+        let NamedJoint { name, element, .. } = named;
         let kind = match element.must("type")? {
             "revolute" | "continuous" => JointMotion::Hinge,
             "prismatic" => JointMotion::Slide,
@@ -457,7 +461,7 @@ impl<'a> SdfReader<'a> {
         let world = world_of(model, body);
         joint.anchor = world.inverse() * Point3::from(self.world(name, element)?.translation.vector);
         if let Some(axis) = element.child("axis") {
-            joint.axis = self.axis((name, scope, element), axis, &world)?;
+            joint.axis = self.axis(named, axis, &world)?;
             joint.laws = axis_laws(axis)?;
             joint.start = number(axis.child("initial_position"), 0.0)?;
             if let Some(limit) = axis.child("limit") {
@@ -478,9 +482,10 @@ impl<'a> SdfReader<'a> {
     fn close(
         &mut self,
         model: &mut SpatialModel,
-        (name, scope, element): (&str, &str, &'a Element),
+        named: NamedJoint<'_, 'a>,
         [parent, child]: [usize; 2],
     ) -> Fallible<()> {
+        let NamedJoint { name, element, .. } = named;
         let place = self.world(name, element)?;
         let at = |body: usize| BodyPoint {
             body,
@@ -489,7 +494,7 @@ impl<'a> SdfReader<'a> {
         let axis = |this: &Self| -> Fallible<Vector3<f64>> {
             let axis =
                 element.child("axis").ok_or_else(|| element.refuse(format!("{} has no <axis>", element.called())))?;
-            this.axis((name, scope, element), axis, &world_of(model, parent))
+            this.axis(named, axis, &world_of(model, parent))
         };
         let kind = match element.must("type")? {
             "revolute" | "continuous" => ClosureKind::Hinge(axis(self)?),

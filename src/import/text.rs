@@ -169,8 +169,8 @@ impl SceneWriter<'_> {
         ));
     }
 
-    /// All joints; returns for each pin and link the joint that moves the link there.
-    fn joints(&mut self) -> Vec<(usize, usize, String)> {
+    /// All joints.
+    fn joints(&mut self) -> Vec<PinJoint> {
         let linkage = self.linkage;
         let mut joints = Vec::new();
         for (index, pin) in linkage.pins.iter().enumerate() {
@@ -179,21 +179,23 @@ impl SceneWriter<'_> {
             let Some(&first) = links.first() else { continue };
             let held = self.point_on(Some(first), index);
             let ground = self.point_on(None, index);
-            if let Some((kind, on, [u, v])) = slide(pin.kind) {
+            if let Some(SlidingJoint { kind, on, along: [u, v] }) = slide(pin.kind) {
                 let name = self.names.fresh(&format!("{}_guide", pin.name));
                 let guide = self.point_on(on, index);
                 self.add(format_args!(
                     "\n[joints.{name}]\ntype    = \"{kind}\"\nbetween = [\"{guide}\", \"{held}\"]\naxis    = [{u:?}, {v:?}]\n"
                 ));
-                joints.push((index, first, name));
+                joints.push(PinJoint { pin: index, link: first, joint: name });
             } else if pin.grounded {
-                joints.push((index, first, self.joint("revolute", &pin.name, [&ground, &held])));
+                let joint = self.joint("revolute", &pin.name, [&ground, &held]);
+                joints.push(PinJoint { pin: index, link: first, joint });
             }
             let onto = if pin.grounded && pin.kind == PinKind::Turning && !pin.welded { &ground } else { &held };
             for &link in &links[1..] {
                 let kind = if pin.welded { "weld" } else { "revolute" };
                 let second = self.point_on(Some(link), index);
-                joints.push((index, link, self.joint(kind, &pin.name, [onto, &second])));
+                let joint = self.joint(kind, &pin.name, [onto, &second]);
+                joints.push(PinJoint { pin: index, link, joint });
             }
         }
         joints
@@ -211,8 +213,9 @@ impl SceneWriter<'_> {
         name
     }
 
-    fn drive(&mut self, drive: &Drive, joints: &[(usize, usize, String)], notes: &mut Vec<String>) {
-        let Some((.., joint)) = joints.iter().find(|(pin, link, _)| (*pin, *link) == (drive.pin, drive.link)) else {
+    fn drive(&mut self, drive: &Drive, joints: &[PinJoint], notes: &mut Vec<String>) {
+        let Some(PinJoint { joint, .. }) = joints.iter().find(|one| (one.pin, one.link) == (drive.pin, drive.link))
+        else {
             let link = &self.linkage.links[drive.link].name;
             notes.push(format!("the drive of link `{link}` is left out: its pin is not on the ground"));
             return;
@@ -290,12 +293,26 @@ impl SceneWriter<'_> {
     }
 }
 
-/// The joint that lets a pin slide, on which link or on the ground, and along what.
-fn slide(kind: PinKind) -> Option<(&'static str, Option<usize>, [f64; 2])> {
+/// The joint that moves a link at a pin.
+struct PinJoint {
+    pin: usize,
+    link: usize,
+    joint: String,
+}
+
+/// The joint that lets a pin slide.
+struct SlidingJoint {
+    kind: &'static str,
+    /// On which link; else on the ground.
+    on: Option<usize>,
+    along: [f64; 2],
+}
+
+fn slide(kind: PinKind) -> Option<SlidingJoint> {
     match kind {
         PinKind::Turning => None,
-        PinKind::Sliding(guide) => Some(("prismatic", guide.on, guide.along)),
-        PinKind::Slot(guide) => Some(("slot", guide.on, guide.along)),
+        PinKind::Sliding(guide) => Some(SlidingJoint { kind: "prismatic", on: guide.on, along: guide.along }),
+        PinKind::Slot(guide) => Some(SlidingJoint { kind: "slot", on: guide.on, along: guide.along }),
     }
 }
 

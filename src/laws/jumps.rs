@@ -94,10 +94,7 @@ pub(crate) struct Jump {
 
 /// Those of all drivers.
 pub(crate) fn jumps(mechanism: &Mechanism) -> Vec<Jump> {
-    let jump = |(driver, part): (usize, &Part)| {
-        let (time, what, of_rate) = laws(part).find_map(|formula| first_jump(mechanism, formula))?;
-        Some(Jump { driver, time, what, of_rate })
-    };
+    let jump = |(driver, part): (usize, &Part)| laws(part).find_map(|formula| first_jump(mechanism, driver, formula));
     mechanism.drivers.iter().enumerate().filter_map(jump).collect()
 }
 
@@ -124,7 +121,7 @@ pub(crate) fn formulas(part: &Part) -> Vec<&Formula> {
 }
 
 /// When a law of time jumps first, or its rate does, and from where to where.
-fn first_jump(mechanism: &Mechanism, formula: &Formula) -> Option<(f64, String, bool)> {
+fn first_jump(mechanism: &Mechanism, driver: usize, formula: &Formula) -> Option<Jump> {
     let experiment = mechanism.experiment;
     let mut law = TimeLaw::of(mechanism, formula)?;
     let (switches, may_bend) = (indicators(&mut law.arena, &law.value[..1]), law.may_bend());
@@ -143,7 +140,7 @@ fn first_jump(mechanism: &Mechanism, formula: &Formula) -> Option<(f64, String, 
     candidates.sort_by(|one, other| one.0.total_cmp(&other.0));
     candidates.into_iter().find_map(|(time, beside)| {
         let (what, of_rate) = jump(&law, largest, time, beside.map(|share| share * span))?;
-        Some((time, what, of_rate))
+        Some(Jump { driver, time, what, of_rate })
     })
 }
 

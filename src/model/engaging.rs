@@ -56,6 +56,14 @@ pub enum Captured {
 /// The parts of a joint's motion that it may hold from where it stands: the discrete variable that is added, and what it becomes.
 type Moved = Vec<(DiscreteId, Formula)>;
 
+/// A rate that an event sets.
+#[derive(Clone, Debug)]
+pub(crate) struct RateChange {
+    pub variable: Variable,
+    pub value: Formula,
+    pub span: Span,
+}
+
 impl Mechanism {
     /// The joint, if events engage it.
     pub fn engaging(&self, owner: Owner) -> Option<&Engaging> {
@@ -76,7 +84,7 @@ impl Mechanism {
     }
 
     /// Lets joints engage where they stand, with what events write for that; and rates be set.
-    pub(crate) fn add_engaging(&mut self, set: &[Vec<(Variable, Formula, Span)>]) {
+    pub(crate) fn add_engaging(&mut self, set: &[Vec<RateChange>]) {
         for index in 0..self.engaging.len() {
             let engaging = self.engaging[index].clone();
             let Owner::Joint(joint) = engaging.owner else { continue };
@@ -99,7 +107,7 @@ impl Mechanism {
             }
         }
         for (event, rates) in set.iter().enumerate() {
-            for (variable, value, span) in rates {
+            for RateChange { variable, value, span } in rates {
                 let (now, target) = self.set_rate(*variable, *span);
                 self.events[event].writes.extend([(target, value.clone()), (now, Formula::Number(1.0))]);
             }

@@ -35,7 +35,7 @@ pub use course::{Course, CourseValue, Pulley, Station};
 pub use discrete::{Discrete, DiscreteKind};
 pub use display::Units;
 pub use engaging::{Captured, Engaging, SetRate};
-pub(crate) use engaging::{relative_angle, turned_apart};
+pub(crate) use engaging::{RateChange, relative_angle, turned_apart};
 pub use exponents::Exponents;
 pub use formula::{Comparison, Formula};
 pub use friction::{Friction, Pressed, Slip};

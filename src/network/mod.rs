@@ -20,5 +20,5 @@ pub use graph::{ElementId, LinearGraph, Node, RNode, Rotation, TNode, Translatio
 pub use implied::{Implied, Measured};
 pub use resistance::Resistance;
 pub use system::System;
-pub use topology::{SignedRow, Topology};
+pub use topology::{OutwardNode, SignedRow, Topology};
 pub use trees::Trees;

@@ -17,6 +17,17 @@ pub struct Topology<D> {
     outward: Vec<Node<D>>,
 }
 
+/// A node of a tree, seen from the datum.
+pub struct OutwardNode<D> {
+    pub node: Node<D>,
+    /// The node before it.
+    pub parent: Node<D>,
+    /// Between both.
+    pub branch: ElementId,
+    /// +1 if the branch points outwards, else -1.
+    pub sign: i8,
+}
+
 impl<D> Topology<D> {
     /// Roots the graph; the tree must span it.
     pub fn new(graph: &LinearGraph<D>, tree: &Tree<D>) -> Self {
@@ -46,12 +57,11 @@ impl<D> Topology<D> {
         self.ends[&element]
     }
 
-    /// Nodes from the datum outwards, the datum left out: the node, the one before it, the branch between, and +1 if the branch
-    /// points outwards.
-    pub fn outward(&self) -> impl DoubleEndedIterator<Item = (Node<D>, Node<D>, ElementId, i8)> + '_ {
+    /// Nodes from the datum outwards, the datum left out.
+    pub fn outward(&self) -> impl DoubleEndedIterator<Item = OutwardNode<D>> + '_ {
         self.outward.iter().filter_map(|&node| {
             let (parent, branch, sign) = self.up[node.index()]?;
-            Some((node, parent, branch, sign))
+            Some(OutwardNode { node, parent, branch, sign })
         })
     }
 

@@ -74,7 +74,7 @@ pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Condi
         settable.iter().enumerate().map(|(place, settable)| (settable.given, place)).collect();
     let mut result = Conditions::default();
     let mut targets = Vec::new();
-    for (row, (given, condition, formula)) in given(mechanism, order, length).into_iter().enumerate() {
+    for (row, GivenValue { given, condition, formula }) in given(mechanism, order, length).into_iter().enumerate() {
         let value = match given {
             Given::Line(line) => equations.variable(mechanism.initial[line].variable),
             Given::State(state) => equations.system.arena.symbol(Symbol::State(state, Order::Position)),
@@ -93,23 +93,30 @@ pub fn conditions(equations: &mut Equations, order: Order, length: f64) -> Condi
 
 /// The conditions of an order, without their expressions.
 pub(super) fn listed(mechanism: &Mechanism, order: Order, length: f64) -> Vec<Condition> {
-    given(mechanism, order, length).into_iter().map(|(_, condition, _)| condition).collect()
+    given(mechanism, order, length).into_iter().map(|given| given.condition).collect()
 }
 
-/// What is given of an order, with its value.
-fn given(mechanism: &Mechanism, order: Order, length: f64) -> Vec<(Given, Condition, &Formula)> {
+/// What is given, as a condition, and its value.
+struct GivenValue<'m> {
+    given: Given,
+    condition: Condition,
+    formula: &'m Formula,
+}
+
+/// What is given of an order.
+fn given(mechanism: &Mechanism, order: Order, length: f64) -> Vec<GivenValue<'_>> {
     let lines = mechanism.initial.iter().enumerate();
     let chosen = lines.filter(|(_, initial)| initial.variable.quantity.order() == Some(order));
     let of_line = chosen.map(|(line, initial)| {
         let angular = initial.variable.quantity.turns();
         let name = mechanism.variable_name(initial.variable);
         let condition = Condition { name, known: initial.known, angular, scale: if angular { 1.0 } else { length } };
-        (Given::Line(line), condition, &initial.value)
+        GivenValue { given: Given::Line(line), condition, formula: &initial.value }
     });
     let states = mechanism.states.iter().enumerate().filter(|_| order == Order::Velocity);
     let of_state = states.map(|(index, state)| {
         let condition = Condition { name: state.name.clone(), known: true, angular: false, scale: state.nominal };
-        (Given::State(index), condition, &state.start)
+        GivenValue { given: Given::State(index), condition, formula: &state.start }
     });
     of_line.chain(of_state).collect()
 }

@@ -329,7 +329,7 @@ impl Resolver<'_> {
         }
         match refusal(variable, site, &format!("`{name}`")) {
             None => self.seen_there(variable, tree, site),
-            Some((code, message, help)) => self.refuse(code, message, help, (tree, site)),
+            Some(Dependence { code, message, help }) => self.refuse(code, message, help, (tree, site)),
         }
     }
 
@@ -373,7 +373,7 @@ impl Resolver<'_> {
             |variable| format!("`{}` (in signal `{name}`)", self.called.get(&variable).map_or("", String::as_str));
         let mut refused =
             variables(&formula).into_iter().filter_map(|variable| refusal(variable, site, &named(variable)));
-        let Some((code, message, help)) = refused.next() else { return Some((formula, known)) };
+        let Some(Dependence { code, message, help }) = refused.next() else { return Some((formula, known)) };
         let span = site.text.part(tree.start, tree.end);
         if !self.is_reported(&Text::new(name, span), name) {
             self.faults.push_about(name, Fault::new(code, message, span).label("not here").help(help));
@@ -466,14 +466,22 @@ impl Resolver<'_> {
     }
 }
 
-/// Why a formula may not depend on a variable that is called so: a code, a message and what to do.
-fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static str, String, &'static str)> {
+/// What is wrong with a formula that depends on something that it may not depend on.
+struct Dependence {
+    code: &'static str,
+    message: String,
+    help: &'static str,
+}
+
+/// Why a formula may not depend on a variable that is called so.
+fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<Dependence> {
     let what = site.what;
     let (code, help) = match site.context {
         Context::Output | Context::Instant(_) => return None,
         Context::Constant | Context::Curve(_) | Context::Driver => {
             let message = format!("{what} depends on {called}, but a prescribed motion cannot depend on the motion");
-            return Some(("scene::driver_depends", message, "a driver may use the time `t`, parameters and inputs"));
+            let help = "a driver may use the time `t`, parameters and inputs";
+            return Some(Dependence { code: "scene::driver_depends", message, help });
         }
         Context::Law(_) => (
             "scene::load_depends",
@@ -497,7 +505,8 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         (Class::Position | Class::Velocity | Class::State, ..) => return None,
         (Class::Effort, ..) if is_own => {
             let message = format!("{what} depends on itself: {called}");
-            return Some(("scene::cycle", message, "a load may depend on positions and velocities"));
+            let help = "a load may depend on positions and velocities";
+            return Some(Dependence { code: "scene::cycle", message, help });
         }
         (Class::Acceleration, ..) | (Class::Effort, Owner::Joint(_) | Owner::Driver(_), _)
             if matches!(site.context, Context::Law(_) | Context::Rate) =>
@@ -514,7 +523,7 @@ fn refusal(variable: Variable, site: Site<'_>, called: &str) -> Option<(&'static
         (Class::Contact, ..) => "a result of impacts",
         (Class::System, ..) => "a sum over the whole system",
     };
-    Some((code, format!("{what} depends on {called}, {refused}"), help))
+    Some(Dependence { code, message: format!("{what} depends on {called}, {refused}"), help })
 }
 
 fn unit_name(exponents: Exponents) -> String {

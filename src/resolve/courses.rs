@@ -25,6 +25,19 @@ const LATER: [(&str, &str); 2] = [
 /// No rope is wound up more often.
 const MOST_TURNS: f64 = 1e6;
 
+/// An end of a part: a point, or the drum of a body.
+pub(super) struct CourseEnd {
+    pub name: Text,
+    pub at: Place,
+    pub drum: Option<Pulley>,
+}
+
+impl CourseEnd {
+    fn point(name: Text, at: Place) -> CourseEnd {
+        CourseEnd { name, at, drum: None }
+    }
+}
+
 impl Resolver<'_> {
     /// The pulleys of a list.
     pub(super) fn pulleys(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<Vec<Pulley>> {
@@ -97,13 +110,12 @@ impl Resolver<'_> {
         turns.map(|turns| turns.max(0.0) as u32)
     }
 
-    /// Two points or drums: their names, their places, and the drums. The same body may be at both ends of what runs over something else.
-    #[allow(clippy::type_complexity, reason = "names, points and drums of both ends")]
+    /// Two points or drums. The same body may be at both ends of what runs over something else.
     pub(super) fn course_ends(
         &mut self,
         (key, node): (&Key, &DocumentNode),
         (fields, user): (&Fields<'_>, &str),
-    ) -> Option<([Text; 2], [Place; 2], [Option<Pulley>; 2])> {
+    ) -> Option<[CourseEnd; 2]> {
         let is_plain = |node: &DocumentNode| match &node.kind {
             Content::Array(items) => items.iter().all(|item| !matches!(item.kind, Content::Table(_))),
             _ => true,
@@ -113,10 +125,12 @@ impl Resolver<'_> {
             let names = self.faults.pair(node, &what, key.help())?;
             if fields.get("over").is_none() {
                 let places = self.places(&names, user)?;
-                return Some((names, places, [None, None]));
+                let [first, second] = names;
+                return Some([CourseEnd::point(first, places[0]), CourseEnd::point(second, places[1])]);
             }
             let (first, second) = (self.place(&names[0], user), self.place(&names[1], user));
-            return Some((names, [first?, second?], [None, None]));
+            let [first_name, second_name] = names;
+            return Some([CourseEnd::point(first_name, first?), CourseEnd::point(second_name, second?)]);
         }
         let Content::Array(items) = &node.kind else { return None };
         let [first, second] = &items[..] else {
@@ -126,22 +140,23 @@ impl Resolver<'_> {
             return None;
         };
         let (first, second) = (self.course_end(first, &what, user), self.course_end(second, &what, user));
-        let ((first, at_first, first_drum), (second, at_second, second_drum)) = (first?, second?);
-        let (names, places) = ([first, second], [at_first, at_second]);
+        let (first, second) = (first?, second?);
         if fields.get("over").is_none() {
-            self.different(at_first.body(), at_second.body(), &names, user)?;
+            let names = [first.name.clone(), second.name.clone()];
+            self.different(first.at.body(), second.at.body(), &names, user)?;
         }
-        Some((names, places, [first_drum, second_drum]))
+        Some([first, second])
     }
 
-    fn course_end(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<(Text, Place, Option<Pulley>)> {
+    fn course_end(&mut self, node: &DocumentNode, what: &str, user: &str) -> Option<CourseEnd> {
         if matches!(node.kind, Content::Table(_)) {
             let drum = self.drum(node, user)?;
-            return Some((Text::new(String::new(), node.span), drum.on, Some(drum)));
+            let name = Text::new(String::new(), node.span);
+            return Some(CourseEnd { name, at: drum.on, drum: Some(drum) });
         }
         let name = self.faults.text(node, &format!("an entry of {what}"))?;
         let place = self.place(&name, user)?;
-        Some((name, place, None))
+        Some(CourseEnd::point(name, place))
     }
 
     /// What a part runs over, if its keys say so. A course on one body alone moves nothing.

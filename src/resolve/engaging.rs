@@ -5,11 +5,11 @@ use super::context::Context;
 use super::names::Named;
 use crate::component::Section;
 use crate::diagnostic::fault::Fault;
-use crate::diagnostic::span::{Span, Text};
+use crate::diagnostic::span::Text;
 use crate::diagnostic::suggest;
 use crate::expr::Order;
 use crate::model::{
-    Aspect, Class, Discrete, DiscreteId, DiscreteKind, Engaging, Formula, JointId, Owner, Part, Variable,
+    Aspect, Class, Discrete, DiscreteId, DiscreteKind, Engaging, JointId, Owner, Part, RateChange, Variable,
 };
 use crate::scene::document::Content;
 use crate::scene::model::{Event, Scene};
@@ -95,7 +95,7 @@ impl Resolver<'_> {
     }
 
     /// A rate that an event sets, with its value.
-    pub(super) fn set_rate(&mut self, name: &Text, value: &Quantity, what: &str) -> Option<(Variable, Formula, Span)> {
+    pub(super) fn set_rate(&mut self, name: &Text, value: &Quantity, what: &str) -> Option<RateChange> {
         let variable = self.variable(name, what, "scene::unknown_variable")?;
         let is_held_by = |word: &str| match variable.owner {
             Owner::Joint(joint) => {
@@ -121,7 +121,7 @@ impl Resolver<'_> {
         }
         let what = format!("`set.\"{}\"` of {what}", name.text);
         let formula = self.formula(value, &what, &variable.quantity.measure(), Context::Instant(None));
-        Some((variable, formula, name.span))
+        Some(RateChange { variable, value: formula, span: name.span })
     }
 
     fn refuse_to_set(&mut self, name: &Text, variable: Variable, what: &str) {

@@ -27,6 +27,20 @@ use crate::typeset::counted;
 pub(super) const FACTOR: &str =
     "write the unit as `rev/s`, `rpm` or `rad/s`, or a factor before it: `2*pi*frequency*t`";
 
+/// A formula and what is known of its unit.
+pub(super) struct ReadFormula {
+    pub formula: Formula,
+    /// None if it is not known.
+    pub unit: Option<Unit>,
+    /// If it is not, whether the formula is made of numbers alone.
+    pub known: KnownUnit,
+}
+
+impl ReadFormula {
+    /// Of a text that cannot be read.
+    const UNKNOWN: ReadFormula = ReadFormula { formula: UNKNOWN, unit: None, known: KnownUnit::Nothing };
+}
+
 impl Resolver<'_> {
     /// A formula of numbers and parameters, finite at their default values.
     pub(super) fn constant(&mut self, quantity: &Quantity, what: &str, wanted: &Wanted) -> Formula {
@@ -120,22 +134,23 @@ impl Resolver<'_> {
         wanted: &Wanted,
         context: Context,
     ) -> (Formula, Option<Unit>) {
-        let (formula, unit, _) = self.formula_and_known(quantity, what, wanted, context);
+        let ReadFormula { formula, unit, .. } = self.formula_and_known(quantity, what, wanted, context);
         (formula, unit)
     }
 
-    /// A formula, its unit if that is known, and if not, whether it is made of numbers alone.
+    /// A formula with all that is known of its unit.
     pub(super) fn formula_and_known(
         &mut self,
         quantity: &Quantity,
         what: &str,
         wanted: &Wanted,
         context: Context,
-    ) -> (Formula, Option<Unit>, KnownUnit) {
+    ) -> ReadFormula {
         let text = match &quantity.value {
             Value::Number(number) => {
                 self.suspect_degrees(*number, what, wanted, quantity.span);
-                return (self.finite(*number, what, quantity.span), None, KnownUnit::Number);
+                let formula = self.finite(*number, what, quantity.span);
+                return ReadFormula { formula, unit: None, known: KnownUnit::Number };
             }
             Value::Text(text) => Text::new(text.as_str(), quantity.span),
         };
@@ -144,26 +159,26 @@ impl Resolver<'_> {
                 Fault::new("scene::bad_expression", format!("{what} is empty"), quantity.span)
                     .label("a number, a number with a unit, or an expression is wanted"),
             );
-            return (UNKNOWN, None, KnownUnit::Nothing);
+            return ReadFormula::UNKNOWN;
         }
         match read(&text) {
             Err(fault) => {
                 self.faults.push(fault);
-                (UNKNOWN, None, KnownUnit::Nothing)
+                ReadFormula::UNKNOWN
             }
             Ok(QuantityReading::Number(number)) => {
                 self.suspect_degrees(number, what, wanted, quantity.span);
-                (self.finite(number, what, quantity.span), None, KnownUnit::Number)
+                ReadFormula { formula: self.finite(number, what, quantity.span), unit: None, known: KnownUnit::Number }
             }
             Ok(QuantityReading::Measure(value, unit)) => {
                 self.check_measure(&unit, &text, what, wanted);
                 self.written_in.add(unit.clone());
                 let known = KnownUnit::constant(Some(unit.exponents));
-                (self.finite(value, what, quantity.span), Some(unit), known)
+                ReadFormula { formula: self.finite(value, what, quantity.span), unit: Some(unit), known }
             }
             Ok(QuantityReading::Expression) => {
                 let Some((formula, known)) = self.expression(&text, what, context) else {
-                    return (UNKNOWN, None, KnownUnit::Nothing);
+                    return ReadFormula::UNKNOWN;
                 };
                 self.check_unit(known, what, wanted, quantity.span, context);
                 self.suspect_table(&text, what, wanted);
@@ -177,7 +192,7 @@ impl Resolver<'_> {
                 if let (Formula::Parameter(_), KnownUnit::Nothing) = (&formula, known) {
                     self.suspect_degrees(self.value(&formula), what, wanted, quantity.span);
                 }
-                (formula, known.unit().map(from_exponents), known)
+                ReadFormula { formula, unit: known.unit().map(from_exponents), known }
             }
         }
     }

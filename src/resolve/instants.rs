@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
 use super::context::Context;
+use super::formulas::ReadFormula;
 use super::names::Named;
 use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
@@ -226,7 +227,7 @@ impl Resolver<'_> {
         what: &str,
         context: Context,
     ) -> (Formula, KnownUnit) {
-        let (formula, unit, known) = self.formula_and_known(quantity, what, &ANYTHING, context);
+        let ReadFormula { formula, unit, known } = self.formula_and_known(quantity, what, &ANYTHING, context);
         let declared = self.declared_units.get(&id).cloned();
         self.must_agree(what, declared.as_ref(), unit.as_ref().filter(|_| known != KnownUnit::Number), quantity.span);
         let factor = bare_factor(declared.as_ref(), quantity);
@@ -333,7 +334,8 @@ impl Resolver<'_> {
     fn set_state(&mut self, id: StateId, name: &Text, value: &crate::scene::quantity::Quantity, what: &str) -> Formula {
         let what = format!("`set.{}` of {what}", name.text);
         let unit = self.declared_state_units.get(id.0).cloned().flatten();
-        let (formula, found, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Instant(None));
+        let ReadFormula { formula, unit: found, known } =
+            self.formula_and_known(value, &what, &ANYTHING, Context::Instant(None));
         self.must_agree(&what, unit.as_ref(), found.as_ref().filter(|_| known != KnownUnit::Number), value.span);
         formula * Formula::Number(bare_factor(unit.as_ref(), value))
     }

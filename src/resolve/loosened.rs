@@ -137,7 +137,7 @@ impl Loosening {
 
     /// A zero that is no coordinate says that something is not there: it stays.
     fn number(&mut self, node: &mut DocumentNode, wanted: Wanted, name: String, even_zero: bool) {
-        let Some((value, number, bare)) = plain(node) else { return self.formula(node, wanted, name) };
+        let Some(PlainValue { value, number, bare }) = plain(node) else { return self.formula(node, wanted, name) };
         if number == 0.0 && !even_zero {
             return;
         }
@@ -168,7 +168,7 @@ impl Loosening {
         };
         // A sum binds least of all.
         let law = match plain(node) {
-            Some((value @ Value::Text(_), _, bare)) => {
+            Some(PlainValue { value: value @ Value::Text(_), bare, .. }) => {
                 self.parameter(Quantity { value, span: node.span }, wanted, bare)
             }
             _ => law,
@@ -198,13 +198,24 @@ impl Loosening {
     }
 }
 
-/// A number, with a unit or bare: what is written, its value, and whether it is bare.
-fn plain(node: &DocumentNode) -> Option<(Value, f64, bool)> {
+/// A number with a unit or without.
+struct PlainValue {
+    /// As it is written.
+    value: Value,
+    number: f64,
+    /// Has it no unit?
+    bare: bool,
+}
+
+fn plain(node: &DocumentNode) -> Option<PlainValue> {
+    let bare = |number| PlainValue { value: Value::Number(number), number, bare: true };
     match &node.kind {
-        Content::Number(number) => Some((Value::Number(*number), *number, true)),
+        Content::Number(number) => Some(bare(*number)),
         Content::Text(text) => match read(&Text::new(text.as_str(), node.span)).ok()? {
-            QuantityReading::Number(number) => Some((Value::Number(number), number, true)),
-            QuantityReading::Measure(number, _) => Some((Value::Text(text.clone()), number, false)),
+            QuantityReading::Number(number) => Some(bare(number)),
+            QuantityReading::Measure(number, _) => {
+                Some(PlainValue { value: Value::Text(text.clone()), number, bare: false })
+            }
             QuantityReading::Expression => None,
         },
         Content::Table(_) | Content::Array(_) | Content::Boolean(_) | Content::Date | Content::Null => None,

@@ -44,8 +44,8 @@ use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
 use crate::diagnostic::suggest;
 use crate::model::{
-    Bound, Dimension, DiscreteId, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, StateId, Unit, Units,
-    Variable,
+    Bound, Dimension, DiscreteId, Exponents, Formula, InputId, Mechanism, Output, Owner, Place, RateChange, StateId,
+    Unit, Units, Variable,
 };
 use crate::scene::Requested;
 use crate::scene::model::Within;
@@ -194,7 +194,7 @@ struct Resolver<'s> {
     /// The units that sampled values are given.
     declared_units: HashMap<DiscreteId, Unit>,
     /// The rates that each event sets, with their values.
-    set_rates: Vec<Vec<(Variable, Formula, Span)>>,
+    set_rates: Vec<Vec<RateChange>>,
     /// Next values of sampled values.
     nexts: instants::Nexts,
     /// What the names of the signals stand for; none if one is at fault.

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::Resolver;
 use super::context::Context;
+use super::formulas::ReadFormula;
 use super::names::{Named, check_identifier};
 use super::signals::ResolvedSignal;
 use crate::diagnostic::fault::Fault;
@@ -115,7 +116,8 @@ impl Resolver<'_> {
     fn expression_output(&mut self, output: &model::Signal) -> Output {
         let model::Signal { name, value, unit, description, .. } = output;
         let what = format!("output `{}`", name.text);
-        let (formula, formula_unit, known) = self.formula_and_known(value, &what, &ANYTHING, Context::Output);
+        let ReadFormula { formula, unit: formula_unit, known } =
+            self.formula_and_known(value, &what, &ANYTHING, Context::Output);
         let declared = self.unit(unit.as_ref());
         if let (Some(declared), Some(formula_unit)) = (&declared, &formula_unit)
             && !declared.exponents.is_compatible(formula_unit.exponents)

@@ -257,8 +257,9 @@ impl<'s> Resolver<'s> {
         if let Form::Ends = key.form {
             let ends = self.course_ends((key, node), (&reading.fields, &reading.user));
             reading.complete &= ends.is_some();
-            if let Some((names, places, drums)) = ends {
-                (reading.ends, reading.course.drums) = (Some((names, places)), drums);
+            if let Some([first, second]) = ends {
+                reading.ends = Some(([first.name, second.name], [first.at, second.at]));
+                reading.course.drums = [first.drum, second.drum];
             }
             return;
         }

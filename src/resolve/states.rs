@@ -2,6 +2,7 @@
 
 use super::Resolver;
 use super::context::Context;
+use super::formulas::ReadFormula;
 use super::parameters::{bare_factor, hertz};
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
@@ -93,7 +94,8 @@ impl Resolver<'_> {
 
     fn rate(&mut self, state: &model::State, unit: &Unit) -> Formula {
         let what = format!("`rate` of state `{}`", state.name.text);
-        let (formula, rate_unit, known) = self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
+        let ReadFormula { formula, unit: rate_unit, known } =
+            self.formula_and_known(&state.rate, &what, &ANYTHING, Context::Rate);
         let wanted = unit.per_second();
         let differs = |actual: &Unit| known != KnownUnit::Number && !actual.exponents.is_compatible(wanted.exponents);
         if let Some(rate_unit) = rate_unit.filter(|actual| !unit.si.is_empty() && differs(actual)) {

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::context::Context;
+use super::formulas::ReadFormula;
 use super::names::Named;
 use super::parameters::bare_factor;
 use super::signals::ResolvedSignal;
@@ -200,7 +201,7 @@ impl<'s> Resolver<'s> {
         let (Some(node), Form::Constant(wanted, range)) = (node, key.form) else { return Some(()) };
         let quantity = self.faults.quantity(node, &reading.fields.name_of(key.name))?;
         let what = format!("`{}` of {}", key.name, reading.what);
-        let (formula, _, known) = self.formula_and_known(&quantity, &what, &wanted, Context::Constant);
+        let ReadFormula { formula, known, .. } = self.formula_and_known(&quantity, &what, &wanted, Context::Constant);
         // A bare value is in the unit of the signal; a gain, and what is no value of the signal, is in SI.
         let in_unit = reading.transfer.terms.contains(&(key.name, Like::Given)) || key.name == NOMINAL.name;
         let factor = bare_factor(reading.declared.as_ref().filter(|_| in_unit), &quantity);
@@ -221,7 +222,7 @@ impl<'s> Resolver<'s> {
         let quantity = self.faults.quantity(node, &reading.fields.name_of(key.name))?;
         let what = format!("`{}` of {}", key.name, reading.what);
         let context = if reading.is_sampled() { Context::Instant(None) } else { Context::Rate };
-        let (formula, _, known) = self.formula_and_known(&quantity, &what, &ANYTHING, context);
+        let ReadFormula { formula, known, .. } = self.formula_and_known(&quantity, &what, &ANYTHING, context);
         (!constant::number(&formula).is_some_and(f64::is_nan)).then_some((formula, known))
     }
 

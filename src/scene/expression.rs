@@ -164,8 +164,8 @@ fn rewritten(text: &str, mut replace: impl FnMut(Token, Token) -> Option<String>
     let Ok(tokens) = tokens(&whole) else { return text.to_owned() };
     let (mut result, mut done) = (String::new(), 0);
     for pair in tokens.windows(2) {
-        let [(token, start, end), (next, ..)] = *pair else { continue };
-        if let Some(other) = replace(token, next) {
+        let [PlacedToken { token, start, end }, next] = *pair else { continue };
+        if let Some(other) = replace(token, next.token) {
             result += &text[done..start];
             result += &other;
             done = end;
@@ -190,15 +190,23 @@ enum Token<'t> {
     End,
 }
 
-/// Tokens with their places; the last is always `End`.
-fn tokens(text: &Text) -> Result<Vec<(Token<'_>, usize, usize)>, Fault> {
+/// A token and where it stands.
+#[derive(Clone, Copy)]
+struct PlacedToken<'t> {
+    token: Token<'t>,
+    start: usize,
+    end: usize,
+}
+
+/// The last is always `End`.
+fn tokens(text: &Text) -> Result<Vec<PlacedToken<'_>>, Fault> {
     let source = text.text.as_str();
     let mut tokens = Vec::new();
     let mut at = 0;
     loop {
         at += source[at..].len() - source[at..].trim_start().len();
         let (token, length) = token(&source[at..]).ok_or_else(|| unexpected(text, at))?;
-        tokens.push((token, at, at + length));
+        tokens.push(PlacedToken { token, start: at, end: at + length });
         if token == Token::End {
             return Ok(tokens);
         }
@@ -265,7 +273,7 @@ fn unexpected(text: &Text, at: usize) -> Fault {
 
 struct Parser<'t> {
     text: &'t Text,
-    tokens: Vec<(Token<'t>, usize, usize)>,
+    tokens: Vec<PlacedToken<'t>>,
     at: usize,
     nesting: usize,
 }
@@ -342,7 +350,7 @@ impl<'t> Parser<'t> {
                 Ok(inner)
             }
             Token::Operator(Binary::Multiply) if self.follows(Token::Operator(Binary::Multiply)) => {
-                let span = self.text.part(self.tokens[self.at - 1].1, end);
+                let span = self.text.part(self.tokens[self.at - 1].start, end);
                 let fault =
                     Fault::new("scene::bad_expression", "`**` is not an operator", span).label("not understood");
                 Err(fault.help("write a power with `^`: `x^2`"))
@@ -496,24 +504,24 @@ impl<'t> Parser<'t> {
     }
 
     fn peek(&self) -> Token<'t> {
-        self.tokens[self.at].0
+        self.tokens[self.at].token
     }
 
     fn place(&self) -> (usize, usize) {
-        (self.tokens[self.at].1, self.tokens[self.at].2)
+        (self.tokens[self.at].start, self.tokens[self.at].end)
     }
 
     fn follows_number(&self) -> bool {
-        self.at > 0 && matches!(self.tokens[self.at - 1].0, Token::Number(_))
+        self.at > 0 && matches!(self.tokens[self.at - 1].token, Token::Number(_))
     }
 
     fn follows_factor(&self) -> bool {
-        let before = self.at.checked_sub(1).map(|before| self.tokens[before].0);
+        let before = self.at.checked_sub(1).map(|before| self.tokens[before].token);
         matches!(before, Some(Token::Number(_) | Token::Name(_) | Token::Close | Token::Unit(_)))
     }
 
     fn follows(&self, token: Token<'_>) -> bool {
-        self.at > 0 && self.tokens[self.at - 1].0 == token && self.tokens[self.at - 1].2 == self.place().0
+        self.at > 0 && self.tokens[self.at - 1].token == token && self.tokens[self.at - 1].end == self.place().0
     }
 
     fn fault(&self, message: &str) -> Fault {
@@ -524,7 +532,7 @@ impl<'t> Parser<'t> {
     fn expected(&self, what: &str) -> Fault {
         let (start, end) = self.place();
         if let (Token::Name(unit), true) = (self.peek(), self.follows_number()) {
-            let (number, until) = (self.tokens[self.at - 1].1, self.tokens[self.at - 1].2);
+            let (number, until) = (self.tokens[self.at - 1].start, self.tokens[self.at - 1].end);
             if !unit::is_meant(unit) {
                 return without_product(self.text, start, end);
             }

@@ -294,7 +294,7 @@ fn quoted(line: &str) -> Step {
         return None;
     }
     let (mut text, mut first, mut done) = (String::new(), None, 0);
-    for (start, end, in_list) in values(code) {
+    for WrittenValue { start, end, in_list } in values(code) {
         let value = &code[start..end];
         if DeTable::parse(&format!("x = {value}")).is_ok() {
             continue;
@@ -309,14 +309,22 @@ fn quoted(line: &str) -> Step {
     Some((what.into(), place, text + &code[done..] + comment))
 }
 
-/// The values in a line: from where to where, and whether in a list or a table.
-fn values(code: &str) -> Vec<(usize, usize, bool)> {
+/// Where a value stands in a line.
+struct WrittenValue {
+    start: usize,
+    end: usize,
+    /// In a list or a table?
+    in_list: bool,
+}
+
+/// The values in a line.
+fn values(code: &str) -> Vec<WrittenValue> {
     let (mut found, mut start, mut depth, mut within) = (Vec::new(), 0, 0_usize, 0_usize);
     let mut push = |start: usize, end: usize, depth: usize| {
         let value = code[start..end].trim();
         let from = start + (code[start..end].len() - code[start..end].trim_start().len());
         if !value.is_empty() {
-            found.push((from, from + value.len(), depth > 0));
+            found.push(WrittenValue { start: from, end: from + value.len(), in_list: depth > 0 });
         }
     };
     for (at, c) in outside(code) {

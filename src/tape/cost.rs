@@ -28,11 +28,11 @@ impl Cost {
         let mut cost = Cost::default();
         let mut ready: HashMap<u32, usize> = HashMap::new();
         for instruction in tape.instructions() {
-            let (operations, pairs, latency) = weigh(instruction.operation);
-            cost.operations += operations;
-            cost.pairs += pairs;
+            let alone = weigh(instruction.operation);
+            cost.operations += alone.operations;
+            cost.pairs += alone.pairs;
             let start = instruction.operands().filter_map(|register| ready.get(&register).copied()).max();
-            let end = start.unwrap_or(0) + latency;
+            let end = start.unwrap_or(0) + alone.cycles;
             cost.cycles = cost.cycles.max(end);
             ready.extend(instruction.targets().map(|register| (register, end)));
         }
@@ -45,9 +45,11 @@ impl Cost {
     }
 }
 
-fn weigh(operation: Operation) -> (usize, usize, usize) {
+/// What an operation costs alone.
+fn weigh(operation: Operation) -> Cost {
+    let simple = |cycles| Cost { operations: 1, pairs: 0, cycles };
     match operation {
-        Operation::Copy | Operation::Negate | Operation::Absolute | Operation::Sign | Operation::Select => (1, 0, 1),
+        Operation::Copy | Operation::Negate | Operation::Absolute | Operation::Sign | Operation::Select => simple(1),
         Operation::Add
         | Operation::Subtract
         | Operation::Multiply
@@ -55,10 +57,10 @@ fn weigh(operation: Operation) -> (usize, usize, usize) {
         | Operation::Maximum
         | Operation::Less
         | Operation::LessEqual
-        | Operation::Floor => (1, 0, 3),
-        Operation::MultiplyAdd | Operation::MultiplySubtract | Operation::SubtractProduct => (1, 0, 6),
-        Operation::Divide => (1, 0, 13),
-        Operation::SquareRoot => (1, 0, 20),
+        | Operation::Floor => simple(3),
+        Operation::MultiplyAdd | Operation::MultiplySubtract | Operation::SubtractProduct => simple(6),
+        Operation::Divide => simple(13),
+        Operation::SquareRoot => simple(20),
         Operation::SinCos
         | Operation::Tangent
         | Operation::ArcSine
@@ -68,7 +70,7 @@ fn weigh(operation: Operation) -> (usize, usize, usize) {
         | Operation::Exponential
         | Operation::Logarithm
         | Operation::HyperbolicTangent
-        | Operation::Power => (0, 1, 45),
+        | Operation::Power => Cost { operations: 0, pairs: 1, cycles: 45 },
     }
 }
 

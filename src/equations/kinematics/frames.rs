@@ -7,7 +7,7 @@ use super::{FirstCoordinate, ScalarMotion};
 use crate::equations::form::LinearForm;
 use crate::equations::vector::{Frame, FrameId, Frames};
 use crate::expr::{Arena, Expr, ExprNode};
-use crate::network::{Rotation, System, Topology};
+use crate::network::{OutwardNode, Rotation, System, Topology};
 
 pub(super) fn angles(
     system: &mut System,
@@ -15,7 +15,7 @@ pub(super) fn angles(
     coordinates: &FirstCoordinate,
 ) -> Vec<ScalarMotion> {
     let mut angles = vec![ScalarMotion::default(); system.rotation.nodes()];
-    for (node, parent, branch, sign) in rotation.outward() {
+    for OutwardNode { node, parent, branch, sign } in rotation.outward() {
         let across = angle_of(&mut system.arena, &system.elements[branch.0], coordinates.get(&branch).copied());
         let mut angle = angles[parent.index()].clone();
         let sign = system.arena.constant(f64::from(sign));

@@ -14,7 +14,7 @@ use super::form::Coefficient;
 use super::vector::{FrameId, Frames, Vector};
 use crate::expr::{Arena, Expr};
 use crate::model::Place;
-use crate::network::{ElementId, RNode, Rotation, System, TNode, Topology, Translation};
+use crate::network::{ElementId, OutwardNode, RNode, Rotation, System, TNode, Topology, Translation};
 
 pub use frames::is_constant;
 pub use motion::{PointMotion, ScalarMotion};
@@ -53,7 +53,7 @@ impl Kinematics {
         let steps = vec![None; system.translation.nodes()];
         let totals = vec![Totals::default(); steps.len()];
         let mut kinematics = Kinematics { frames, angles, placement, steps, totals };
-        for (node, parent, branch, sign) in translation.outward() {
+        for OutwardNode { node, parent, branch, sign } in translation.outward() {
             let Some(row) = system.elements[branch.0].translation.clone() else { continue };
             let unsigned = kinematics.across_branch(system, &row, t_coordinates.get(&branch).copied());
             let sign = system.arena.constant(f64::from(sign));

@@ -4,7 +4,9 @@
 use crate::diagnostic::{Fault, Span};
 use crate::equations::Equations;
 use crate::model::{BodyId, Method};
-use crate::network::{Angle, Direction, ElementId, Known, System, TNode, Topology, TranslationalRow, Trees};
+use crate::network::{
+    Angle, Direction, ElementId, Known, OutwardNode, System, TNode, Topology, TranslationalRow, Trees,
+};
 
 const COORDINATES: usize = 20_000;
 /// Most coordinates of a scene that asks for the implicit method, whose matrices are full.
@@ -99,7 +101,7 @@ struct Angles {
 impl Angles {
     fn new(system: &System, trees: &Trees) -> Self {
         let mut count = vec![0; system.rotation.nodes()];
-        for (node, parent, branch, _) in Topology::new(&system.rotation, &trees.rotation).outward() {
+        for OutwardNode { node, parent, branch, .. } in Topology::new(&system.rotation, &trees.rotation).outward() {
             count[node.index()] = count[parent.index()] + usize::from(is_free_angle(system, branch));
         }
         Angles { count }
@@ -133,7 +135,7 @@ impl Angles {
 fn loops(system: &System, trees: &Trees, angles: &Angles) -> Result<(), Fault> {
     let nodes = system.translation.nodes();
     let (mut before, mut depth, mut free) = (vec![0; nodes], vec![0_usize; nodes], vec![0_usize; nodes]);
-    for (node, parent, branch, _) in Topology::new(&system.translation, &trees.translation).outward() {
+    for OutwardNode { node, parent, branch, .. } in Topology::new(&system.translation, &trees.translation).outward() {
         before[node.index()] = parent.index();
         depth[node.index()] = depth[parent.index()] + 1;
         let turning = system.element(branch).translation.as_ref().map_or(0, |row| angles.of(system, frame(row)));

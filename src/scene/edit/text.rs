@@ -112,7 +112,7 @@ impl SceneText {
         let layout = self.layout()?;
         let Some(entry) = layout.entry(path) else { return self.set(path, &format!("[{item}]")) };
         let Some(items) = &entry.items else { return Err(EditError::no_table(path, "a list")) };
-        let (at, head, tail) = inside(&self.text, entry.value, items.last().copied());
+        let Insertion { at, head, tail } = inside(&self.text, entry.value, items.last().copied());
         let item = self.value(item)?;
         let (head, tail) = if items.is_empty() { (String::new(), String::new()) } else { (head, tail) };
         self.text.insert_str(at, &format!("{head}{item}{tail}"));
@@ -202,7 +202,7 @@ impl SceneText {
     /// Behind the last entry within the braces, in tables of its own for the `rest` of the path.
     fn in_braces(&self, layout: &Layout, home: usize, rest: &[String]) -> Gap {
         let last = layout.of(home).next_back().map(|entry| entry.span);
-        let (at, head, tail) = inside(&self.text, layout.homes[home].span, last);
+        let Insertion { at, head, tail } = inside(&self.text, layout.homes[home].span, last);
         let gap = Gap { at, head, separator: ", ".to_owned(), tail, json: self.json, ..Gap::default() };
         gap.wrapped(rest)
     }
@@ -376,18 +376,26 @@ pub(super) fn at<'n>(node: &'n DocumentNode, path: &[String]) -> Option<&'n Docu
     })
 }
 
-/// Where one more entry goes within brackets or braces, what comes before it and what behind.
-fn inside(text: &str, whole: Span, last: Option<Span>) -> (usize, String, String) {
+/// Where one more entry goes, what comes before it and what behind.
+struct Insertion {
+    at: usize,
+    head: String,
+    tail: String,
+}
+
+/// One more entry within brackets or braces.
+fn inside(text: &str, whole: Span, last: Option<Span>) -> Insertion {
     let Some(last) = last else {
         let is_tight = !text[whole.start + 1..].starts_with(char::is_whitespace);
-        return (whole.start + 1, " ".to_owned(), if is_tight { " " } else { "" }.to_owned());
+        let tail = if is_tight { " " } else { "" }.to_owned();
+        return Insertion { at: whole.start + 1, head: " ".to_owned(), tail };
     };
     let line = text[..last.start].rfind('\n').map_or(0, |at| at + 1);
     let own_line = line > whole.start && text[line..last.start].trim().is_empty();
     let gap = if own_line { format!("\n{}", &text[line..last.start]) } else { " ".to_owned() };
     match comma(text, last.end) {
-        Some(comma) if comma < whole.end => (comma + 1, gap, String::new()),
-        _ => (last.end, format!(",{gap}"), String::new()),
+        Some(comma) if comma < whole.end => Insertion { at: comma + 1, head: gap, tail: String::new() },
+        _ => Insertion { at: last.end, head: format!(",{gap}"), tail: String::new() },
     }
 }
 

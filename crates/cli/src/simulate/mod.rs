@@ -109,6 +109,15 @@ pub struct SimulateCommand {
 /// How a run ends, or why it fails.
 type Ended = Result<Finish, Failure>;
 
+/// A run whose table is written.
+struct WrittenRun {
+    rows: u64,
+    /// Why it ends before its time or is not as accurate as it should be.
+    ended: Ended,
+    /// Which values it lacks.
+    gaps: Gaps,
+}
+
 impl SimulateCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let read = [Some(self.scene.as_path()), self.input.as_deref(), self.overlay.as_deref()];
@@ -133,7 +142,7 @@ impl SimulateCommand {
         let mut record = Record::new(&compiled, &reported, &shown);
         let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
-        let (rows, ended, gaps) = self.table(&run, Arc::new(model), &mut record, &shown)?;
+        let WrittenRun { rows, ended, gaps } = self.table(&run, Arc::new(model), &mut record, &shown)?;
         output::warn_gaps(&scene, &gaps, &record.names(), format);
         if let Ok(finish) = &ended {
             output::tell_end(&compiled, finish, format);
@@ -161,14 +170,14 @@ impl SimulateCommand {
         compiled.map_err(|faults| output::unknown(faults, "the command line"))
     }
 
-    /// Runs, and writes the table as it comes; how many rows it has, why it ends before its time or is not as accurate as it should be, and which values it lacks.
+    /// Runs, and writes the table as it comes.
     fn table(
         &self,
         run: &Run,
         model: Arc<Model>,
         record: &mut Record,
         shown: &ShownUnits,
-    ) -> Result<(u64, Ended, Gaps), Failure> {
+    ) -> Result<WrittenRun, Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
         let mut writer = is_wanted.then(|| output::begin(self.file(), record.table(shown))).transpose()?;
         let is_kept = self.plot.is_some() || self.summary || self.overlay.is_some();
@@ -208,7 +217,7 @@ impl SimulateCommand {
             ended => Ok(ended?),
         };
         writer.map_or(Ok(()), |writer| output::finish(writer, self.file()))?;
-        Ok((rows, ended, gaps))
+        Ok(WrittenRun { rows, ended, gaps })
     }
 
     /// Draws the plot, and says how far it is from what was measured.

@@ -51,7 +51,7 @@ pub(super) fn find(
     let chosen = subject.model.program().engine;
     let named = methods.iter().filter(|(_, engine)| engine.is_some());
     let mut converged: Vec<Converged> = named.filter_map(|method| finest(subject, method, &times).ok()).collect();
-    let Some((mut first, mut second, distance)) = closest(&converged) else {
+    let Some(ClosestPair { mut first, mut second, distance }) = closest(&converged) else {
         // The model by itself, which may use several methods, or the only one there is.
         let finest_run = finest(subject, &methods[0], &times)?;
         let Converged { method, tolerance, error, .. } = finest_run;
@@ -93,9 +93,18 @@ fn first<T>(tolerances: &[f64], found: impl Fn(f64) -> Result<T, BenchError>) ->
     Err(BenchError::Other(format!("there is no reference to compare with: {problem}")))
 }
 
-/// The two whose results are closest, and their distance.
-fn closest(converged: &[Converged]) -> Option<(usize, usize, f64)> {
+/// The two whose results are closest.
+struct ClosestPair {
+    first: usize,
+    second: usize,
+    distance: f64,
+}
+
+fn closest(converged: &[Converged]) -> Option<ClosestPair> {
     let pairs = (0..converged.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    let apart = |(a, b): (usize, usize)| (a, b, converged[a].found.trajectory.distance(&converged[b].found.trajectory));
-    pairs.map(apart).min_by(|a, b| a.2.total_cmp(&b.2))
+    let apart = |(first, second): (usize, usize)| {
+        let distance = converged[first].found.trajectory.distance(&converged[second].found.trajectory);
+        ClosestPair { first, second, distance }
+    };
+    pairs.map(apart).min_by(|one, other| one.distance.total_cmp(&other.distance))
 }

@@ -282,7 +282,7 @@ pub fn lacking(moved: &Moved, drive: &DrivenJoint) -> Result<Vec<String>, Faults
     let lacking =
         formulate::lacking(&driven.mechanism, &outputs).map_err(|list| Faults::new(moved.source.clone(), list))?;
     // Of each effort one body is named; a mass that is missing is missing for some.
-    let needed: BTreeSet<usize> = lacking.into_iter().map(|(_, body, _)| body).collect();
+    let needed: BTreeSet<usize> = lacking.into_iter().map(|lacking| lacking.body).collect();
     let lacks = |(index, body): &(usize, &Body)| needed.contains(index) || !needed.is_empty() && body.mass.is_none();
     Ok(driven.mechanism.bodies.iter().enumerate().filter(lacks).map(|(_, body)| body.name.to_string()).collect())
 }

@@ -208,8 +208,17 @@ pub fn code(equations: &mut Equations, solved: &[Expr], redundant: &[usize], lan
     text
 }
 
-fn column<'a>(output: CodeBlock, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<(CodeBlock, [usize; 2], Expr)> {
-    exprs.into_iter().enumerate().map(|(row, &expr)| (output, [row, 0], expr)).collect()
+/// An element of an output.
+#[derive(Clone, Copy)]
+struct CodeEntry {
+    output: CodeBlock,
+    /// Row and column.
+    place: [usize; 2],
+    expr: Expr,
+}
+
+fn column<'a>(output: CodeBlock, exprs: impl IntoIterator<Item = &'a Expr>) -> Vec<CodeEntry> {
+    exprs.into_iter().enumerate().map(|(row, &expr)| CodeEntry { output, place: [row, 0], expr }).collect()
 }
 
 fn list(entries: &[Entry]) -> String {
@@ -228,7 +237,7 @@ struct CodeWriter<'a> {
 }
 
 impl CodeWriter<'_> {
-    fn equations(&self, matrices: &[(CodeBlock, [usize; 2], Expr)], masses: bool) -> String {
+    fn equations(&self, matrices: &[CodeEntry], masses: bool) -> String {
         let without = if masses { "" } else { "\nThe scene gives no masses: M and Q are zero." };
         let about = format!(
             "Equations of motion: M a + Phi_q^T lambda = Q, Phi = 0, Phi_q v = -Phi_t, Phi_q a = gamma.{without}"
@@ -265,31 +274,24 @@ impl CodeWriter<'_> {
         self.function("efforts", about, &[CodeBlock::Effort], &results)
     }
 
-    fn function(
-        &self,
-        suffix: &str,
-        about: String,
-        outputs: &'static [CodeBlock],
-        results: &[(CodeBlock, [usize; 2], Expr)],
-    ) -> String {
+    fn function(&self, suffix: &str, about: String, outputs: &'static [CodeBlock], results: &[CodeEntry]) -> String {
         let name = format!("{}_{suffix}", self.name);
         let function = CodeFunction { name, about, knows_motion: outputs == [CodeBlock::Effort], outputs };
-        let roots: Vec<Expr> = results.iter().map(|(.., expr)| *expr).collect();
+        let roots: Vec<Expr> = results.iter().map(|entry| entry.expr).collect();
         let (arena, expansions) = self.arena.runnable(&roots);
-        let places = results.iter().map(|(output, place, _)| (*output, *place));
-        let results: Vec<_> =
-            places.zip(expansions.of(&roots)).map(|((output, place), expr)| (output, place, expr)).collect();
+        let expanded = results.iter().zip(expansions.of(&roots));
+        let results: Vec<CodeEntry> = expanded.map(|(entry, expr)| CodeEntry { expr, ..*entry }).collect();
         self.language.function(&function, self.sizes, &steps(&arena, (self.loops, self.scene_parameters), &results))
     }
 }
 
-fn matrices(equations: &mut Equations) -> Vec<(CodeBlock, [usize; 2], Expr)> {
+fn matrices(equations: &mut Equations) -> Vec<CodeEntry> {
     let n = equations.coordinates.len();
     let mut results = Vec::new();
     let mut dense = |output: CodeBlock, row: usize, entries: &[(usize, Expr)]| {
         for column in 0..n {
             let entry = entries.iter().find(|(at, _)| *at == column).map_or(Expr::ZERO, |(_, entry)| *entry);
-            results.push((output, [row, column], entry));
+            results.push(CodeEntry { output, place: [row, column], expr: entry });
         }
     };
     let dynamic = has_masses(equations);
@@ -304,19 +306,16 @@ fn matrices(equations: &mut Equations) -> Vec<(CodeBlock, [usize; 2], Expr)> {
     results.extend(column(CodeBlock::Load, if dynamic { &equations.dynamics().load } else { &none }));
     let gaps = equations.gaps();
     for (row, (index, constraint)) in equations.loops().enumerate() {
-        results.push((CodeBlock::Constraint, [row, 0], gaps[index]));
-        results.push((CodeBlock::TimeRate, [row, 0], constraint.time_rate));
-        results.push((CodeBlock::Gamma, [row, 0], constraint.gamma));
+        let mut push = |output, expr| results.push(CodeEntry { output, place: [row, 0], expr });
+        push(CodeBlock::Constraint, gaps[index]);
+        push(CodeBlock::TimeRate, constraint.time_rate);
+        push(CodeBlock::Gamma, constraint.gamma);
     }
     results
 }
 
-fn steps(
-    arena: &Arena,
-    (loops, parameters): (&[usize], usize),
-    results: &[(CodeBlock, [usize; 2], Expr)],
-) -> Vec<Statement> {
-    let order = arena.reachable(results.iter().map(|(.., expr)| *expr));
+fn steps(arena: &Arena, (loops, parameters): (&[usize], usize), results: &[CodeEntry]) -> Vec<Statement> {
+    let order = arena.reachable(results.iter().map(|entry| entry.expr));
     let mut steps = Vec::with_capacity(order.len() + results.len());
     let mut done = std::collections::HashSet::new();
     let of = |expr: Expr| match arena.node(expr) {
@@ -348,7 +347,7 @@ fn steps(
             ExprNode::Select(a, b, c) => steps.push(Statement::Select(number, of(a), of(b), of(c))),
         }
     }
-    steps.extend(results.iter().map(|&(output, place, expr)| Statement::Store(output, place, of(expr))));
+    steps.extend(results.iter().map(|entry| Statement::Store(entry.output, entry.place, of(entry.expr))));
     steps
 }
 
