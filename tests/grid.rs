@@ -22,7 +22,7 @@ use cotree_study::analysis::{LinearisedAt, Study, StudyError};
 use cotree_study::fit::{FitRequest, Vary, fit};
 use cotree_study::motion::{MotionRequest, study};
 use cotree_text::Prose;
-use cotree_text::source::{FixedStep, Method, Real, c_file};
+use cotree_text::source::{FixedStep, Real, SourceMethod, c_file};
 use cotree_text::written::{EquationFormat, equations, steps};
 
 /// On what a feature acts.
@@ -422,9 +422,9 @@ fn commands(text: &str, names: &Names) -> Vec<(&'static str, Result<Answer, Stri
         let text = c_file(&compiled.program, &mechanism, &compiled.description, &scene.source, step);
         text.map(|_| ()).map_err(|faults| codes(&faults))
     };
-    done.push(("sources", called(|| sourced(Method::RungeKutta, Real::Double))));
-    done.push(("sources by series", called(|| sourced(Method::Taylor, Real::Double))));
-    done.push(("sources in single precision", called(|| sourced(Method::RungeKutta, Real::Float))));
+    done.push(("sources", called(|| sourced(SourceMethod::RungeKutta, Real::Double))));
+    done.push(("sources by series", called(|| sourced(SourceMethod::Taylor, Real::Double))));
+    done.push(("sources in single precision", called(|| sourced(SourceMethod::RungeKutta, Real::Float))));
     let study_of = |run: &dyn Fn(&mut Study) -> Answer| match opened() {
         Ok(mut study) => run(&mut study),
         Err(faults) => Err(codes(&faults)),

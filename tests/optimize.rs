@@ -11,7 +11,7 @@ use cotree::report::csv::CsvTable;
 use cotree::scene::Requested;
 use cotree_study::analysis::Study;
 use cotree_study::fit::Vary;
-use cotree_study::optimize::{Aim, Best, Ended, OptimizeError, OptimizeRequest, Progress, optimize};
+use cotree_study::optimize::{Aim, Best, Ended, OptimizeError, OptimizeRequest, SearchProgress, optimize};
 
 /// A mass on a bar that turns slowly from 10 to 110 degrees off the vertical, and a spring with a free length that balances it.
 const BALANCE: &str = r#"
@@ -124,7 +124,7 @@ fn least(goal: &str) -> Aim {
 fn watched(
     scene: &str,
     request: &OptimizeRequest,
-    watch: &(dyn Fn(Progress) -> bool + Sync),
+    watch: &(dyn Fn(SearchProgress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
     let scene = Scene::from_toml(scene).unwrap();
     let mut study = Study::asking(&scene, &Requested::these(request.variables())).unwrap();

@@ -10,15 +10,15 @@ use command::{code, cotree, stderr, stdout};
 use cotree::task::{Task, TaskKind};
 use cotree_study::synthesis::{Answer, synthesize};
 use cotree_synthesis::path::CouplerPath;
-use cotree_synthesis::{Dyad, Linkage, Point, Pose, Random};
+use cotree_synthesis::{Dyad, Linkage, Point, Pose, RandomNumbers};
 use serde_json::Value;
 
-fn point(random: &mut Random) -> Point {
+fn point(random: &mut RandomNumbers) -> Point {
     Point::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0))
 }
 
 /// Poses of a random four-bar at inputs in order, and its lengths.
-fn made(random: &mut Random, count: usize) -> (Linkage, Vec<Pose>) {
+fn made(random: &mut RandomNumbers, count: usize) -> (Linkage, Vec<Pose>) {
     loop {
         let mut bar = || Dyad::Bar { moving: point(random), ground: point(random), length: random.between(0.2, 1.2) };
         let linkage = Linkage { first: bar(), second: bar() };
@@ -44,7 +44,7 @@ fn answered(text: &str) -> Answer {
 
 #[test]
 fn five_poses_have_the_known_four_bar_among_them_and_no_good_one_has_a_defect() {
-    let mut random = Random::new(40);
+    let mut random = RandomNumbers::new(40);
     let mut good = 0;
     for number in 0..60 {
         let (linkage, poses) = made(&mut random, 5);
@@ -204,7 +204,7 @@ fn what_cannot_be_answered_is_said() {
 
 #[test]
 fn the_limit_that_removed_the_last_one_is_named() {
-    let mut random = Random::new(41);
+    let mut random = RandomNumbers::new(41);
     let (_, poses) = made(&mut random, 5);
     let answer = answered(&task(&poses, "[limits]\nlength = [\"10 m\", \"20 m\"]\n"));
     assert_eq!(answer.good().count(), 0);

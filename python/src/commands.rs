@@ -16,7 +16,7 @@ use cotree::model::{Unit, Units, identifier};
 use cotree::report::csv::CsvTable;
 use cotree::report::data::Report;
 use cotree::report::inspect::Contents;
-use cotree::report::statistics::{Statistics, VariableFigures};
+use cotree::report::statistics::{RunStatistics, VariableFigures};
 use cotree::scene::Requested;
 use cotree::task::Task;
 use cotree_draw::graph::GraphDrawing;
@@ -30,7 +30,7 @@ use cotree_study::analysis::{Study, state_at};
 use cotree_study::compare;
 use cotree_study::fit::Vary;
 use cotree_study::motion::{self, MotionError, MotionRequest};
-use cotree_study::optimize::{self, Aim, Goal, Limit, OptimizeError};
+use cotree_study::optimize::{self, Aim, Goal, MeasureLimit, OptimizeError};
 use cotree_study::sweep::{Design, DesignFactor, Sampling};
 use cotree_study::synthesis;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -188,7 +188,7 @@ pub fn imported(py: Python<'_>, name: &str, text: &str) -> PyResult<(String, Vec
 pub fn summary(times: Vec<f64>, columns: Vec<(String, String, Vec<f64>)>) -> PyResult<Told> {
     let figures = columns.iter().filter_map(|(name, unit, values)| VariableFigures::of(name, unit, &times, values));
     let span = [times.first(), times.last()].map(|time| time.copied().unwrap_or_default());
-    let found = Statistics { time_unit: "s".to_owned(), span, variables: figures.collect() };
+    let found = RunStatistics { time_unit: "s".to_owned(), span, variables: figures.collect() };
     let data = serde_json::to_string(&found).map_err(file_error)?;
     Ok(told(&found.report(), data, &Units::default(), None))
 }
@@ -387,7 +387,7 @@ pub fn optimized(
         .into_iter()
         .map(|(name, low, high)| Vary { name, bounds: [low, high].map(|bound| bound.map(|value| value.to_string())) });
     let limit =
-        |text: &String| text.parse::<Limit>().map_err(|message| wrong(format!("subject_to: {text}: {message}")));
+        |text: &String| text.parse::<MeasureLimit>().map_err(|message| wrong(format!("subject_to: {text}: {message}")));
     let request = optimize::OptimizeRequest {
         vary: vary.collect(),
         aim: aimed(aim)?,

@@ -9,7 +9,7 @@ use cotree_fmu::program::arm_form::{
 
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
-use super::{Arm, ArmEquations, ArmFactor, Arms, Load, LoopEquation, NoSeries};
+use super::{Arm, ArmEquations, ArmFactor, ArmLoad, ArmLoopEquation, Arms, NoSeries};
 use crate::equations::{Constraint, Equations, FrameId};
 use crate::expr::{Arena, Expr, ExprNode, Order, Property, Symbol, Unary, Values};
 
@@ -383,7 +383,7 @@ impl Lowering<'_> {
     }
 
     /// How the next loop equation changes with angles, where that is no constant.
-    fn slopes(&mut self, row: &LoopEquation) -> Result<(), NoSeries> {
+    fn slopes(&mut self, row: &ArmLoopEquation) -> Result<(), NoSeries> {
         for &(frame, slope, factor) in &row.slopes {
             let Some(unknown) = self.angle(frame) else { continue };
             let slope = self.builder.slot(self.arena, &mut self.coefficients, slope)?;
@@ -472,7 +472,7 @@ impl Lowering<'_> {
     }
 
     /// value x force works along the arms of the load: conj(z) force on each.
-    fn apply(&mut self, load: &Load, value: Option<Slot>, force: [Expr; 2]) {
+    fn apply(&mut self, load: &ArmLoad, value: Option<Slot>, force: [Expr; 2]) {
         for (arm, &z) in &load.across {
             let Some(&number) = self.numbers.get(arm) else { continue };
             let moves = match arm.frame == FrameId::WORLD {

@@ -1,7 +1,7 @@
 //! Applied forces and torques by arms: the displacements that they work along, and their values.
 
 use super::linear::conjugate_product;
-use super::{Arm, ArmEquations, ArmFactor, Arms, Equations, Load, MOST, NoSeries, Push};
+use super::{Arm, ArmEquations, ArmFactor, ArmLoad, ArmPush, Arms, Equations, MOST, NoSeries};
 use crate::equations::dynamics::resisting_force;
 use crate::equations::form::Coefficient;
 use crate::equations::inertias::mass;
@@ -28,16 +28,16 @@ impl Equations {
         let straight = self.kinematics.across(&mut self.system.arena, row.ends).position;
         let across = self.decompose(&straight)?;
         if let Some(value) = self.along_deep_line(id, &row, &straight) {
-            arms.loads.push(Load { across: across.clone(), value, along: across.clone() });
+            arms.loads.push(ArmLoad { across: across.clone(), value, along: across.clone() });
         } else {
             for (value, vector) in self.applied(id, &row) {
                 let along = self.decompose(&vector)?;
                 match self.slides(&across, &along) {
                     Some(slides) => {
-                        let push = |(index, factor)| Push { on: Err(index), value, factor };
+                        let push = |(index, factor)| ArmPush { on: Err(index), value, factor };
                         arms.pushes.extend(slides.into_iter().map(push));
                     }
-                    None => arms.loads.push(Load { across: across.clone(), value, along }),
+                    None => arms.loads.push(ArmLoad { across: across.clone(), value, along }),
                 }
             }
         }
@@ -78,7 +78,7 @@ impl Equations {
         let along = Arms::from([(Arm::of(FrameId::WORLD), gravity)]);
         for link in arms.links.iter().filter(|link| link.heavy.moment != [Expr::ZERO; 2]) {
             let across = Arms::from([(link.arm, link.heavy.moment)]);
-            arms.loads.push(Load { across, value: Expr::ONE, along: along.clone() });
+            arms.loads.push(ArmLoad { across, value: Expr::ONE, along: along.clone() });
         }
     }
 
@@ -128,7 +128,7 @@ impl Equations {
             let (frame, _) = self.kinematics.placement(node);
             if frame != FrameId::WORLD && !value.is_zero() {
                 let factor = self.system.arena.constant(sign);
-                arms.pushes.push(Push { on: Ok(frame), value, factor });
+                arms.pushes.push(ArmPush { on: Ok(frame), value, factor });
             }
         }
     }

@@ -73,7 +73,7 @@ pub struct Turning {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct LoopEquation {
+pub struct ArmLoopEquation {
     pub constraint: usize,
     pub arms: Arms,
     pub displacements: Vec<(usize, Expr)>,
@@ -90,14 +90,14 @@ pub struct LoopEquation {
 
 /// value x along, acting along a displacement.
 #[derive(Clone, Debug)]
-pub struct Load {
+pub struct ArmLoad {
     pub across: Arms,
     pub value: Expr,
     pub along: Arms,
 }
 
 #[derive(Clone, Debug)]
-pub struct Push {
+pub struct ArmPush {
     /// Works on the angle of a frame, or on a displacement.
     pub on: Result<FrameId, usize>,
     pub value: Expr,
@@ -106,7 +106,7 @@ pub struct Push {
 
 /// A gap that is constrained along a direction fixed in a turning frame: the displacement across is free.
 #[derive(Clone, Debug)]
-pub struct Auxiliary {
+pub struct ArmAuxiliary {
     pub displacement: usize,
     pub free: [Expr; 2],
     pub row: usize,
@@ -114,7 +114,7 @@ pub struct Auxiliary {
 
 /// A massless rod between two points: its angle follows from theirs.
 #[derive(Clone, Debug)]
-pub struct Rod {
+pub struct ArmRod {
     pub frame: FrameId,
     pub row: usize,
     pub length: Expr,
@@ -128,11 +128,11 @@ pub struct ArmEquations {
     pub links: Vec<ArmLink>,
     /// Arms that loads work along, at most.
     spanned: usize,
-    pub rows: Vec<LoopEquation>,
-    pub auxiliary: Vec<Auxiliary>,
-    pub rods: Vec<Rod>,
-    pub loads: Vec<Load>,
-    pub pushes: Vec<Push>,
+    pub rows: Vec<ArmLoopEquation>,
+    pub auxiliary: Vec<ArmAuxiliary>,
+    pub rods: Vec<ArmRod>,
+    pub loads: Vec<ArmLoad>,
+    pub pushes: Vec<ArmPush>,
     pub lines: Vec<(Expr, Expr, Arms)>,
 }
 

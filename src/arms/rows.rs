@@ -1,7 +1,7 @@
 //! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmEquations, ArmFactor, Arms, Auxiliary, Equations, LoopEquation, NoSeries, Rod};
+use super::{Arm, ArmAuxiliary, ArmEquations, ArmFactor, ArmLoopEquation, ArmRod, Arms, Equations, NoSeries};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
@@ -58,7 +58,7 @@ impl Equations {
     }
 
     fn coupled_row(&mut self, constraint: usize, coupling: &Coupling, arms: &mut ArmEquations) -> Result<(), NoSeries> {
-        let mut row = LoopEquation { constraint, constant: vec![coupling.offset], ..LoopEquation::default() };
+        let mut row = ArmLoopEquation { constraint, constant: vec![coupling.offset], ..ArmLoopEquation::default() };
         for term in &coupling.terms {
             let factor = self.system.arena.negate(term.factor);
             match term.port {
@@ -79,7 +79,7 @@ impl Equations {
     }
 
     /// factor x the angle of the second node relative to the first.
-    fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut LoopEquation) {
+    fn angle_between(&mut self, ends: [RNode; 2], factor: Expr, arms: &ArmEquations, row: &mut ArmLoopEquation) {
         let arena = &mut self.system.arena;
         let minus = arena.negate(factor);
         for (node, factor) in ends.into_iter().zip([minus, factor]) {
@@ -99,7 +99,7 @@ impl Equations {
         curve: &Curve,
         factor: Expr,
         arms: &ArmEquations,
-        row: &mut LoopEquation,
+        row: &mut ArmLoopEquation,
     ) {
         let arena = &mut self.system.arena;
         let angle = self.kinematics.angle_across(arena, ends).position.total(arena);
@@ -121,7 +121,7 @@ impl Equations {
         direction: Direction,
         factor: Expr,
         arms: &mut ArmEquations,
-        row: &mut LoopEquation,
+        row: &mut ArmLoopEquation,
     ) -> Result<(), NoSeries> {
         let gap = self.kinematics.across(&mut self.system.arena, ends).position;
         let gap = self.decompose(&gap)?;
@@ -155,7 +155,7 @@ impl Equations {
     ) -> usize {
         let first = self.coordinates.len() + self.states.len() + arms.auxiliary.len();
         for (displacement, &free) in (first..).zip(directions) {
-            arms.auxiliary.push(Auxiliary { displacement, free, row: arms.rows.len() });
+            arms.auxiliary.push(ArmAuxiliary { displacement, free, row: arms.rows.len() });
             gap.insert(Arm { frame, factor: ArmFactor::Displacement(displacement) }, free);
         }
         self.vanishes(constraint, gap, arms);
@@ -183,7 +183,7 @@ impl Equations {
         let mut gap = self.decompose(&gap)?;
         let length = self.system.arena.divide(coupling.offset, term.factor);
         let frame = self.kinematics.frames.other(arms.rods.len());
-        arms.rods.push(Rod { frame, row: arms.rows.len(), length });
+        arms.rods.push(ArmRod { frame, row: arms.rows.len(), length });
         gap.insert(Arm::of(frame), [self.system.arena.negate(length), Expr::ZERO]);
         self.vanishes(constraint, gap, arms);
         Ok(())
@@ -215,7 +215,7 @@ impl Equations {
         arms: &mut ArmEquations,
     ) -> Result<(), NoSeries> {
         let arena = &mut self.system.arena;
-        let mut row = LoopEquation { constraint, ..LoopEquation::default() };
+        let mut row = ArmLoopEquation { constraint, ..ArmLoopEquation::default() };
         let known: ScalarMotion = known_angle(arena, angle);
         let known = known.position.total(arena);
         let mut terms = Vec::new();
@@ -242,7 +242,7 @@ impl Equations {
     }
 }
 
-impl LoopEquation {
+impl ArmLoopEquation {
     /// This loop equation while `closed` is 1; where that is 0 nothing is left of it.
     fn hold_while(&mut self, arena: &mut Arena, closed: Expr) {
         let parts = self.arms.values_mut().flatten().chain(self.displacements.iter_mut().map(|(_, factor)| factor));
@@ -260,7 +260,7 @@ fn linear_row(
     constraint: usize,
     gap: &Arms,
     (frame, along): (FrameId, [Expr; 2]),
-) -> Option<LoopEquation> {
+) -> Option<ArmLoopEquation> {
     match frame == FrameId::WORLD {
         true => Some(projected_row(arena, constraint, gap.clone(), along)),
         false => row_in_frame(arena, constraint, gap.clone(), (frame, along)),
@@ -268,8 +268,8 @@ fn linear_row(
 }
 
 /// direction . gap, with the direction fixed in the world.
-fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Expr; 2]) -> LoopEquation {
-    let mut row = LoopEquation { constraint, ..LoopEquation::default() };
+fn projected_row(arena: &mut Arena, constraint: usize, gap: Arms, direction: [Expr; 2]) -> ArmLoopEquation {
+    let mut row = ArmLoopEquation { constraint, ..ArmLoopEquation::default() };
     for (arm, z) in gap {
         // Re(conj(n) z b) = p . b with p = conj(conj(n) z) = conj(z) n
         let p = conjugate_product(arena, z, direction);
@@ -288,8 +288,8 @@ fn row_in_frame(
     constraint: usize,
     gap: Arms,
     (frame, along): (FrameId, [Expr; 2]),
-) -> Option<LoopEquation> {
-    let mut row = LoopEquation { constraint, ..LoopEquation::default() };
+) -> Option<ArmLoopEquation> {
+    let mut row = ArmLoopEquation { constraint, ..ArmLoopEquation::default() };
     for (arm, z) in gap {
         if arm.frame != frame {
             return None;

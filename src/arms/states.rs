@@ -2,7 +2,7 @@
 //! nobody asks. So states are in every series, and in all that is made of them.
 
 use super::tree::Carried;
-use super::{Arm, ArmEquations, ArmFactor, ArmLink, Equations, Push};
+use super::{Arm, ArmEquations, ArmFactor, ArmLink, ArmPush, Equations};
 use crate::equations::vector::FrameId;
 use crate::expr::Expr;
 
@@ -20,7 +20,7 @@ impl Equations {
                 let begin = [Expr::ZERO; 2];
                 arms.links.push(ArmLink { arm, parent: None, begin, carried, heavy: Carried::default() });
             }
-            arms.pushes.push(Push { on: Err(index), value: rate, factor: mass });
+            arms.pushes.push(ArmPush { on: Err(index), value: rate, factor: mass });
         }
     }
 }

@@ -13,7 +13,7 @@ use super::kinematics::PointMotion;
 use super::vector::{Scalar, Vector};
 use crate::expr::{Arena, Binary, Expr, Order, Unary, Values, build};
 use crate::model::{CourseValue, Mechanism, Owner, Part, Station};
-use crate::network::{System, TNode, Tangent, course};
+use crate::network::{CircleTangent, System, TNode, course};
 
 /// A wrap that falls short of zero by less than this \[rad\] is zero: starts are solved for to rounding errors.
 const TOUCHING: f64 = 1e-9;
@@ -70,7 +70,7 @@ pub(super) fn tangent(
     system: &mut System,
     kinematics: &Kinematics,
     gap: &PointMotion,
-    tangent: Tangent,
+    tangent: CircleTangent,
 ) -> (ScalarMotion, Vector) {
     let Straight { length, unit, along, .. } = straight(system, kinematics, gap, tangent.difference);
     let value = if tangent.difference.is_zero() {
@@ -101,7 +101,7 @@ impl Equations {
     }
 
     /// A unit vector along a straight part between circles.
-    pub(super) fn unit_tangent(&mut self, ends: [TNode; 2], tangent: Tangent) -> Vector {
+    pub(super) fn unit_tangent(&mut self, ends: [TNode; 2], tangent: CircleTangent) -> Vector {
         self.laid_span(ends, tangent.difference).unit
     }
 
@@ -234,13 +234,13 @@ impl Equations {
     /// By how much the direction of a straight part has turned from where it counts from.
     fn deviation(&mut self, mechanism: &Mechanism, owner: Owner, number: usize) -> Expr {
         let spans = self.spans(mechanism, owner);
-        let Some(&(ends, Tangent { difference, reference })) = spans.get(number) else { return Expr::ZERO };
+        let Some(&(ends, CircleTangent { difference, reference })) = spans.get(number) else { return Expr::ZERO };
         let straight = self.laid_span(ends, difference);
         angle_from(&mut self.system.arena, reference, straight.along)
     }
 
     /// The straight parts of a course; none of what is no course.
-    fn spans(&mut self, mechanism: &Mechanism, owner: Owner) -> Vec<([TNode; 2], Tangent)> {
+    fn spans(&mut self, mechanism: &Mechanism, owner: Owner) -> Vec<([TNode; 2], CircleTangent)> {
         let part = mechanism.part_of(owner).and_then(|part| Some((part, part.stations()?)));
         part.map_or(Vec::new(), |(part, stations)| course::spans(part, &stations, &mut self.system))
     }

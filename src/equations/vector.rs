@@ -16,7 +16,7 @@ impl FrameId {
 }
 
 #[derive(Clone, Debug)]
-pub struct Frame {
+pub struct MovingFrame {
     pub unit: [Expr; 2],
     /// omega, linear in the rates.
     pub rate: LinearForm<Expr>,
@@ -29,11 +29,11 @@ pub struct Frame {
 }
 
 #[derive(Clone, Debug)]
-pub struct Frames(Vec<Frame>);
+pub struct Frames(Vec<MovingFrame>);
 
 impl Default for Frames {
     fn default() -> Self {
-        let world = Frame {
+        let world = MovingFrame {
             unit: [Expr::ONE, Expr::ZERO],
             rate: LinearForm::default(),
             acceleration: LinearForm::default(),
@@ -45,7 +45,7 @@ impl Default for Frames {
 }
 
 impl Frames {
-    pub fn push(&mut self, frame: Frame) -> FrameId {
+    pub fn push(&mut self, frame: MovingFrame) -> FrameId {
         self.0.push(frame);
         FrameId(self.0.len() - 1)
     }
@@ -55,11 +55,11 @@ impl Frames {
         FrameId(self.0.len() + index)
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = (FrameId, &Frame)> {
+    pub fn iter(&self) -> impl Iterator<Item = (FrameId, &MovingFrame)> {
         self.0.iter().enumerate().map(|(index, frame)| (FrameId(index), frame))
     }
 
-    pub fn get(&self, id: FrameId) -> &Frame {
+    pub fn get(&self, id: FrameId) -> &MovingFrame {
         &self.0[id.0]
     }
 

@@ -16,7 +16,7 @@ use crate::diagnostic::suggest::list;
 use crate::equations::{Equations, RowKind, Standing};
 use crate::expr::Expr;
 use crate::model::{BodyId, Dimension, Owner, Place, Quantity, Variable};
-use crate::network::{Implied, Measured, System};
+use crate::network::{Implied, ImpliedMeasure, System};
 use crate::redundancy::independence::{Independence, independence};
 
 /// How far a sum of coordinates may deviate where it counts as constant: poses lie within the root of what is left of the loops, on a way of about 1.
@@ -115,7 +115,7 @@ fn ahead(equations: &mut Equations, model: &Model, state: &State) -> Vec<Vec<f64
 
 /// What of bodies may be constant, as an expression with its natural size.
 struct Candidate {
-    terms: Vec<(f64, BodyId, Measured)>,
+    terms: Vec<(f64, BodyId, ImpliedMeasure)>,
     name: String,
     value: Expr,
     size: f64,
@@ -150,8 +150,8 @@ fn single(equations: &mut Equations, model: &Model, found: &Independence) -> Vec
     let mechanism = &*equations.system.mechanism.clone();
     let length = model.program().length;
     let turns: &[_] =
-        if mechanism.dimension == Dimension::Two { &[(Measured::Angle, Quantity::Angle, 1.0)] } else { &[] };
-    let moves = [(Measured::X, Quantity::X, length), (Measured::Y, Quantity::Y, length)];
+        if mechanism.dimension == Dimension::Two { &[(ImpliedMeasure::Angle, Quantity::Angle, 1.0)] } else { &[] };
+    let moves = [(ImpliedMeasure::X, Quantity::X, length), (ImpliedMeasure::Y, Quantity::Y, length)];
     let kinds = turns.iter().chain(if mechanism.dimension == Dimension::Two { &moves[..] } else { &moves[..1] });
     let mut candidates = Vec::new();
     for &(measured, quantity, size) in kinds {
@@ -191,14 +191,14 @@ fn slopes(equations: &Equations, model: &Model, pose: &State, way: &[f64], value
 /// Differences and sums of the angles of two bodies.
 fn pairs(equations: &mut Equations, candidates: &[Candidate]) -> Vec<Candidate> {
     let angles: Vec<&Candidate> =
-        candidates.iter().filter(|candidate| matches!(candidate.terms[..], [(_, _, Measured::Angle)])).collect();
+        candidates.iter().filter(|candidate| matches!(candidate.terms[..], [(_, _, ImpliedMeasure::Angle)])).collect();
     let mut pairs = Vec::new();
     for (sign, word) in [(-1.0, "-"), (1.0, "+")] {
         for (index, a) in angles.iter().enumerate() {
             for b in &angles[index + 1..] {
                 let factor = equations.system.arena.constant(sign);
                 pairs.push(Candidate {
-                    terms: vec![a.terms[0], (sign, b.terms[0].1, Measured::Angle)],
+                    terms: vec![a.terms[0], (sign, b.terms[0].1, ImpliedMeasure::Angle)],
                     name: format!("{} {word} {}", a.name, b.name),
                     value: equations.system.arena.add_product(a.value, factor, b.value),
                     size: 1.0,

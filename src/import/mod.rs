@@ -23,7 +23,7 @@ pub use mjcf::attributes::{AttributeClass, class_of};
 pub use options::{ContactChoice, DxfOptions, ImportOptions, WorldPlane};
 pub use text::Imported;
 
-use refusal::Refusal;
+use refusal::ImportRefusal;
 use report::ImportReport;
 
 /// Gives the bytes of a file that another one includes, by the path that it has there; none if it is not there.
@@ -93,8 +93,8 @@ fn drawn(imported: Imported) -> Imported {
 }
 
 /// What is no text, and how to save it as one.
-fn binary(bytes: &[u8]) -> Option<Refusal> {
-    let refuse = |what: &str, help: &str| Some(Refusal::new(what).help(help));
+fn binary(bytes: &[u8]) -> Option<ImportRefusal> {
+    let refuse = |what: &str, help: &str| Some(ImportRefusal::new(what).help(help));
     match bytes {
         _ if bytes.starts_with(b"AutoCAD Binary DXF") => refuse("it is a binary DXF file", "save it as ASCII DXF"),
         _ if bytes.starts_with(b"AC10") => refuse("it is a DWG file", "save it as ASCII DXF"),
@@ -113,7 +113,7 @@ fn robot(
     options: &ImportOptions,
     includes: Includes,
 ) -> Result<Imported, Vec<String>> {
-    let one = |refusal: Refusal| vec![refusal.to_string()];
+    let one = |refusal: ImportRefusal| vec![refusal.to_string()];
     let mut root = xml::parse(file, text).map_err(one)?;
     let mut report = ImportReport::default();
     let model = match root.name.as_str() {
@@ -138,6 +138,6 @@ fn robot(
         Ok(_) => {}
         Err(refusal) => said.push(refusal.to_string()),
     }
-    said.extend(report.refused.iter().map(Refusal::to_string));
+    said.extend(report.refused.iter().map(ImportRefusal::to_string));
     Err(said)
 }

@@ -19,15 +19,15 @@ impl fmt::Display for FilePlace {
 
 /// What cannot be imported, where it is, and how it could be.
 #[derive(Clone, Debug)]
-pub struct Refusal {
+pub struct ImportRefusal {
     pub place: Option<FilePlace>,
     pub message: String,
     pub help: Option<String>,
 }
 
-impl Refusal {
+impl ImportRefusal {
     pub fn new(message: impl Into<String>) -> Self {
-        Refusal { place: None, message: message.into(), help: None }
+        ImportRefusal { place: None, message: message.into(), help: None }
     }
 
     pub fn at(mut self, place: &FilePlace) -> Self {
@@ -41,7 +41,7 @@ impl Refusal {
     }
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for ImportRefusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(place) = &self.place {
             write!(f, "{place}: ")?;
@@ -66,7 +66,7 @@ fn shortened(message: &str) -> String {
     message.split('`').enumerate().map(cut).collect::<Vec<_>>().join("`")
 }
 
-pub type Fallible<T> = Result<T, Refusal>;
+pub type Fallible<T> = Result<T, ImportRefusal>;
 
 #[cfg(test)]
 mod tests {
@@ -74,8 +74,9 @@ mod tests {
 
     #[test]
     fn long_values_are_cut() {
-        let long = Refusal::new(format!("`pos` is `{}`, but must be 3 numbers", "0 ".repeat(1_000_000))).to_string();
+        let long =
+            ImportRefusal::new(format!("`pos` is `{}`, but must be 3 numbers", "0 ".repeat(1_000_000))).to_string();
         assert!(long.len() < 200 && long.starts_with("`pos` is `0 0") && long.ends_with("...`, but must be 3 numbers"));
-        assert_eq!(Refusal::new("`a` is `b`").to_string(), "`a` is `b`");
+        assert_eq!(ImportRefusal::new("`a` is `b`").to_string(), "`a` is `b`");
     }
 }

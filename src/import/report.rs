@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::refusal::Refusal;
-use super::xml::Element;
+use super::refusal::ImportRefusal;
+use super::xml::XmlElement;
 
 /// How many names a line lists.
 const LISTED: usize = 5;
@@ -26,7 +26,7 @@ pub struct ImportReport {
     pub left_out: Vec<String>,
     /// What the reader should know beside.
     pub notes: Vec<String>,
-    pub refused: Vec<Refusal>,
+    pub refused: Vec<ImportRefusal>,
 }
 
 impl ImportReport {
@@ -43,7 +43,7 @@ impl ImportReport {
     }
 
     /// Notes what an element has that its reader does not know.
-    pub fn unknown(&mut self, element: &Element, known: &[&str], called: &str) {
+    pub fn unknown(&mut self, element: &XmlElement, known: &[&str], called: &str) {
         for child in element.children.iter().filter(|child| !known.contains(&child.name.as_str())) {
             let (name, line) = (&child.name, child.place.line);
             self.note(format!("<{name}> (line {line}) of {called} is not known and is left out"));
@@ -64,7 +64,7 @@ impl ImportReport {
         }
     }
 
-    pub fn refuse(&mut self, refusal: Refusal) {
+    pub fn refuse(&mut self, refusal: ImportRefusal) {
         self.refused.push(refusal);
     }
 

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::Includes;
-use super::refusal::{Fallible, Refusal};
+use super::refusal::{Fallible, ImportRefusal};
 use super::report::ImportReport;
 use super::robot::{
-    BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, SpatialBody, SpatialJoint,
+    BodyMass, BodyPoint, Closure, ClosureKind, JointFollower, JointLaws, JointMotion, SpatialBody, SpatialJoint,
     SpatialModel,
 };
-use super::xml::{self, Element};
+use super::xml::{self, XmlElement};
 
 /// Gravity of a world without one.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
@@ -27,15 +27,15 @@ struct SdfFrame<'a> {
     relative_to: String,
     /// The full name of what it is attached to; a link is attached to itself.
     attached_to: String,
-    element: &'a Element,
+    element: &'a XmlElement,
 }
 
 struct SdfReader<'a> {
     version: f64,
     frames: BTreeMap<String, SdfFrame<'a>>,
     /// Links and joints with their full names and scopes, in the order of the file.
-    links: Vec<(String, &'a Element, bool)>,
-    joints: Vec<(String, String, &'a Element)>,
+    links: Vec<(String, &'a XmlElement, bool)>,
+    joints: Vec<(String, String, &'a XmlElement)>,
     report: &'a mut ImportReport,
 }
 
@@ -43,7 +43,7 @@ struct SdfReader<'a> {
 ///
 /// # Errors
 /// Frames that are not there or in a cycle, or what cannot be imported.
-pub fn read(root: &mut Element, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
+pub fn read(root: &mut XmlElement, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
     expand(root, includes, 0)?;
     let version = root.attribute("version").map(|attribute| attribute.value()).unwrap_or("1.6");
     let version = version
@@ -56,7 +56,7 @@ pub fn read(root: &mut Element, includes: Includes, report: &mut ImportReport) -
         Some(("1", minor)) => 1.0 + minor.parse::<f64>().unwrap_or(0.0) / 100.0,
         _ => version,
     };
-    let worlds: Vec<&Element> = root.all("world").collect();
+    let worlds: Vec<&XmlElement> = root.all("world").collect();
     let (gravity, models, name) = match worlds[..] {
         [] => (Vector3::from(GRAVITY), root.all("model").collect::<Vec<_>>(), ""),
         [world] => {
@@ -89,12 +89,12 @@ pub fn read(root: &mut Element, includes: Includes, report: &mut ImportReport) -
     reader.build(SpatialModel::new("SDF", &name, gravity))
 }
 
-fn worlds_absent(root: &Element) -> bool {
+fn worlds_absent(root: &XmlElement) -> bool {
     root.child("world").is_none()
 }
 
 /// Puts included models into the tree.
-fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<()> {
+fn expand(element: &mut XmlElement, includes: Includes, depth: usize) -> Fallible<()> {
     let mut children = Vec::new();
     for mut child in std::mem::take(&mut element.children) {
         if child.name != "include" {
@@ -122,7 +122,7 @@ fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<(
         let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
         let mut included = xml::parse(&file, &text)?;
         expand(&mut included, includes, depth + 1)?;
-        let mut models: Vec<Element> =
+        let mut models: Vec<XmlElement> =
             included.children.into_iter().filter(|candidate| candidate.name == "model").collect();
         let Some(mut model) = (models.len() == 1).then(|| models.remove(0)) else {
             return Err(child.refuse(format!("`{file}` must have one model, but has {}", models.len())));
@@ -145,7 +145,7 @@ fn expand(element: &mut Element, includes: Includes, depth: usize) -> Fallible<(
     Ok(())
 }
 
-fn vector(element: Option<&Element>) -> Fallible<Option<[f64; 3]>> {
+fn vector(element: Option<&XmlElement>) -> Fallible<Option<[f64; 3]>> {
     let Some(element) = element else { return Ok(None) };
     match element.text_numbers()?[..] {
         [x, y, z] => Ok(Some([x, y, z])),
@@ -153,12 +153,12 @@ fn vector(element: Option<&Element>) -> Fallible<Option<[f64; 3]>> {
     }
 }
 
-fn number(element: Option<&Element>, default: f64) -> Fallible<f64> {
-    element.map_or(Ok(default), Element::text_number)
+fn number(element: Option<&XmlElement>, default: f64) -> Fallible<f64> {
+    element.map_or(Ok(default), XmlElement::text_number)
 }
 
 /// A pose in Euler angles or with a quaternion.
-fn pose(element: Option<&Element>) -> Fallible<Isometry3<f64>> {
+fn pose(element: Option<&XmlElement>) -> Fallible<Isometry3<f64>> {
     let Some(element) = element else { return Ok(Isometry3::identity()) };
     let unit = if element.get("degrees") == Some("true") { 1f64.to_radians() } else { 1.0 };
     match (element.get("rotation_format").unwrap_or("euler_rpy"), &element.text_numbers()?[..]) {
@@ -188,12 +188,12 @@ fn joined(scope: &str, name: &str) -> String {
 struct NamedJoint<'n, 'a> {
     name: &'n str,
     scope: &'n str,
-    element: &'a Element,
+    element: &'a XmlElement,
 }
 
 impl<'a> SdfReader<'a> {
     /// A frame with the name that others call it by.
-    fn frame(&mut self, full: &str, element: &'a Element, scope: &str, own_default: Option<String>) -> Fallible<()> {
+    fn frame(&mut self, full: &str, element: &'a XmlElement, scope: &str, own_default: Option<String>) -> Fallible<()> {
         let posed = element.child("pose");
         let reference = |name: &str| match name {
             "" => None,
@@ -216,13 +216,13 @@ impl<'a> SdfReader<'a> {
         Ok(())
     }
 
-    fn model(&mut self, model: &'a Element, scope: &str, fixed: bool, depth: usize) -> Fallible<()> {
+    fn model(&mut self, model: &'a XmlElement, scope: &str, fixed: bool, depth: usize) -> Fallible<()> {
         if depth > DEEPEST {
             return Err(model.refuse("models are nested too deep"));
         }
         let full = joined(scope, model.must("name")?);
         if let Some(frame_attribute) = model.attribute("placement_frame") {
-            return Err(Refusal::new("a model that is placed by one of its frames is not imported")
+            return Err(ImportRefusal::new("a model that is placed by one of its frames is not imported")
                 .at(&frame_attribute.place)
                 .help("give the pose of the model itself"));
         }
@@ -258,7 +258,7 @@ impl<'a> SdfReader<'a> {
     }
 
     /// The pose of a frame in the world.
-    fn world(&self, name: &str, from: &Element) -> Fallible<Isometry3<f64>> {
+    fn world(&self, name: &str, from: &XmlElement) -> Fallible<Isometry3<f64>> {
         let (mut pose, mut at) = (Isometry3::identity(), name.to_owned());
         for _ in 0..=self.frames.len() {
             if at.is_empty() {
@@ -277,7 +277,7 @@ impl<'a> SdfReader<'a> {
     }
 
     /// The link that a frame moves with; none is the world.
-    fn link_of(&self, name: &str, from: &Element) -> Fallible<Option<usize>> {
+    fn link_of(&self, name: &str, from: &XmlElement) -> Fallible<Option<usize>> {
         let mut at = name.to_owned();
         for _ in 0..=self.frames.len() {
             if at.is_empty() {
@@ -419,7 +419,7 @@ impl<'a> SdfReader<'a> {
     fn axis(
         &self,
         NamedJoint { name, scope, element: joint }: NamedJoint<'_, 'a>,
-        axis: &'a Element,
+        axis: &'a XmlElement,
         body: &Isometry3<f64>,
     ) -> Fallible<Vector3<f64>> {
         let xyz = axis.child("xyz");
@@ -538,7 +538,7 @@ impl<'a> SdfReader<'a> {
             let ratio = value("multiplier", 1.0)?;
             let offset = value("offset", 0.0)? - ratio * value("reference", 0.0)?;
             let place = mimic.place.clone();
-            model.followers.push(Follower {
+            model.followers.push(JointFollower {
                 name: format!("{}_mimic", short(name)),
                 place,
                 joint,
@@ -556,7 +556,7 @@ impl<'a> SdfReader<'a> {
     }
 }
 
-fn gearbox(element: &Element) -> Refusal {
+fn gearbox(element: &XmlElement) -> ImportRefusal {
     element
         .refuse(format!("{} is of type `gearbox`, which is not imported", element.called()))
         .help("remove it from the file, and add `type = \"gear\"` with its ratio to the scene")
@@ -573,7 +573,7 @@ pub const OF_JOINTS: &[&str] = &["parent", "child", "pose", "axis", "physics", "
 ///
 /// # Errors
 /// What is not a number, limits that do not increase.
-pub fn axis_laws(axis: &Element) -> Fallible<JointLaws> {
+pub fn axis_laws(axis: &XmlElement) -> Fallible<JointLaws> {
     let dynamics = |key: &str| number(axis.child("dynamics").and_then(|dynamics| dynamics.child(key)), 0.0);
     let stiffness = dynamics("spring_stiffness")?;
     Ok(JointLaws {
@@ -586,7 +586,7 @@ pub fn axis_laws(axis: &Element) -> Fallible<JointLaws> {
 }
 
 /// The limits of an axis; far out there are none.
-fn range(axis: &Element) -> Fallible<Option<[f64; 2]>> {
+fn range(axis: &XmlElement) -> Fallible<Option<[f64; 2]>> {
     let Some(limit) = axis.child("limit") else { return Ok(None) };
     let bound = |key: &str, none: f64| -> Fallible<f64> {
         let Some(bound) = limit.child(key) else { return Ok(none) };
@@ -604,7 +604,7 @@ fn range(axis: &Element) -> Fallible<Option<[f64; 2]>> {
 }
 
 /// Mass, mass centre and inertia of a link; without them those that SDF gives a link.
-fn mass(link: &Element) -> Fallible<BodyMass> {
+fn mass(link: &XmlElement) -> Fallible<BodyMass> {
     let inertial = link.child("inertial");
     let mass = number(inertial.and_then(|inertial| inertial.child("mass")), 1.0)?;
     if mass <= 0.0 {

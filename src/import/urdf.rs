@@ -5,17 +5,17 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::options::ImportOptions;
-use super::refusal::{Fallible, Refusal};
+use super::refusal::{Fallible, ImportRefusal};
 use super::report::ImportReport;
 use super::robot::{
-    Activation, BodyMass, BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, SpatialActuator,
+    Activation, BodyMass, BodyPoint, Closure, ClosureKind, JointFollower, JointLaws, JointMotion, SpatialActuator,
     SpatialBody, SpatialBushing, SpatialJoint, SpatialModel, Transmission,
 };
 use super::sdf;
-use super::xml::Element;
+use super::xml::XmlElement;
 
 struct UrdfReader<'a> {
-    root: &'a Element,
+    root: &'a XmlElement,
     model: SpatialModel,
     options: &'a ImportOptions,
     report: &'a mut ImportReport,
@@ -28,7 +28,7 @@ struct UrdfReader<'a> {
 ///
 /// # Errors
 /// What is no tree of links, or cannot be imported.
-pub fn read(root: &Element, options: &ImportOptions, report: &mut ImportReport) -> Fallible<SpatialModel> {
+pub fn read(root: &XmlElement, options: &ImportOptions, report: &mut ImportReport) -> Fallible<SpatialModel> {
     refuse_xacro(root)?;
     let name = root.get("name").unwrap_or_default();
     let model = SpatialModel::new("URDF", name, Vector3::new(0.0, 0.0, -9.81));
@@ -42,13 +42,13 @@ pub fn read(root: &Element, options: &ImportOptions, report: &mut ImportReport) 
     Ok(reader.model)
 }
 
-fn refuse_xacro(element: &Element) -> Fallible<()> {
+fn refuse_xacro(element: &XmlElement) -> Fallible<()> {
     let of_attribute = element.attributes.iter().find(|attribute| attribute.value.contains("${"));
     let place = of_attribute
         .map(|of_attribute| &of_attribute.place)
         .or_else(|| element.name.starts_with("xacro:").then_some(&element.place));
     if let Some(place) = place {
-        return Err(Refusal::new("it is a xacro file, which must be expanded first")
+        return Err(ImportRefusal::new("it is a xacro file, which must be expanded first")
             .at(place)
             .help("run `xacro FILE > out.urdf`, and import out.urdf"));
     }
@@ -56,14 +56,14 @@ fn refuse_xacro(element: &Element) -> Fallible<()> {
 }
 
 /// `xyz` and `rpy` of an element; none of either is zero.
-fn origin(element: Option<&Element>) -> Fallible<Isometry3<f64>> {
+fn origin(element: Option<&XmlElement>) -> Fallible<Isometry3<f64>> {
     let Some(element) = element else { return Ok(Isometry3::identity()) };
     let three = |name: &str| element.attribute(name).map_or(Ok([0.0; 3]), |attribute| attribute.array::<3>());
     let ([x, y, z], [roll, pitch, yaw]) = (three("xyz")?, three("rpy")?);
     Ok(Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw)))
 }
 
-fn optional(element: Option<&Element>, name: &str, default: f64) -> Fallible<f64> {
+fn optional(element: Option<&XmlElement>, name: &str, default: f64) -> Fallible<f64> {
     element.and_then(|element| element.attribute(name)).map_or(Ok(default), |attribute| attribute.number())
 }
 
@@ -71,14 +71,14 @@ impl<'a> UrdfReader<'a> {
     /// Links by the joints from the root outwards.
     fn tree(&mut self) -> Fallible<()> {
         let root = self.root;
-        let mut links: BTreeMap<&str, &Element> = BTreeMap::new();
+        let mut links: BTreeMap<&str, &XmlElement> = BTreeMap::new();
         for link in root.all("link") {
             if links.insert(link.must("name")?, link).is_some() {
                 return Err(link.refuse(format!("two links have the name `{}`", link.must("name")?)));
             }
         }
-        let mut joints: BTreeMap<&str, Vec<&Element>> = BTreeMap::new();
-        let mut parents: BTreeMap<&str, &Element> = BTreeMap::new();
+        let mut joints: BTreeMap<&str, Vec<&XmlElement>> = BTreeMap::new();
+        let mut parents: BTreeMap<&str, &XmlElement> = BTreeMap::new();
         for joint in root.all("joint") {
             let [parent, child] = [self.link_of(joint, "parent")?, self.link_of(joint, "child")?];
             if let Some(name) = [parent, child].into_iter().find(|name| !links.contains_key(name)) {
@@ -122,12 +122,12 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn link_of(&self, joint: &'a Element, key: &str) -> Fallible<&'a str> {
+    fn link_of(&self, joint: &'a XmlElement, key: &str) -> Fallible<&'a str> {
         let reference = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
         reference.must("link")
     }
 
-    fn link(&mut self, joint: &'a Element, parent: usize, link: &'a Element) -> Fallible<()> {
+    fn link(&mut self, joint: &'a XmlElement, parent: usize, link: &'a XmlElement) -> Fallible<()> {
         let name = link.must("name")?;
         let body = self.model.bodies.len();
         self.bodies.insert(name, body);
@@ -172,7 +172,7 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn limits(&mut self, joint: &'a Element, spatial_joint: &mut SpatialJoint) -> Fallible<()> {
+    fn limits(&mut self, joint: &'a XmlElement, spatial_joint: &mut SpatialJoint) -> Fallible<()> {
         let limit = joint.child("limit");
         let range = [optional(limit, "lower", 0.0)?, optional(limit, "upper", 0.0)?];
         if matches!(joint.get("type"), Some("revolute" | "prismatic")) && limit.is_some() {
@@ -196,14 +196,14 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn joint_named(&self, element: &Element, name: &str) -> Fallible<usize> {
+    fn joint_named(&self, element: &XmlElement, name: &str) -> Fallible<usize> {
         let known = self.model.joints.iter().position(|joint| joint.name == name);
         known.ok_or_else(|| element.refuse(format!("{}: there is no joint `{name}` that moves", element.called())))
     }
 
     /// Joints that follow others, through those that follow, too: q = multiplier q_leader + offset.
     fn mimics(&mut self) -> Fallible<()> {
-        let mut follow: BTreeMap<usize, (usize, f64, f64, &Element)> = BTreeMap::new();
+        let mut follow: BTreeMap<usize, (usize, f64, f64, &XmlElement)> = BTreeMap::new();
         for joint in self.root.all("joint") {
             let Some(mimic) = joint.child("mimic") else { continue };
             let follower = self.joint_named(joint, joint.must("name")?)?;
@@ -222,12 +222,19 @@ impl<'a> UrdfReader<'a> {
             self.model.joints[follower].start = offset;
             let name = format!("{}_mimic", joint.must("name")?);
             let place = joint.place.clone();
-            self.model.followers.push(Follower { name, place, joint: follower, leader: Some(leader), offset, ratio });
+            self.model.followers.push(JointFollower {
+                name,
+                place,
+                joint: follower,
+                leader: Some(leader),
+                offset,
+                ratio,
+            });
         }
         Ok(())
     }
 
-    fn body(&self, element: &Element, name: &str) -> Fallible<usize> {
+    fn body(&self, element: &XmlElement, name: &str) -> Fallible<usize> {
         if name == "world" {
             return Ok(0);
         }
@@ -269,13 +276,13 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2], laws: JointLaws) {
+    fn close(&mut self, element: &XmlElement, kind: ClosureKind, ends: [BodyPoint; 2], laws: JointLaws) {
         let name = element.get("name").unwrap_or_default().to_owned();
         self.model.closures.push(Closure { name, place: element.place.clone(), kind, ends, laws });
     }
 
     /// A joint as in SDF: its pose in the frame of its child.
-    fn gazebo_joint(&mut self, joint: &'a Element) -> Fallible<()> {
+    fn gazebo_joint(&mut self, joint: &'a XmlElement) -> Fallible<()> {
         let text = |name: &str| {
             joint
                 .child(name)
@@ -335,7 +342,7 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn loop_joint(&mut self, joint: &'a Element) -> Fallible<()> {
+    fn loop_joint(&mut self, joint: &'a XmlElement) -> Fallible<()> {
         let mut ends = Vec::new();
         for key in ["link1", "link2"] {
             let reference =
@@ -373,7 +380,7 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn ball_constraint(&mut self, element: &'a Element) -> Fallible<()> {
+    fn ball_constraint(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let part =
             |key: &str| element.child(key).ok_or_else(|| element.refuse(format!("<{}> has no <{key}>", element.name)));
         let bodies = [
@@ -393,14 +400,14 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// A frame by its name: a link, or a frame of Drake's.
-    fn frame(&self, element: &Element, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
+    fn frame(&self, element: &XmlElement, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
         match self.root.all("frame").find(|frame| frame.get("name") == Some(name)) {
             Some(frame) => Ok((self.body(frame, frame.must("link")?)?, origin(Some(frame))?)),
             None => Ok((self.body(element, name)?, Isometry3::identity())),
         }
     }
 
-    fn bushing(&mut self, element: &'a Element) -> Fallible<()> {
+    fn bushing(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let part =
             |key: &str| element.child(key).ok_or_else(|| element.refuse(format!("<{}> has no <{key}>", element.name)));
         let frames = [
@@ -432,7 +439,7 @@ impl<'a> UrdfReader<'a> {
 
     /// Pairs of frames that coincide, as onshape-to-robot writes them.
     fn closing_frames(&mut self) {
-        let links: Vec<(&str, &Element)> =
+        let links: Vec<(&str, &XmlElement)> =
             self.root.all("link").filter_map(|link| Some((link.attribute("name")?.value.as_str(), link))).collect();
         for (first, link) in &links {
             let Some(name) = first.strip_prefix("closing_").and_then(|rest| rest.strip_suffix("_1")) else { continue };
@@ -469,7 +476,7 @@ impl<'a> UrdfReader<'a> {
             let reduction = actuator
                 .and_then(|actuator| actuator.child("mechanicalReduction"))
                 .or_else(|| transmission.child("mechanicalReduction"));
-            let reduction = reduction.map_or(Ok(1.0), Element::text_number)?;
+            let reduction = reduction.map_or(Ok(1.0), XmlElement::text_number)?;
             let index = self.joint_named(joint, name)?;
             let range = self.efforts.get(&index).map(|effort| [-effort / reduction.abs(), effort / reduction.abs()]);
             let called = actuator.and_then(|actuator| actuator.get("name")).unwrap_or(name);
@@ -488,7 +495,7 @@ impl<'a> UrdfReader<'a> {
                     effort
                         .all("param")
                         .find(|param| param.get("name") == Some(key))
-                        .map(Element::text_number)
+                        .map(XmlElement::text_number)
                         .transpose()
                 };
                 let given = bound("min")?.zip(bound("max")?).map(|(min, max)| [min, max]);
@@ -515,7 +522,7 @@ impl<'a> UrdfReader<'a> {
     }
 
     /// What else is in the file: without effect on the motion, or not known.
-    fn others(&mut self, root: &Element) {
+    fn others(&mut self, root: &XmlElement) {
         const KNOWN: &[&str] = &[
             "link",
             "joint",
@@ -543,7 +550,7 @@ impl<'a> UrdfReader<'a> {
         let idle = ["calibration", "safety_controller"];
         for joint in root.all("joint") {
             joint.attribute("name").map(|attribute| attribute.value());
-            joint.children.iter().filter(|child| idle.contains(&child.name.as_str())).for_each(Element::mark);
+            joint.children.iter().filter(|child| idle.contains(&child.name.as_str())).for_each(XmlElement::mark);
         }
         root.all("link")
             .filter_map(|link| link.child("inertial"))
@@ -571,7 +578,7 @@ impl<'a> UrdfReader<'a> {
 }
 
 /// Mass, mass centre and inertia of a link.
-fn mass(link: &Element) -> Fallible<BodyMass> {
+fn mass(link: &XmlElement) -> Fallible<BodyMass> {
     let Some(inertial) = link.child("inertial") else { return Ok(BodyMass::default()) };
     let mass = inertial.child("mass").and_then(|mass_attribute| mass_attribute.attribute("value"));
     let mass =

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use super::refusal::{Fallible, FilePlace, Refusal};
+use super::refusal::{Fallible, FilePlace, ImportRefusal};
 
 /// How deep elements may be nested, and how many there may be: no file written by hand or by a converter comes near.
 const DEEPEST: usize = 1000;
@@ -21,11 +21,11 @@ pub struct Attribute {
 }
 
 #[derive(Debug)]
-pub struct Element {
+pub struct XmlElement {
     pub name: String,
     pub place: FilePlace,
     pub attributes: Vec<Attribute>,
-    pub children: Vec<Element>,
+    pub children: Vec<XmlElement>,
     /// Its text, without that of its children.
     pub text: String,
 }
@@ -42,7 +42,7 @@ impl Attribute {
     /// # Errors
     /// What is not a finite number.
     pub fn numbers(&self) -> Fallible<Vec<f64>> {
-        numbers(self.value()).map_err(|why| Refusal::new(format!("`{}`: {why}", self.name)).at(&self.place))
+        numbers(self.value()).map_err(|why| ImportRefusal::new(format!("`{}`: {why}", self.name)).at(&self.place))
     }
 
     /// Its one number.
@@ -52,10 +52,8 @@ impl Attribute {
     pub fn number(&self) -> Fallible<f64> {
         match self.numbers()?[..] {
             [number] => Ok(number),
-            _ => {
-                Err(Refusal::new(format!("`{}` is `{}`, but must be one number", self.name, self.value))
-                    .at(&self.place))
-            }
+            _ => Err(ImportRefusal::new(format!("`{}` is `{}`, but must be one number", self.name, self.value))
+                .at(&self.place)),
         }
     }
 
@@ -66,7 +64,7 @@ impl Attribute {
     pub fn array<const N: usize>(&self) -> Fallible<[f64; N]> {
         let numbers = self.numbers()?;
         <[f64; N]>::try_from(numbers).map_err(|_| {
-            Refusal::new(format!("`{}` is `{}`, but must be {N} numbers", self.name, self.value)).at(&self.place)
+            ImportRefusal::new(format!("`{}` is `{}`, but must be {N} numbers", self.name, self.value)).at(&self.place)
         })
     }
 }
@@ -84,7 +82,7 @@ pub fn numbers(text: &str) -> Result<Vec<f64>, String> {
     text.split_whitespace().map(number).collect()
 }
 
-impl Element {
+impl XmlElement {
     /// An attribute, not yet marked as read.
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|attribute| attribute.name == name)
@@ -103,11 +101,11 @@ impl Element {
         self.get(name).ok_or_else(|| self.refuse(format!("{} has no `{name}`", self.called())))
     }
 
-    pub fn child(&self, name: &str) -> Option<&Element> {
+    pub fn child(&self, name: &str) -> Option<&XmlElement> {
         self.children.iter().find(|child| child.name == name)
     }
 
-    pub fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> + 'a {
+    pub fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a XmlElement> + 'a {
         self.children.iter().filter(move |child| child.name == name)
     }
 
@@ -119,14 +117,14 @@ impl Element {
         }
     }
 
-    pub fn refuse(&self, message: impl Into<String>) -> Refusal {
-        Refusal::new(message).at(&self.place)
+    pub fn refuse(&self, message: impl Into<String>) -> ImportRefusal {
+        ImportRefusal::new(message).at(&self.place)
     }
 
     /// Marks all that is in it as read.
     pub fn mark(&self) {
         self.attributes.iter().for_each(|attribute| attribute.read.set(true));
-        self.children.iter().for_each(Element::mark);
+        self.children.iter().for_each(XmlElement::mark);
     }
 
     /// The attributes in it that nothing has read, with their elements.
@@ -185,7 +183,7 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, &'static str>
 ///
 /// # Errors
 /// Where it is not XML, breaks off, or is too large.
-pub fn parse(file: &str, text: &str) -> Fallible<Element> {
+pub fn parse(file: &str, text: &str) -> Fallible<XmlElement> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
     let mut parser =
         XmlParser { file: Rc::from(file), text, starts, open: Vec::new(), count: 0, last: Cell::new((0, 1)) };
@@ -195,7 +193,7 @@ pub fn parse(file: &str, text: &str) -> Fallible<Element> {
         let event = reader.read_event().map_err(|error| {
             let place = parser.place(reader.error_position() as usize);
             let what = if error.to_string().contains("end of input") { "breaks off" } else { "is not well-formed XML" };
-            Refusal::new(format!("it {what}: {error}")).at(&place)
+            ImportRefusal::new(format!("it {what}: {error}")).at(&place)
         })?;
         if let Some(root) = parser.event(event, begin)? {
             return Ok(root);
@@ -208,7 +206,7 @@ struct XmlParser<'a> {
     text: &'a str,
     /// Where lines begin.
     starts: Vec<usize>,
-    open: Vec<Element>,
+    open: Vec<XmlElement>,
     count: usize,
     /// The offset and the column of the last place: a line may be as long as the file.
     last: Cell<(usize, usize)>,
@@ -228,7 +226,7 @@ impl XmlParser<'_> {
     }
 
     /// Takes an event in; the root when it is closed.
-    fn event(&mut self, event: Event<'_>, begin: usize) -> Fallible<Option<Element>> {
+    fn event(&mut self, event: Event<'_>, begin: usize) -> Fallible<Option<XmlElement>> {
         match event {
             Event::Start(tag) => {
                 let element = self.element(&tag, begin)?;
@@ -250,7 +248,7 @@ impl XmlParser<'_> {
             Event::CData(text) => self.add_text(&text),
             Event::GeneralRef(name) => self.reference(&name, begin)?,
             Event::DocType(text) if text.contains("<!ENTITY") => {
-                return Err(Refusal::new("it defines entities, which are not expanded")
+                return Err(ImportRefusal::new("it defines entities, which are not expanded")
                     .at(&self.place(begin))
                     .help("write their texts where they are used"));
             }
@@ -261,7 +259,7 @@ impl XmlParser<'_> {
                     }
                     None => "it has no element".to_owned(),
                 };
-                return Err(Refusal::new(message).at(&self.place(self.text.len())));
+                return Err(ImportRefusal::new(message).at(&self.place(self.text.len())));
             }
             Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => {}
         }
@@ -276,12 +274,13 @@ impl XmlParser<'_> {
 
     fn reference(&mut self, name: &str, begin: usize) -> Fallible<()> {
         let text = quick_xml::escape::unescape(&format!("&{name};")).map(|text| text.into_owned());
-        let text = text.map_err(|_| Refusal::new(format!("entity `&{name};` is not known")).at(&self.place(begin)))?;
+        let text =
+            text.map_err(|_| ImportRefusal::new(format!("entity `&{name};` is not known")).at(&self.place(begin)))?;
         self.add_text(&text);
         Ok(())
     }
 
-    fn close(&mut self, element: Element) -> Option<Element> {
+    fn close(&mut self, element: XmlElement) -> Option<XmlElement> {
         match self.open.last_mut() {
             Some(parent) => parent.children.push(element),
             None => return Some(element),
@@ -289,16 +288,16 @@ impl XmlParser<'_> {
         None
     }
 
-    fn element(&mut self, tag: &BytesStart<'_>, begin: usize) -> Fallible<Element> {
+    fn element(&mut self, tag: &BytesStart<'_>, begin: usize) -> Fallible<XmlElement> {
         self.count += 1;
         let place = self.place(begin);
         if self.count > MOST {
-            return Err(Refusal::new(format!("it has more than {MOST} elements")).at(&place));
+            return Err(ImportRefusal::new(format!("it has more than {MOST} elements")).at(&place));
         }
         let mut attributes = Vec::new();
         for attribute in tag.attributes() {
             let wrong = |error: &dyn std::fmt::Display| {
-                Refusal::new(format!("<{}> has a wrong attribute: {error}", tag.name().as_ref())).at(&place)
+                ImportRefusal::new(format!("<{}> has a wrong attribute: {error}", tag.name().as_ref())).at(&place)
             };
             let attribute = attribute.map_err(|error| wrong(&error))?;
             let value = quick_xml::escape::unescape(&attribute.value).map_err(|error| wrong(&error))?;
@@ -308,7 +307,7 @@ impl XmlParser<'_> {
             attributes.push(Attribute { name, value: value.into_owned(), place: at, read: Cell::new(false) });
         }
         let name = tag.name().as_ref().to_owned();
-        Ok(Element { name, place, attributes, children: Vec::new(), text: String::new() })
+        Ok(XmlElement { name, place, attributes, children: Vec::new(), text: String::new() })
     }
 }
 

@@ -1,18 +1,18 @@
 //! The course of a rope or band over pulleys, as across variables: its straight parts, and the drums on which it ends.
 
-use super::{Coupling, CouplingTerm, Port, RNode, System, TNode, Tangent};
+use super::{CircleTangent, Coupling, CouplingTerm, Port, RNode, System, TNode};
 use crate::expr::Expr;
 use crate::model::{CourseValue, Part, Station};
 
 /// The straight parts of a course: between which points, and on which tangents of the circles there.
-pub(crate) fn spans(part: &Part, stations: &[Station], system: &mut System) -> Vec<([TNode; 2], Tangent)> {
+pub(crate) fn spans(part: &Part, stations: &[Station], system: &mut System) -> Vec<([TNode; 2], CircleTangent)> {
     let pairs = stations.windows(2).enumerate();
     let of = |(number, pair): (usize, &[Station])| {
         let ends = [&pair[0], &pair[1]].map(|station| system.t_node(station.at));
         let [first, second] = [&pair[0], &pair[1]].map(|station| system.value(&station.radius));
         let difference = system.arena.subtract(second, first);
         let reference = system.course_value(part.owner, CourseValue::Turn(number)).unwrap_or(Expr::ZERO);
-        (ends, Tangent { difference, reference })
+        (ends, CircleTangent { difference, reference })
     };
     pairs.map(of).collect()
 }

@@ -146,12 +146,12 @@ pub enum Port {
     /// A function of the angle between two bodies.
     Curve([RNode; 2], Curve),
     /// The tangent of two circles about two points: its length L and, with its direction phi, L - (R_2 - R_1) phi. Its derivative by the displacement is the unit tangent.
-    Span([TNode; 2], Tangent),
+    Span([TNode; 2], CircleTangent),
 }
 
 /// The tangent of two circles, with the radii R_1 and R_2: positive where the centre is on its left, zero of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tangent {
+pub struct CircleTangent {
     /// R_2 - R_1
     pub difference: Expr,
     /// The direction from which its own counts, less than half a turn away \[rad\].
@@ -332,7 +332,7 @@ pub enum Force {
     /// Pushes the nodes apart along the line through them.
     Line(Formula),
     /// Pushes the nodes apart along a tangent of circles about them.
-    Tangent(Formula, Tangent),
+    Tangent(Formula, CircleTangent),
 }
 
 impl Force {

@@ -8,7 +8,7 @@ use crate::model::{BodyId, Mechanism, Place};
 
 /// What of a body, in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measured {
+pub enum ImpliedMeasure {
     Angle,
     X,
     Y,
@@ -20,19 +20,19 @@ pub struct Implied {
     /// In the names of the scene, such as `beam.angle` or `upper.angle - lower.angle`.
     pub name: String,
     /// At least one.
-    pub terms: Vec<(f64, BodyId, Measured)>,
+    pub terms: Vec<(f64, BodyId, ImpliedMeasure)>,
     /// SI.
     pub offset: f64,
 }
 
 impl Implied {
     pub(crate) fn coupling(&self, system: &mut System) -> Coupling {
-        let term = |&(factor, body, measured): &(f64, BodyId, Measured)| {
+        let term = |&(factor, body, measured): &(f64, BodyId, ImpliedMeasure)| {
             let points = [TNode::DATUM, system.t_node(Place::Centre(body))];
             let port = match measured {
-                Measured::Angle => Port::Angle([RNode::DATUM, system.r_node(Some(body))]),
-                Measured::X => Port::Along(points, Direction::X),
-                Measured::Y => Port::Along(points, Direction::Y),
+                ImpliedMeasure::Angle => Port::Angle([RNode::DATUM, system.r_node(Some(body))]),
+                ImpliedMeasure::X => Port::Along(points, Direction::X),
+                ImpliedMeasure::Y => Port::Along(points, Direction::Y),
             };
             (factor, port)
         };

@@ -17,7 +17,7 @@ mod trees;
 pub use coupled::CoupledEdge;
 pub use element::*;
 pub use graph::{ElementId, LinearGraph, Node, RNode, Rotation, TNode, Translation, Tree};
-pub use implied::{Implied, Measured};
+pub use implied::{Implied, ImpliedMeasure};
 pub use resistance::Resistance;
 pub use system::System;
 pub use topology::{OutwardNode, SignedRow, Topology};

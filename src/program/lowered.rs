@@ -26,7 +26,7 @@ use crate::laws::{domains, motion_indicators, ranges, steep};
 use crate::model::{DiscreteId, Method, Output, Owner};
 use crate::network::{Constrained, Origin};
 use crate::solve::{
-    Block, Incidence, LevelSolution, Levels, Loops, Obstacle, Shared, SolveTree, blocks, least_norm, solve_tree,
+    Block, BlockLoops, Incidence, LevelSolution, Levels, Obstacle, Shared, SolveTree, blocks, least_norm, solve_tree,
     typical,
 };
 use crate::tape::{Assembler, layout};
@@ -287,7 +287,7 @@ impl MotionKernels {
         requested: &[Expr],
         (length, pose): (f64, &State),
     ) -> Result<(), Obstacle> {
-        let loops = Loops::new(equations, blocks, length, pose)?;
+        let loops = BlockLoops::new(equations, blocks, length, pose)?;
         self.solved = loops.solve(&mut equations.system.arena, &kernels.gamma);
         let results = equations.system.arena.symbols(requested.iter().copied());
         let reactions = if results.iter().any(|symbol| matches!(symbol, Symbol::Reaction(_))) {
@@ -377,7 +377,7 @@ impl MotionKernels {
 }
 
 /// The multipliers of all loop equations of a driven mechanism, with the levels of what rubs; none is a number where it locks itself.
-fn balanced(equations: &mut Equations, loops: &Loops, accelerations: &[Expr]) -> Vec<Expr> {
+fn balanced(equations: &mut Equations, loops: &BlockLoops, accelerations: &[Expr]) -> Vec<Expr> {
     let (first, count) = (accelerations.len(), equations.constraints.len());
     let loads = inverse(equations, accelerations);
     let without = loops.balance(&mut equations.system.arena, &loads, count);

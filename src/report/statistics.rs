@@ -7,7 +7,7 @@ use crate::row;
 
 /// A run in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Statistics {
+pub struct RunStatistics {
     /// The unit of the times.
     pub time_unit: String,
     /// First and last time.
@@ -131,7 +131,7 @@ impl Accumulator {
     }
 }
 
-impl Statistics {
+impl RunStatistics {
     pub fn report(&self) -> Report {
         let row = |VariableFigures { name, unit, min, max, mean, rms, end }: &VariableFigures| {
             let value = |value: f64| number(value, unit);

@@ -24,7 +24,7 @@ pub(crate) mod tables;
 pub(crate) mod unit;
 
 pub use crate::diagnostic::{Fault, Faults, Severity, Source, Span, Text};
-pub use edit::{Edit, EditError, Gap, edited};
+pub use edit::{Edit, EditError, EntryPlace, edited};
 pub use model::{
     Clearance, Coordinates, Event, Experiment, Initial, Input, InputAs, Motion, Outputs, Parameter, Point, Sampled,
     SampledValue, Scene, Signal, Solver, State, Vector,

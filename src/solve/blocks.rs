@@ -69,7 +69,7 @@ fn unite(needs: &mut DiGraph<(), ()>, nodes: &[NodeIndex]) {
 
 /// The loop equations of a driven mechanism, factorised block by block: what a block does not depend on does not enter it, not even by rounding errors.
 #[derive(Clone, Debug)]
-pub struct Loops {
+pub struct BlockLoops {
     blocks: Vec<Factorised>,
     coordinates: usize,
 }
@@ -86,13 +86,13 @@ struct Factorised {
     before: Vec<(usize, usize, Expr)>,
 }
 
-impl Loops {
+impl BlockLoops {
     /// # Errors
     /// The loop equations do not determine a coordinate, or the elimination takes too many operations.
     pub fn new(equations: &mut Equations, blocks: &[Block], length: f64, pose: &State) -> Result<Self, Obstacle> {
         let scales = scales(equations, length);
         let blocks = blocks.iter().map(|block| Factorised::new(equations, block, (&scales, length), pose));
-        Ok(Loops { blocks: blocks.collect::<Result<_, _>>()?, coordinates: scales.len() })
+        Ok(BlockLoops { blocks: blocks.collect::<Result<_, _>>()?, coordinates: scales.len() })
     }
 
     /// x of Phi_q x = b, with b given for all loop equations.

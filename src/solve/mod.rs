@@ -9,7 +9,7 @@ mod motion;
 pub(crate) mod solve_tree;
 
 pub use blocks::{Block, Incidence};
-pub(crate) use blocks::{Loops, blocks};
+pub(crate) use blocks::{BlockLoops, blocks};
 pub use eliminate::{EliminationSystem, Factorisation, Obstacle};
 pub use least_norm::Shared;
 pub(crate) use levels::{LevelSolution, Levels};

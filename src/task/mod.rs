@@ -7,7 +7,7 @@ mod schema;
 use std::path::Path;
 
 use cotree_synthesis::path::CouplerPath;
-use cotree_synthesis::{Condition, LinkageLimits, Pair, Point, Pose, Region, Zero};
+use cotree_synthesis::{DyadCondition, LinkageLimits, Pair, Point, Pose, Region, Zero};
 
 use crate::diagnostic::degrees;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
@@ -114,7 +114,7 @@ pub struct Choose {
     /// Pins in the body, in its frame.
     pub moving: [Option<Point>; 2],
     /// Lines `x = value` or `y = value` on which a pin is, for four poses.
-    pub lines: Vec<Condition>,
+    pub lines: Vec<DyadCondition>,
 }
 
 /// The largest task file \[bytes\].
@@ -919,10 +919,10 @@ impl TaskReader<'_> {
         let mut line = |key: &str| self.number(fields.get(key)?, &fields.name_of(key), &Unit::length());
         let (x, y) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
         let lines = [
-            line("ground_x").map(|value| Condition::Ground { direction: x, value }),
-            line("ground_y").map(|value| Condition::Ground { direction: y, value }),
-            line("moving_x").map(|value| Condition::Moving { direction: x, value }),
-            line("moving_y").map(|value| Condition::Moving { direction: y, value }),
+            line("ground_x").map(|value| DyadCondition::Ground { direction: x, value }),
+            line("ground_y").map(|value| DyadCondition::Ground { direction: y, value }),
+            line("moving_x").map(|value| DyadCondition::Moving { direction: x, value }),
+            line("moving_y").map(|value| DyadCondition::Moving { direction: y, value }),
         ];
         Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().flatten().collect() }
     }

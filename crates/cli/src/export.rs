@@ -8,7 +8,7 @@ use cotree::export::description::SourceSolver;
 use cotree::export::runtime::{self, PLATFORMS, Platform, Runtime, RuntimeError};
 use cotree::export::{ExportError, FmiVersion};
 use cotree_page::Made;
-use cotree_text::source::{self, FixedStep, Method, Real};
+use cotree_text::source::{self, FixedStep, Real, SourceMethod};
 
 use super::failure::Failure;
 use super::times;
@@ -55,8 +55,8 @@ pub struct ExportCommand {
     #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     substeps: u32,
     /// Order of the solver of the sources
-    #[arg(long, value_name = "ORDER", default_value = "4", value_parser = one_of(&Method::WORDS))]
-    order: Method,
+    #[arg(long, value_name = "ORDER", default_value = "4", value_parser = one_of(&SourceMethod::WORDS))]
+    order: SourceMethod,
     /// Floating-point type of the sources
     #[arg(long, value_name = "TYPE", default_value = "double", value_parser = one_of(&Real::WORDS))]
     real: Real,
@@ -69,8 +69,10 @@ impl ExportCommand {
     pub fn run(self, format: MessageFormat) -> Result<(), Failure> {
         let scene = output::load(&self.scene)?;
         let has_sources = self.sources || self.c.is_some();
-        let has_options =
-            self.step.is_some() || self.substeps > 1 || self.order != Method::default() || self.real != Real::default();
+        let has_options = self.step.is_some()
+            || self.substeps > 1
+            || self.order != SourceMethod::default()
+            || self.real != Real::default();
         if !has_sources && has_options {
             return Err(Failure::Usage("--step, --substeps, --order and --real are for --sources and --c".to_owned()));
         }

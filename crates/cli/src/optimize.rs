@@ -9,7 +9,7 @@ use cotree::scene::{Requested, Scene};
 use cotree_study::fit::{Vary, with_values};
 use cotree_study::motion;
 use cotree_study::optimize::{
-    self, Aim, Best, Ended, Goal, Limit, LimitError, OptimizeError, OptimizeRequest, Progress,
+    self, Aim, Best, Ended, Goal, LimitError, MeasureLimit, OptimizeError, OptimizeRequest, SearchProgress,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -145,7 +145,7 @@ impl OptimizeCommand {
         let vary = self.vary.iter().map(|text| Vary::read(text).map_err(|error| wrong("vary", text, &error)));
         let limits =
             self.limits.iter().map(|text| text.parse().map_err(|error: LimitError| wrong("subject-to", text, &error)));
-        let (vary, limits): (Result<Vec<Vary>, Failure>, Result<Vec<Limit>, Failure>) =
+        let (vary, limits): (Result<Vec<Vary>, Failure>, Result<Vec<MeasureLimit>, Failure>) =
             (Failure::every(vary), Failure::every(limits));
         let goal = |option: &str, text: &String| {
             text.parse::<Goal>().map_err(|error| Failure::Usage(wrong(option, text, &error)))
@@ -200,7 +200,7 @@ fn bar(all: usize) -> ProgressBar {
     ProgressBar::new(all as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn show(bar: &ProgressBar, progress: Progress) {
+fn show(bar: &ProgressBar, progress: SearchProgress) {
     bar.set_position(progress.done as u64);
     let best = progress.best.map_or("nothing yet".to_owned(), |best| format!("best {best:.6}"));
     bar.set_message(format!("{} motions, {best}", progress.evaluations));

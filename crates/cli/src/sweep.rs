@@ -12,7 +12,7 @@ use cotree::run::Measure;
 use cotree::scene::Scene;
 use cotree_draw::study::sweep::SweepPicture;
 use cotree_study::sweep::{
-    self, Design, DesignError, DesignFactor, Inaccurate, Part, RecordError, Sampling, SweepRecord,
+    self, Design, DesignError, DesignFactor, Inaccurate, RecordError, Sampling, SweepPart, SweepRecord,
 };
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
@@ -72,7 +72,7 @@ pub struct SweepCommand {
     resume: bool,
     /// Run only this part, such as 7/100, for one job of an array; `cotree join` joins the tables of all parts
     #[arg(long, value_name = "NUMBER/COUNT", requires = "output", conflicts_with = "plot")]
-    part: Option<Part>,
+    part: Option<SweepPart>,
     /// Number of runs in parallel [default: one per processor]
     #[arg(long, value_name = "COUNT", default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -94,7 +94,7 @@ impl SweepCommand {
         let experiment = self.times.experiment(compiled.description.experiment)?;
         let units = self.units.of(&scene)?.units;
         let sweep =
-            sweep::Sweep { part: self.part.unwrap_or(Part::WHOLE), compiled, experiment, measures, design, units };
+            sweep::Sweep { part: self.part.unwrap_or(SweepPart::WHOLE), compiled, experiment, measures, design, units };
         let drawn = |_| SweepPicture::new(&sweep).map_err(|message| Failure::Usage(format!("--plot: {message}")));
         let mut picture = self.plot.as_ref().map(drawn).transpose()?;
         let stop = stop::listen()?;

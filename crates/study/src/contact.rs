@@ -25,7 +25,7 @@ const PRESSES: f64 = 1e-3;
 
 /// What there is to say of the contacts of a mechanism.
 #[derive(Clone, Debug, Default)]
-pub struct Contacts {
+pub struct ContactFindings {
     /// Those that would have to pull, each with the place of its joint.
     pub faults: Vec<Fault>,
     /// What friction must be for discs to roll.
@@ -42,11 +42,11 @@ pub fn requested(scene: &Scene) -> Option<(Requested, Mechanism)> {
 }
 
 /// The motion of the scene's experiment, as far as little work goes; nothing if it has no start, which is told elsewhere.
-pub fn of_experiment(scene: &Scene) -> Contacts {
+pub fn of_experiment(scene: &Scene) -> ContactFindings {
     let seen = requested(scene).and_then(|(requested, mechanism)| {
         Some((ContactLoads::of(&compile_asking(scene, &requested).ok()?.0)?, mechanism))
     });
-    let Some((seen, mechanism)) = seen else { return Contacts::default() };
+    let Some((seen, mechanism)) = seen else { return ContactFindings::default() };
     let column = |name: &str| seen.columns.iter().find(|(known, _)| known == name).map(|(_, values)| values.clone());
     let found = over_time(&mechanism, &mechanism.units, &seen.times, column);
     let time = |time: f64| shown(&mechanism.units, "s").show(time);
@@ -57,7 +57,7 @@ pub fn of_experiment(scene: &Scene) -> Contacts {
             time(mechanism.experiment.stop)
         )
     });
-    Contacts { unseen, ..found }
+    ContactFindings { unseen, ..found }
 }
 
 /// How contacts are loaded in the beginning of an experiment.
@@ -108,7 +108,7 @@ pub fn over_time(
     units: &Units,
     times: &[f64],
     values: impl Fn(&str) -> Option<Vec<f64>>,
-) -> Contacts {
+) -> ContactFindings {
     over(mechanism, units, times, &ContactAxis { named: "t =".to_owned(), unit: shown(units, "s") }, values)
 }
 
@@ -126,9 +126,9 @@ pub fn over(
     inputs: &[f64],
     input: &ContactAxis,
     values: impl Fn(&str) -> Option<Vec<f64>>,
-) -> Contacts {
+) -> ContactFindings {
     let newton = shown(units, "N");
-    let mut contacts = Contacts::default();
+    let mut contacts = ContactFindings::default();
     for joint in &mechanism.joints {
         let of = |quantity: Quantity| values(&quantity.of(&joint.name));
         let Some(normal) = forces(joint).next().and(of(Quantity::Fn)) else { continue };

@@ -7,8 +7,8 @@ mod made;
 
 use std::time::Instant;
 
-use cotree_synthesis::path::{CouplerPath, Follower, PathEffort, followers};
-use cotree_synthesis::{Point, Random, extent};
+use cotree_synthesis::path::{CouplerPath, PathEffort, PathFollower, followers};
+use cotree_synthesis::{Point, RandomNumbers, extent};
 
 const POINTS: usize = 30;
 const NOISE: f64 = 1e-3;
@@ -31,7 +31,7 @@ fn main() {
     }
 }
 
-fn searched(points: Vec<Point>, closed: bool, times: &mut Vec<f64>) -> Vec<Follower> {
+fn searched(points: Vec<Point>, closed: bool, times: &mut Vec<f64>) -> Vec<PathFollower> {
     let begin = Instant::now();
     let found = followers(&CouplerPath { points, closed, ..CouplerPath::default() }, &PathEffort::default());
     times.push(begin.elapsed().as_secs_f64());
@@ -39,7 +39,7 @@ fn searched(points: Vec<Point>, closed: bool, times: &mut Vec<f64>) -> Vec<Follo
 }
 
 fn paths(class: &str, closed: bool, count: usize, seed: u64) {
-    let (mut random, mut known, mut times) = (Random::new(100 + seed), 0, Vec::new());
+    let (mut random, mut known, mut times) = (RandomNumbers::new(100 + seed), 0, Vec::new());
     for _ in 0..count {
         let linkage = made::of_class(&mut random, class);
         let pose = made::somewhere(&linkage, &mut random);
@@ -65,7 +65,7 @@ fn paths(class: &str, closed: bool, count: usize, seed: u64) {
 }
 
 fn noise(closed: bool, count: usize, seed: u64) {
-    let (mut random, mut shares, mut times) = (Random::new(200 + seed), Vec::new(), Vec::new());
+    let (mut random, mut shares, mut times) = (RandomNumbers::new(200 + seed), Vec::new(), Vec::new());
     for _ in 0..count {
         let linkage = made::of_class(&mut random, "crank");
         let pose = made::somewhere(&linkage, &mut random);

@@ -13,7 +13,7 @@ use crate::dyad::Dyad;
 use crate::least::Unknowns;
 use crate::linkage::{Linkage, Side};
 use crate::poses::way;
-use crate::random::Random;
+use crate::random::RandomNumbers;
 use crate::{Point, polar};
 
 /// What a search begins from: pins in the body, pivots, lengths of the bars; the angle of the body at each point.
@@ -43,7 +43,7 @@ const HARMONICS: usize = 10;
 const NEARLY: f64 = 0.4;
 
 impl AtlasBars {
-    fn random(random: &mut Random) -> AtlasBars {
+    fn random(random: &mut RandomNumbers) -> AtlasBars {
         loop {
             let lengths: [f64; 4] = std::array::from_fn(|_| random.between(0.1, 1.0));
             let longest = lengths.iter().copied().fold(0.0, f64::max);
@@ -262,7 +262,7 @@ struct OpenAtlas {
 fn closed() -> &'static ClosedAtlas {
     static ATLAS: OnceLock<ClosedAtlas> = OnceLock::new();
     ATLAS.get_or_init(|| {
-        let mut random = Random::new(7);
+        let mut random = RandomNumbers::new(7);
         let mut atlas = ClosedAtlas { bars: Vec::new(), harmonics: Vec::new(), sizes: Vec::new() };
         while atlas.bars.len() < CLOSED {
             let bars = AtlasBars::random(&mut random);
@@ -295,7 +295,7 @@ fn shape(points: &[Point; PIECE]) -> ([Point; PIECE], Point, f64) {
 fn open() -> &'static OpenAtlas {
     static ATLAS: OnceLock<OpenAtlas> = OnceLock::new();
     ATLAS.get_or_init(|| {
-        let mut random = Random::new(3);
+        let mut random = RandomNumbers::new(3);
         let mut atlas = OpenAtlas { pieces: Vec::new(), shapes: Vec::new(), sizes: Vec::new() };
         while atlas.pieces.len() < OPEN * PIECES {
             // As many of each kind: at random two thirds have no bar that turns, and one of twelve is a double rocker.
@@ -460,7 +460,7 @@ fn likeness(piece: &[[f32; 2]; PIECE], other: &[[f32; 2]; PIECE]) -> (f32, [bool
 }
 
 /// A start beside another one.
-pub(crate) fn variant(start: &Start, random: &mut Random) -> Start {
+pub(crate) fn variant(start: &Start, random: &mut RandomNumbers) -> Start {
     let mut other = start.clone();
     for value in &mut other.shared {
         *value *= 1.0 + 0.3 * random.normal().re;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, Matrix3, Vector3};
 
-use crate::random::Random;
+use crate::random::RandomNumbers;
 
 type Number = Complex<f64>;
 
@@ -51,7 +51,7 @@ pub(crate) fn common(first: &Matrix3<f64>, second: &Matrix3<f64>) -> Common {
 }
 
 fn turned() -> Matrix3<f64> {
-    let mut random = Random::new(5);
+    let mut random = RandomNumbers::new(5);
     Matrix3::from_fn(|_, _| random.between(-1.0, 1.0)).qr().q()
 }
 

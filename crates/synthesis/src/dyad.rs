@@ -89,7 +89,7 @@ fn slider(moving: Point, normal: Point, offset: f64) -> Dyad {
 
 /// One more linear equation, for fewer than five poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Condition {
+pub enum DyadCondition {
     /// The pin in the ground is on the line `direction . x = value` of the ground.
     Ground {
         /// Normal of the line.
@@ -108,16 +108,16 @@ pub enum Condition {
     NoBar,
 }
 
-impl Condition {
+impl DyadCondition {
     fn row(&self, frame: &UnitFrame) -> SMatrix<f64, 1, 8> {
         let mut row = SMatrix::<f64, 1, 8>::zeros();
         let mut line = |first: usize, direction: Point, value: f64| {
             (row[0], row[first], row[first + 1]) = (-value / frame.size, direction.re, direction.im);
         };
         match *self {
-            Condition::Ground { direction, value } => line(3, direction, value - dot(direction, frame.middle)),
-            Condition::Moving { direction, value } => line(1, direction, value),
-            Condition::NoBar => row[0] = 1.0,
+            DyadCondition::Ground { direction, value } => line(3, direction, value - dot(direction, frame.middle)),
+            DyadCondition::Moving { direction, value } => line(1, direction, value),
+            DyadCondition::NoBar => row[0] = 1.0,
         }
         row
     }
@@ -141,7 +141,7 @@ const NO_BAR: f64 = 1e-9;
 ///
 /// # Errors
 /// The equations do not determine single dyads.
-pub fn dyads(poses: &[Pose], conditions: &[Condition]) -> Result<Vec<Dyad>, Family> {
+pub fn dyads(poses: &[Pose], conditions: &[DyadCondition]) -> Result<Vec<Dyad>, Family> {
     let frame = UnitFrame::of(poses);
     let rows = poses
         .iter()

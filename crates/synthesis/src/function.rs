@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::dyad::{Condition, Dyad, Family, dyads};
+use crate::dyad::{Dyad, DyadCondition, Family, dyads};
 use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
 use crate::linkage::{Linkage, Side};
 use crate::poses::{Pose, way};
@@ -118,10 +118,10 @@ impl Coupler {
 const NO_BAR: f64 = 1e-7;
 
 /// The zero angles as lines on which the pins are.
-fn conditions(zero: Zero) -> Vec<Condition> {
+fn conditions(zero: Zero) -> Vec<DyadCondition> {
     let across = |angle: f64| polar(1.0, angle) * Point::new(0.0, 1.0);
-    let ground = zero.input.map(|angle| Condition::Ground { direction: across(angle), value: 0.0 });
-    let moving = zero.output.map(|angle| Condition::Moving { direction: across(angle), value: 0.0 });
+    let ground = zero.input.map(|angle| DyadCondition::Ground { direction: across(angle), value: 0.0 });
+    let moving = zero.output.map(|angle| DyadCondition::Moving { direction: across(angle), value: 0.0 });
     ground.into_iter().chain(moving).collect()
 }
 

@@ -6,7 +6,7 @@ use crate::bounded::{Goal, Inequalities};
 use crate::chain::{Chain, DIMENSIONS, Node};
 use crate::function::{Coupler, Pair, Zero, coupler_starts, slider_starts};
 use crate::limits::LinkageLimits;
-use crate::random::Random;
+use crate::random::RandomNumbers;
 use crate::within::{Candidate, EXACT, Plan, Sides, Wish, cosine, drawn_in, searched};
 
 /// What the dimensions are: of a four-bar the ground is one; of a slider-crank the last length is the offset of its line.
@@ -132,7 +132,7 @@ fn starts(plan: &Plan<'_>, pairs: &[Pair], zero: Zero, is_slider: bool) -> Vec<C
             all.push(Candidate::new(x, inputs.clone(), [side, 1.0], plan));
         }
     }
-    let mut random = Random::new(5);
+    let mut random = RandomNumbers::new(5);
     for _ in 0..ANYWHERE {
         for i in [CRANK, COUPLER, SECOND] {
             let [low, high] = if plan.lengths.contains(&i) { [plan.low[i], plan.high[i]] } else { LENGTHS };

@@ -49,7 +49,7 @@ pub mod within;
 
 pub use cognates::{cognates, coupler_cognates};
 pub use defects::{Defect, Verdict, judge};
-pub use dyad::{Condition, Dyad, Family, circle_dyad, dyads, nearest_dyads};
+pub use dyad::{Dyad, DyadCondition, Family, circle_dyad, dyads, nearest_dyads};
 pub use function::{
     Coupler, Pair, Zero, couplers, freudenstein, nearest_couplers, nearest_slider_cranks, slider_cranks,
 };
@@ -58,7 +58,7 @@ pub use limits::{LinkageLimit, LinkageLimits, Region};
 pub use linkage::{Linkage, Side};
 pub use nalgebra::Complex;
 pub use poses::{Pose, Special, extent, special, way};
-pub use random::Random;
+pub use random::RandomNumbers;
 
 /// A point of the plane, or a vector \[m\].
 pub type Point = Complex<f64>;

@@ -14,7 +14,7 @@ use crate::dyad::Dyad;
 use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
 use crate::linkage::Linkage;
 use crate::poses::{Pose, extent, way};
-use crate::random::Random;
+use crate::random::RandomNumbers;
 use crate::valley::descend;
 use crate::{Point, dot, polar, sextic};
 
@@ -48,7 +48,7 @@ impl Default for PathEffort {
 
 /// A four-bar that follows a path.
 #[derive(Clone, Debug)]
-pub struct Follower {
+pub struct PathFollower {
     /// The coupler, its frame at the point that draws, on its dyads.
     pub linkage: Linkage,
     /// The coupler where it is nearest to each point of the path, or where the crank has the given turn.
@@ -260,13 +260,13 @@ const MORE: usize = 3;
 const BEST: usize = 12;
 
 /// The four-bars that follow a path best, best first, each a local minimum of the distances; cognates are not among them.
-pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
+pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<PathFollower> {
     if path.points.len() < 3 {
         return Vec::new();
     }
     let scaled = scaled(path);
     let candidates = candidates(&scaled, path, effort);
-    let mut found: Vec<Follower> = match &path.crank {
+    let mut found: Vec<PathFollower> = match &path.crank {
         Some(turns) => candidates.iter().filter_map(|candidate| timed(&scaled, turns, candidate)).collect(),
         None => candidates.iter().filter_map(|candidate| nearest(&scaled, candidate)).collect(),
     };
@@ -276,7 +276,7 @@ pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
         found = starts.next().unwrap_or_default().iter().filter_map(|start| nearest(&scaled, start)).collect();
     }
     found.sort_by(|a, b| a.rms.total_cmp(&b.rms));
-    let mut apart: Vec<Follower> = Vec::new();
+    let mut apart: Vec<PathFollower> = Vec::new();
     for one in found {
         if !apart.iter().any(|other| is_same(other, &one)) {
             apart.push(one);
@@ -286,8 +286,8 @@ pub fn followers(path: &CouplerPath, effort: &PathEffort) -> Vec<Follower> {
 }
 
 /// Are two four-bars the same, also with their dyads exchanged?
-fn is_same(a: &Follower, b: &Follower) -> bool {
-    let lengths = |follower: &Follower| follower.linkage.lengths().map(|length| length.unwrap_or(0.0));
+fn is_same(a: &PathFollower, b: &PathFollower) -> bool {
+    let lengths = |follower: &PathFollower| follower.linkage.lengths().map(|length| length.unwrap_or(0.0));
     let pivots = |linkage: &Linkage| {
         [linkage.first, linkage.second].map(|dyad| match dyad {
             Dyad::Bar { ground, .. } => ground,
@@ -448,7 +448,7 @@ struct PathStarts<'p> {
     further: Vec<Start>,
     given: usize,
     left: usize,
-    random: Random,
+    random: RandomNumbers,
 }
 
 impl<'p> PathStarts<'p> {
@@ -458,7 +458,7 @@ impl<'p> PathStarts<'p> {
         let mut atlas = likely(&scaled.points, FURTHER * first, None);
         let further = atlas.split_off(first.min(atlas.len()));
         let left = if scaled.pivots.is_some() { GIVEN * effort.starts } else { effort.starts };
-        PathStarts { scaled, atlas, further, given: 0, left, random: Random::new(effort.seed) }
+        PathStarts { scaled, atlas, further, given: 0, left, random: RandomNumbers::new(effort.seed) }
     }
 
     fn next(&mut self) -> Option<Vec<Start>> {
@@ -496,7 +496,7 @@ impl<'p> PathStarts<'p> {
 }
 
 /// A start with pins of the body and angles at random.
-fn anywhere(points: &[Point], pivots: [Point; 2], random: &mut Random) -> Start {
+fn anywhere(points: &[Point], pivots: [Point; 2], random: &mut RandomNumbers) -> Start {
     let mut start = Unknowns { shared: [0.0; 10], local: points.iter().map(|_| [random.between(0.0, TAU)]).collect() };
     for pin in 0..2 {
         let at = random.normal() * 2.0;
@@ -531,7 +531,7 @@ const MET: f64 = 1e-12;
 /// Weights of the loops, one after the other: at the last one, loops are open by 1e-8 of the distances.
 const WEIGHTS: [f64; 2] = [30.0, 1e4];
 
-fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
+fn nearest(scaled: &Scaled, start: &Start) -> Option<PathFollower> {
     let local: Vec<[f64; 3]> =
         scaled.points.iter().zip(&start.local).map(|(point, angle)| [point.re, point.im, angle[0]]).collect();
     // What meets the path is not moved: normal equations would lose it again in the valley that it lies in.
@@ -551,7 +551,7 @@ fn nearest(scaled: &Scaled, start: &Start) -> Option<Follower> {
 }
 
 /// With the turns of the first bar; either bar may be the first one.
-fn timed(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
+fn timed(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<PathFollower> {
     let swapped = |start: &Start| {
         let s = start.shared;
         let shared = [s[2], s[3], s[0], s[1], s[6], s[7], s[4], s[5], s[9], s[8]];
@@ -562,7 +562,7 @@ fn timed(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
     both.filter_map(|start| timed_from(scaled, turns, &start)).min_by(|a, b| a.rms.total_cmp(&b.rms))
 }
 
-fn timed_from(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower> {
+fn timed_from(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<PathFollower> {
     let bars = bars(&start.shared);
     let angle = |(index, local): (usize, &[f64; 1])| {
         let arm = scaled.points[index] + polar(1.0, local[0]) * bars.pins[0] - bars.pivots[0];
@@ -583,7 +583,7 @@ fn timed_from(scaled: &Scaled, turns: &[f64], start: &Start) -> Option<Follower>
 }
 
 /// The linkage in the size of the path; none if a bar vanishes or a loop is open.
-fn built(scaled: &Scaled, shared: &[f64], local: &[[f64; 3]]) -> Option<Follower> {
+fn built(scaled: &Scaled, shared: &[f64], local: &[[f64; 3]]) -> Option<PathFollower> {
     if is_nothing(shared, SHORTEST) {
         return None;
     }
@@ -603,7 +603,7 @@ fn built(scaled: &Scaled, shared: &[f64], local: &[[f64; 3]]) -> Option<Follower
     let largest = ways().fold(0.0, f64::max);
     let square = ways().map(|way_error| way_error * way_error).sum::<f64>() / (2 * poses.len()) as f64;
     let closes = open < CLOSED * scaled.size;
-    closes.then(|| Follower { linkage, poses: unwound(poses), largest, rms: square.sqrt() })
+    closes.then(|| PathFollower { linkage, poses: unwound(poses), largest, rms: square.sqrt() })
 }
 
 /// Loops are closed up to this share of the size.

@@ -6,12 +6,12 @@ use crate::{Point, polar};
 
 /// Source: G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators* (SplitMix64), 2014.
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub struct RandomNumbers(u64);
 
-impl Random {
+impl RandomNumbers {
     /// Numbers that begin from a seed.
-    pub fn new(seed: u64) -> Random {
-        Random(seed)
+    pub fn new(seed: u64) -> RandomNumbers {
+        RandomNumbers(seed)
     }
 
     /// The next integer.

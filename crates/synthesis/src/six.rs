@@ -11,9 +11,9 @@ use crate::bounded::{Goal, Inequalities, SPARE};
 use crate::chain::{Chain, DIMENSIONS, Node, Places};
 use crate::function::Pair;
 use crate::limits::{LinkageLimits, Region};
-use crate::path::{CouplerPath, Follower, Scaled, scaled};
+use crate::path::{CouplerPath, PathFollower, Scaled, scaled};
 use crate::poses::{Pose, way};
-use crate::random::Random;
+use crate::random::RandomNumbers;
 use crate::within::{Candidate, Plan, Sides, cosine, four_bars, is_in_order, searched};
 use crate::{Point, polar};
 
@@ -129,7 +129,7 @@ pub struct SixBar {
 }
 
 /// Six-bars for a path, best first, from four-bars that are near it.
-pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[Follower], seed: u64) -> Vec<SixBar> {
+pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[PathFollower], seed: u64) -> Vec<SixBar> {
     let scaled = scaled(path);
     let turns = path.crank.as_ref().map(|turns| (&turns[..], PHASE));
     let goal = Goal::Path { tracer: 7, points: &scaled.points, turns };
@@ -138,7 +138,7 @@ pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[Fo
         let mut plan = plan(kind, goal, scaled.size, limits.crank || path.closed, limits);
         plan.order = turns.is_none().then_some(path.closed);
         plan.inequalities.regions = regions(kind, limits, &scaled);
-        let mut random = Random::new(seed);
+        let mut random = RandomNumbers::new(seed);
         let mut starts = Vec::new();
         for start in four_bars(known, path, &plan) {
             starts.extend((0..BESIDE).map(|_| with_dyad(kind, &start, &plan, &mut random)));
@@ -167,7 +167,7 @@ const RADIAN: f64 = 1.0;
 
 /// Six-bars whose link between the dyad's pins takes a body through poses, best first, from four-bars one of whose points is near the poses' origins. Errors are distances, or
 /// angles times the extent of the poses.
-pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower], seed: u64) -> Vec<SixBar> {
+pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[PathFollower], seed: u64) -> Vec<SixBar> {
     let path = CouplerPath { points: poses.iter().map(|pose| pose.at).collect(), ..CouplerPath::default() };
     let scaled = scaled(&path);
     let angles: Vec<f64> = poses.iter().map(|pose| pose.angle).collect();
@@ -178,7 +178,7 @@ pub fn six_bar_poses(poses: &[Pose], limits: &LinkageLimits, known: &[Follower],
         let mut plan = plan(kind, goal, scaled.size, limits.crank, limits);
         plan.order = Some(false);
         plan.inequalities.regions = regions(kind, limits, &scaled);
-        let mut random = Random::new(seed);
+        let mut random = RandomNumbers::new(seed);
         let mut starts = Vec::new();
         for start in four_bars(known, &path, &plan) {
             starts.extend((0..BESIDE).map(|_| with_dyad(kind, &start, &plan, &mut random)));
@@ -233,7 +233,7 @@ pub fn six_bar_functions(pairs: &[Pair], ground: f64, limits: &LinkageLimits, se
         for (dimension, value) in [0.0, 0.0, 1.0, 0.0].into_iter().enumerate() {
             (plan.low[dimension], plan.high[dimension]) = (value, value);
         }
-        let mut random = Random::new(seed);
+        let mut random = RandomNumbers::new(seed);
         let starts = (0..ANYWHERE).map(|_| anywhere(kind, &plan, pairs, &mut random)).collect();
         for candidate in searched(&plan, starts, seed) {
             let error = |index: usize, places: &Places| {
@@ -281,7 +281,7 @@ fn plan<'p>(kind: SixKind, goal: Goal<'p>, size: f64, turn: bool, limits: &Linka
 }
 
 /// The four-bar with a dyad at the point that draws; where neither pin can be there, a dyad anywhere.
-fn with_dyad(kind: SixKind, start: &Candidate, plan: &Plan<'_>, random: &mut Random) -> Candidate {
+fn with_dyad(kind: SixKind, start: &Candidate, plan: &Plan<'_>, random: &mut RandomNumbers) -> Candidate {
     let mut x = [0.0; DIMENSIONS];
     x[..7].copy_from_slice(&start.trial.x[..7]);
     x[PHASE] = start.trial.x[9];
@@ -291,7 +291,7 @@ fn with_dyad(kind: SixKind, start: &Candidate, plan: &Plan<'_>, random: &mut Ran
     place_dyad(kind, x, start.trial.inputs.clone(), sides, plan, random)
 }
 
-fn free(size: f64, random: &mut Random) -> (f64, f64) {
+fn free(size: f64, random: &mut RandomNumbers) -> (f64, f64) {
     let at = random.normal() * size;
     (at.re, at.im)
 }
@@ -303,7 +303,7 @@ fn place_dyad(
     inputs: Vec<f64>,
     sides: Sides,
     plan: &Plan<'_>,
-    random: &mut Random,
+    random: &mut RandomNumbers,
 ) -> Candidate {
     let size = x[GROUND].max(x[COUPLER]);
     (x[F], x[F + 1]) = if kind.has_pivot() {
@@ -330,10 +330,10 @@ fn place_dyad(
     Candidate::new(x, inputs, sides, plan)
 }
 
-fn anywhere(kind: SixKind, plan: &Plan<'_>, pairs: &[Pair], random: &mut Random) -> Candidate {
+fn anywhere(kind: SixKind, plan: &Plan<'_>, pairs: &[Pair], random: &mut RandomNumbers) -> Candidate {
     let mut x = [0.0; DIMENSIONS];
     x[GROUND] = 1.0;
-    let within = |bar: usize, random: &mut Random| {
+    let within = |bar: usize, random: &mut RandomNumbers| {
         let [low, high] = [plan.low[bar].max(0.1), plan.high[bar].min(3.0)];
         low * (high.max(low) / low).powf(random.between(0.0, 1.0))
     };
@@ -350,7 +350,7 @@ fn anywhere(kind: SixKind, plan: &Plan<'_>, pairs: &[Pair], random: &mut Random)
     (x[D], x[D + 1]) = free(x[COUPLER], random);
     x[PHASE] = random.between(0.0, TAU);
     let inputs: Vec<f64> = pairs.iter().map(|pair| x[PHASE] + pair.input).collect();
-    let side = |random: &mut Random| if random.integer().is_multiple_of(2) { 1.0 } else { -1.0 };
+    let side = |random: &mut RandomNumbers| if random.integer().is_multiple_of(2) { 1.0 } else { -1.0 };
     let sides = [side(random), side(random)];
     let mut candidate = place_dyad(kind, x, inputs, sides, plan, random);
     // The angle of the output that is nearest to all pairs.

@@ -6,7 +6,7 @@ use crate::chain::{Chain, Node, Places};
 use crate::dyad::Dyad;
 use crate::linkage::Linkage;
 use crate::poses::{Pose, way};
-use crate::random::Random;
+use crate::random::RandomNumbers;
 use crate::{Point, dot};
 
 /// What an error is.
@@ -232,7 +232,7 @@ impl FirstOrder {
 
 /// The largest error of each sample that takes all positions.
 fn samples(dimensioned: &Dimensioned, each: &[f64; NAMES.len()]) -> Vec<f64> {
-    let (mut random, mut places) = (Random::new(1), [Places::new(), Places::new()]);
+    let (mut random, mut places) = (RandomNumbers::new(1), [Places::new(), Places::new()]);
     let mut errors: Vec<f64> = Vec::with_capacity(SAMPLES);
     for _ in 0..SAMPLES {
         let x = std::array::from_fn(|i| dimensioned.x[i] + each[i] / 3.0 * random.normal().re);

@@ -11,9 +11,9 @@ use crate::chain::{Chain, DIMENSIONS, Node, Places};
 use crate::dyad::Dyad;
 use crate::limits::LinkageLimits;
 use crate::linkage::Linkage;
-use crate::path::{CouplerPath, Follower, PathEffort, Scaled, scaled};
+use crate::path::{CouplerPath, PathEffort, PathFollower, Scaled, scaled};
 use crate::poses::{Pose, way};
-use crate::random::Random;
+use crate::random::RandomNumbers;
 use crate::{Point, cross, polar};
 
 /// What the dimensions are.
@@ -184,7 +184,7 @@ impl Candidate {
         }
     }
 
-    fn variant(&self, random: &mut Random, plan: &Plan<'_>) -> Candidate {
+    fn variant(&self, random: &mut RandomNumbers, plan: &Plan<'_>) -> Candidate {
         let mut other = self.clone();
         let size = 0.05 * 6f64.powf(random.between(0.0, 1.0));
         for (index, value) in other.trial.x.iter_mut().enumerate() {
@@ -230,7 +230,7 @@ pub enum Wish {
 #[derive(Clone, Debug)]
 pub struct Bounded {
     /// The four-bar.
-    pub follower: Follower,
+    pub follower: PathFollower,
     /// By how much the root mean square of the distances falls per unit by which the limit of lengths gives way, where a bar is at it.
     pub price: f64,
 }
@@ -243,7 +243,7 @@ pub(crate) fn searched(plan: &Plan<'_>, mut all: Vec<Candidate>, seed: u64) -> V
     };
     approach(&mut all, STEPS[0], SECOND_ROUND);
     approach(&mut all, STEPS[1], SETTLED);
-    let mut random = Random::new(seed);
+    let mut random = RandomNumbers::new(seed);
     for _ in 0..VARIATIONS {
         let best: Vec<Candidate> = all.iter().take(VARIED).cloned().collect();
         let mut varied: Vec<Candidate> = Vec::with_capacity(VARIED * VARIANTS);
@@ -316,7 +316,7 @@ pub fn bounded_followers(
     path: &CouplerPath,
     limits: &LinkageLimits,
     wish: Wish,
-    known: &[Follower],
+    known: &[PathFollower],
     effort: &PathEffort,
 ) -> Vec<Bounded> {
     if path.points.len() < 3 {
@@ -343,7 +343,12 @@ pub fn bounded_followers(
 }
 
 /// Four-bars for a path whose bars get shorter and shorter, from one that is there on: each is as accurate as it can be.
-pub fn shorter_followers(path: &CouplerPath, limits: &LinkageLimits, from: &[Follower], count: usize) -> Vec<Bounded> {
+pub fn shorter_followers(
+    path: &CouplerPath,
+    limits: &LinkageLimits,
+    from: &[PathFollower],
+    count: usize,
+) -> Vec<Bounded> {
     let scaled = scaled(path);
     let whole = path_plan(&scaled, path, limits);
     let mut list: Vec<Start> = from.iter().filter_map(|follower| of_follower(follower, &scaled)).collect();
@@ -378,7 +383,7 @@ fn starts(
     plan: &Plan<'_>,
     path: &CouplerPath,
     scaled: &Scaled,
-    known: &[Follower],
+    known: &[PathFollower],
     effort: &PathEffort,
 ) -> Vec<Candidate> {
     let likely = if path.closed { atlas::closed_starts } else { atlas::open_starts };
@@ -392,15 +397,16 @@ fn starts(
 }
 
 /// Four-bars that are there as starts of a search on the same path.
-pub(crate) fn four_bars(known: &[Follower], path: &CouplerPath, plan: &Plan<'_>) -> Vec<Candidate> {
+pub(crate) fn four_bars(known: &[PathFollower], path: &CouplerPath, plan: &Plan<'_>) -> Vec<Candidate> {
     let scaled = scaled(path);
-    let start =
-        |follower: &Follower| Some(Candidate::of(&of_follower(follower, &scaled)?, false, path, &scaled.points, plan));
+    let start = |follower: &PathFollower| {
+        Some(Candidate::of(&of_follower(follower, &scaled)?, false, path, &scaled.points, plan))
+    };
     known.iter().take(VARIED).filter_map(start).collect()
 }
 
 /// A start from a linkage that is there.
-fn of_follower(follower: &Follower, scaled: &Scaled) -> Option<Start> {
+fn of_follower(follower: &PathFollower, scaled: &Scaled) -> Option<Start> {
     let (Dyad::Bar { moving: a, ground: a0, length: r }, Dyad::Bar { moving: b, ground: b0, length: s }) =
         (follower.linkage.first, follower.linkage.second)
     else {
@@ -423,7 +429,7 @@ fn bounded(scaled: &Scaled, path: &CouplerPath, plan: &Plan<'_>, candidate: &Can
 }
 
 /// The linkage in the size of the path, its body's frame at the point that draws, along the coupler.
-fn follower(scaled: &Scaled, path: &CouplerPath, candidate: &Candidate) -> Follower {
+fn follower(scaled: &Scaled, path: &CouplerPath, candidate: &Candidate) -> PathFollower {
     let (x, chain) = (&candidate.trial.x, chain(candidate.sides));
     let real = |point: Point| point * scaled.size + scaled.middle;
     let tracer = Point::new(x[7], x[8]) * scaled.size;
@@ -447,5 +453,5 @@ fn follower(scaled: &Scaled, path: &CouplerPath, candidate: &Candidate) -> Follo
     let ways = || poses.iter().zip(&path.points).map(|(pose, point)| (pose.at - point).norm());
     let largest = ways().fold(0.0, f64::max);
     let square = ways().map(|distance| distance * distance).sum::<f64>() / (2 * poses.len()) as f64;
-    Follower { linkage: Linkage { first, second }, poses, largest, rms: square.sqrt() }
+    PathFollower { linkage: Linkage { first, second }, poses, largest, rms: square.sqrt() }
 }

@@ -6,13 +6,13 @@ use std::f64::consts::TAU;
 
 use cotree_synthesis::path::{CouplerPath, PathEffort, followers};
 use cotree_synthesis::{
-    Condition, Coupler, Defect, Dyad, Family, Linkage, Pair, Point, Pose, Random, Special, Zero, circle_dyad,
-    coupler_cognates, couplers, dyads, extent, freudenstein, judge, nearest_couplers, nearest_dyads, polar,
-    slider_cranks, special, stroke, way,
+    Coupler, Defect, Dyad, DyadCondition, Family, Linkage, Pair, Point, Pose, RandomNumbers, Special, Zero,
+    circle_dyad, coupler_cognates, couplers, dyads, extent, freudenstein, judge, nearest_couplers, nearest_dyads,
+    polar, slider_cranks, special, stroke, way,
 };
 use made::{closed, is_it_or_a_cognate, of_class, piece, somewhere};
 
-fn point(random: &mut Random) -> Point {
+fn point(random: &mut RandomNumbers) -> Point {
     Point::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0))
 }
 
@@ -37,12 +37,12 @@ fn nearest(dyad: &Dyad, all: &[Dyad]) -> f64 {
     all.iter().map(|other| apart(dyad, other)).fold(f64::INFINITY, f64::min)
 }
 
-fn bar(random: &mut Random) -> Dyad {
+fn bar(random: &mut RandomNumbers) -> Dyad {
     Dyad::Bar { moving: point(random), ground: point(random), length: random.between(0.2, 1.2) }
 }
 
 /// Poses that a linkage takes at random inputs, in order.
-fn task(random: &mut Random, count: usize, make: fn(&mut Random) -> Linkage) -> (Linkage, Vec<Pose>) {
+fn task(random: &mut RandomNumbers, count: usize, make: fn(&mut RandomNumbers) -> Linkage) -> (Linkage, Vec<Pose>) {
     loop {
         let linkage = make(random);
         let mut inputs: Vec<f64> = (0..count).map(|_| random.between(0.0, TAU)).collect();
@@ -54,17 +54,17 @@ fn task(random: &mut Random, count: usize, make: fn(&mut Random) -> Linkage) -> 
     }
 }
 
-fn four_bar(random: &mut Random) -> Linkage {
+fn four_bar(random: &mut RandomNumbers) -> Linkage {
     Linkage { first: bar(random), second: bar(random) }
 }
 
-fn slider_crank(random: &mut Random) -> Linkage {
+fn slider_crank(random: &mut RandomNumbers) -> Linkage {
     let normal = polar(1.0, random.between(0.0, TAU));
     let second = Dyad::Slider { moving: point(random), normal, offset: random.between(0.0, 0.5) };
     Linkage { first: bar(random), second }
 }
 
-fn slotted(random: &mut Random) -> Linkage {
+fn slotted(random: &mut RandomNumbers) -> Linkage {
     let normal = polar(1.0, random.between(0.0, TAU));
     let second = Dyad::Slot { ground: point(random), normal, offset: random.between(-0.5, 0.5) };
     Linkage { first: bar(random), second }
@@ -72,7 +72,7 @@ fn slotted(random: &mut Random) -> Linkage {
 
 #[test]
 fn five_poses_give_back_the_linkage_that_made_them() {
-    let mut random = Random::new(20);
+    let mut random = RandomNumbers::new(20);
     for make in [four_bar, slider_crank, slotted] {
         for number in 0..100 {
             let (linkage, poses) = task(&mut random, 5, make);
@@ -91,15 +91,16 @@ fn dyad_size(dyad: &Dyad) -> f64 {
 
 #[test]
 fn four_poses_and_a_line_give_back_the_bar_with_its_pivot_there() {
-    let mut random = Random::new(21);
+    let mut random = RandomNumbers::new(21);
     for _ in 0..100 {
         let (linkage, poses) = task(&mut random, 4, four_bar);
         let Dyad::Bar { moving, ground, .. } = linkage.first else { unreachable!() };
         let direction = polar(1.0, random.between(0.0, TAU));
         let dot = |point: Point| direction.re * point.re + direction.im * point.im;
-        for condition in
-            [Condition::Ground { direction, value: dot(ground) }, Condition::Moving { direction, value: dot(moving) }]
-        {
+        for condition in [
+            DyadCondition::Ground { direction, value: dot(ground) },
+            DyadCondition::Moving { direction, value: dot(moving) },
+        ] {
             let error = nearest(&linkage.first, &dyads(&poses, &[condition]).expect("five equations"));
             assert!(error < 1e-7, "{error:e}");
         }
@@ -108,7 +109,7 @@ fn four_poses_and_a_line_give_back_the_bar_with_its_pivot_there() {
 
 #[test]
 fn three_poses_determine_a_bar_by_either_pin() {
-    let mut random = Random::new(22);
+    let mut random = RandomNumbers::new(22);
     for _ in 0..100 {
         let (linkage, poses) = task(&mut random, 3, four_bar);
         let poses: [Pose; 3] = poses.try_into().expect("three");
@@ -122,7 +123,7 @@ fn three_poses_determine_a_bar_by_either_pin() {
 
 #[test]
 fn eight_poses_with_noise_have_a_dyad_near_each_that_made_them() {
-    let mut random = Random::new(23);
+    let mut random = RandomNumbers::new(23);
     let mut near = 0;
     for _ in 0..40 {
         let (linkage, poses) = task(&mut random, 8, four_bar);
@@ -201,7 +202,7 @@ fn defects_are_told_apart() {
 
 #[test]
 fn five_pairs_give_back_the_four_bar_and_the_slider_crank() {
-    let mut random = Random::new(24);
+    let mut random = RandomNumbers::new(24);
     let mut made = 0;
     while made < 60 {
         let lengths: [f64; 3] = std::array::from_fn(|_| random.between(0.3, 1.4));
@@ -330,7 +331,7 @@ fn cognates_draw_the_same_curve() {
 
 #[test]
 fn closed_paths_give_back_the_four_bar_or_a_cognate() {
-    let mut random = Random::new(25);
+    let mut random = RandomNumbers::new(25);
     for class in ["crank", "double rocker", "rocker", "no Grashof"] {
         let mut known = 0;
         for _ in 0..10 {
@@ -347,7 +348,7 @@ fn closed_paths_give_back_the_four_bar_or_a_cognate() {
 /// Pieces of curves tell their four-bars apart by 1e-9 of their size, or less.
 #[test]
 fn open_paths_give_back_the_four_bar_or_a_cognate() {
-    let mut random = Random::new(101);
+    let mut random = RandomNumbers::new(101);
     for (class, least) in [("crank", 9), ("double rocker", 8), ("rocker", 8), ("no Grashof", 9)] {
         let mut known = 0;
         for _ in 0..10 {
@@ -363,7 +364,7 @@ fn open_paths_give_back_the_four_bar_or_a_cognate() {
 
 #[test]
 fn noise_is_left_as_it_is() {
-    let mut random = Random::new(26);
+    let mut random = RandomNumbers::new(26);
     let mut shares = Vec::new();
     for _ in 0..8 {
         let linkage = of_class(&mut random, "crank");
@@ -382,7 +383,7 @@ fn noise_is_left_as_it_is() {
 /// Two closed paths of which all candidates run into two coincident dyads, which meet every path: started from the curves themselves they have their four-bars all the same.
 #[test]
 fn noise_that_coincident_dyads_would_soak_up_is_left_too() {
-    let mut random = Random::new(201);
+    let mut random = RandomNumbers::new(201);
     for number in 0..=68 {
         let linkage = of_class(&mut random, "crank");
         let pose = somewhere(&linkage, &mut random);

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use cotree_synthesis::path::{CouplerPath, PathEffort, followers};
 use cotree_synthesis::within::{Bounded, Wish, bounded_followers, shorter_followers};
 use cotree_synthesis::{
-    LinkageLimit, LinkageLimits, Pair, Point, Random, Region, Zero, bounded_couplers, extent, judge, polar,
+    LinkageLimit, LinkageLimits, Pair, Point, RandomNumbers, Region, Zero, bounded_couplers, extent, judge, polar,
 };
 
 #[allow(dead_code, reason = "other tests use the rest")]
@@ -29,7 +29,7 @@ fn is_good(bounded: &Bounded, path: &CouplerPath, limits: &LinkageLimits) -> boo
 /// How many of so many paths, made from known four-bars with noise, have a four-bar within limits that is as near as the one that made them.
 fn known(count: usize, seed: u64) -> usize {
     const NOISE: f64 = 1e-3;
-    let mut random = Random::new(seed);
+    let mut random = RandomNumbers::new(seed);
     let mut found = 0;
     for index in 0..count {
         let closed = index % 2 == 0;
@@ -76,7 +76,7 @@ fn known_four_bars_within_limits_or_better_ones_are_found_in_a_hundred_tasks() {
 }
 
 /// A closed or an open path as a hand draws it.
-fn drawn(random: &mut Random, closed: bool) -> Vec<Point> {
+fn drawn(random: &mut RandomNumbers, closed: bool) -> Vec<Point> {
     let waves: Vec<Point> = (2..5).map(|k| random.normal() * (0.25 / f64::from(k * k))).collect();
     let oval = random.between(0.4, 1.0);
     let (from, way) = (random.between(0.0, TAU), random.between(0.8, 3.5));
@@ -136,7 +136,7 @@ fn evolved_error(x: &[f64; 9], points: &[Point], closed: bool) -> f64 {
 }
 
 /// Differential evolution (R. Storn, K. Price 1997) within the same bounds: the root mean square in each direction.
-fn evolved(points: &[Point], closed: bool, [low, high]: [f64; 2], random: &mut Random) -> f64 {
+fn evolved(points: &[Point], closed: bool, [low, high]: [f64; 2], random: &mut RandomNumbers) -> f64 {
     const MANY: usize = 70;
     let bounds =
         [[low, high]; 4].into_iter().chain([[-high, high], [-high, high], [0.0, TAU], [0.0, 1.0], [-1.0, 1.0]]);
@@ -168,7 +168,7 @@ fn evolved(points: &[Point], closed: bool, [low, high]: [f64; 2], random: &mut R
 
 /// Of so many paths by hand, how many are followed with at most 1.5 times the error of differential evolution, the better of two runs.
 fn by_hand(count: usize, seed: u64) -> usize {
-    let mut random = Random::new(seed);
+    let mut random = RandomNumbers::new(seed);
     let room = [0.1, 4.0];
     let limits = LinkageLimits { length: Some(room), ..LinkageLimits::default() };
     let mut held = 0;

@@ -1,12 +1,12 @@
 //! Products of sines and cosines of two angles become one of their sum or difference where that is shorter: c1*c3 + s1*s3 is c2 if the third
 //! angle is the first and the second together.
 
-use super::normal::{Factor, Number, Sum, Term};
+use super::normal::{Number, ProductTerm, Sum, TermFactor};
 use super::read::Definition;
 
 /// The sum with such products contracted, also within its parentheses and arguments. Definitions say what named angles are.
 pub fn contracted(sum: &Sum, definitions: &[Definition]) -> Sum {
-    let mut terms: Vec<Term> = sum.0.iter().map(|term| within(term, definitions)).collect();
+    let mut terms: Vec<ProductTerm> = sum.0.iter().map(|term| within(term, definitions)).collect();
     let mut changed = terms != sum.0;
     while let Some((first, second, term)) = pair(&terms, definitions) {
         terms.remove(second);
@@ -16,20 +16,20 @@ pub fn contracted(sum: &Sum, definitions: &[Definition]) -> Sum {
     if changed { Sum::collect(terms) } else { sum.clone() }
 }
 
-fn within(term: &Term, definitions: &[Definition]) -> Term {
-    let mut product = Term::number(term.number.0);
+fn within(term: &ProductTerm, definitions: &[Definition]) -> ProductTerm {
+    let mut product = ProductTerm::number(term.number.0);
     for (factor, power) in &term.factors {
         let inner = match factor {
-            Factor::Sum(sum) => {
+            TermFactor::Sum(sum) => {
                 Some(contracted(sum, definitions)).filter(|inner| inner != sum).map(|inner| inner.product())
             }
-            Factor::Call(function, arguments) => {
+            TermFactor::Call(function, arguments) => {
                 let arguments = arguments.iter().map(|argument| contracted(argument, definitions)).collect();
-                Some(Term::factor(Factor::Call(*function, arguments)))
+                Some(ProductTerm::factor(TermFactor::Call(*function, arguments)))
             }
             _ => None,
         };
-        let inner = inner.unwrap_or_else(|| Term::factor(factor.clone()));
+        let inner = inner.unwrap_or_else(|| ProductTerm::factor(factor.clone()));
         let inner = if *power < 0 { inner.inverse() } else { inner };
         (0..power.unsigned_abs()).for_each(|_| product = product.times(&inner));
     }
@@ -37,15 +37,15 @@ fn within(term: &Term, definitions: &[Definition]) -> Term {
 }
 
 /// Two terms that are one, and what they are.
-fn pair(terms: &[Term], definitions: &[Definition]) -> Option<(usize, usize, Term)> {
+fn pair(terms: &[ProductTerm], definitions: &[Definition]) -> Option<(usize, usize, ProductTerm)> {
     let mut pairs = (0..terms.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
     pairs.find_map(|(first, second)| Some((first, second, together([&terms[first], &terms[second]], definitions)?)))
 }
 
-fn together(terms: [&Term; 2], definitions: &[Definition]) -> Option<Term> {
-    let both = Sum(terms.map(Term::clone).to_vec());
+fn together(terms: [&ProductTerm; 2], definitions: &[Definition]) -> Option<ProductTerm> {
+    let both = Sum(terms.map(ProductTerm::clone).to_vec());
     let common = both.common(|_| true);
-    let outside = Term { factors: common, number: Number(terms[0].number.0) };
+    let outside = ProductTerm { factors: common, number: Number(terms[0].number.0) };
     let [(one, other), (one_too, other_too)] = terms
         .map(|term| two_functions(&term.times(&outside.inverse())))
         .into_iter()
@@ -69,7 +69,7 @@ fn together(terms: [&Term; 2], definitions: &[Definition]) -> Option<Term> {
     let length: usize = function
         .factors
         .iter()
-        .map(|(factor, _)| if let Factor::Trigonometric(angle, _) = factor { written(angle) } else { 1 })
+        .map(|(factor, _)| if let TermFactor::Trigonometric(angle, _) = factor { written(angle) } else { 1 })
         .sum();
     (length < 2 * (written(&one.0) + written(&other.0))).then(|| outside.scaled(sign).times(&function))
 }
@@ -78,9 +78,9 @@ fn together(terms: [&Term; 2], definitions: &[Definition]) -> Option<Term> {
 type Of = (Sum, bool);
 
 /// The functions of two angles that a term is the product of, if it is nothing else.
-fn two_functions(term: &Term) -> Option<(Of, Of)> {
+fn two_functions(term: &ProductTerm) -> Option<(Of, Of)> {
     match term.factors.as_slice() {
-        [(Factor::Trigonometric(a, first), 1), (Factor::Trigonometric(b, second), 1)] => {
+        [(TermFactor::Trigonometric(a, first), 1), (TermFactor::Trigonometric(b, second), 1)] => {
             Some(((a.clone(), *first), (b.clone(), *second)))
         }
         _ => None,
@@ -88,16 +88,16 @@ fn two_functions(term: &Term) -> Option<(Of, Of)> {
 }
 
 /// The sine or the cosine of an angle, by the name of the angle if it has one.
-fn function(angle: Sum, is_sine: bool, definitions: &[Definition]) -> Term {
+fn function(angle: Sum, is_sine: bool, definitions: &[Definition]) -> ProductTerm {
     if angle.0.is_empty() {
-        return Term::number(if is_sine { 0.0 } else { 1.0 });
+        return ProductTerm::number(if is_sine { 0.0 } else { 1.0 });
     }
     let opposite = angle.scaled(-1.0);
     let named = |angle: &Sum| {
         let is_it = |definition: &Definition| {
             definition.variable.is_some() && resolved(&definition.value, definitions) == *angle
         };
-        let name = |index| Sum::of(Term::factor(Factor::Named(index, angle.is_constant())));
+        let name = |index| Sum::of(ProductTerm::factor(TermFactor::Named(index, angle.is_constant())));
         if angle.single().is_some() { Some(angle.clone()) } else { definitions.iter().position(is_it).map(name) }
     };
     let (angle, sign) = match (named(&angle), named(&opposite)) {
@@ -105,13 +105,13 @@ fn function(angle: Sum, is_sine: bool, definitions: &[Definition]) -> Term {
         (None, Some(angle)) => (angle, -1.0),
         (None, None) => (angle, 1.0),
     };
-    Term::factor(Factor::Trigonometric(angle, is_sine)).scaled(if is_sine { sign } else { 1.0 })
+    ProductTerm::factor(TermFactor::Trigonometric(angle, is_sine)).scaled(if is_sine { sign } else { 1.0 })
 }
 
 /// An angle without names of other angles.
 fn resolved(angle: &Sum, definitions: &[Definition]) -> Sum {
     let parts = angle.0.iter().flat_map(|term| match term.factors.as_slice() {
-        [(Factor::Named(index, _), 1)] if definitions[*index].variable.is_some() => {
+        [(TermFactor::Named(index, _), 1)] if definitions[*index].variable.is_some() => {
             resolved(&definitions[*index].value, definitions).scaled(term.number.0).0
         }
         _ => vec![term.clone()],
@@ -125,7 +125,7 @@ mod tests {
     use cotree::expr::{Order, Symbol};
 
     fn angle(index: usize) -> Sum {
-        Sum::of(Term::factor(Factor::Symbol(Symbol::Coordinate(index, Order::Position), false)))
+        Sum::of(ProductTerm::factor(TermFactor::Symbol(Symbol::Coordinate(index, Order::Position), false)))
     }
 
     fn plus(a: &Sum, b: &Sum) -> Sum {
@@ -133,13 +133,13 @@ mod tests {
     }
 
     fn value(sum: &Sum, angles: &[f64; 3], definitions: &[Definition]) -> f64 {
-        let factor = |factor: &Factor| match factor {
-            Factor::Symbol(Symbol::Coordinate(index, _), _) => angles[*index],
-            Factor::Symbol(Symbol::Parameter(_), _) => 0.7,
-            Factor::Named(index, _) => value(&definitions[*index].value, angles, definitions),
-            Factor::Trigonometric(angle, true) => value(angle, angles, definitions).sin(),
-            Factor::Trigonometric(angle, false) => value(angle, angles, definitions).cos(),
-            Factor::Sum(sum) => value(sum, angles, definitions),
+        let factor = |factor: &TermFactor| match factor {
+            TermFactor::Symbol(Symbol::Coordinate(index, _), _) => angles[*index],
+            TermFactor::Symbol(Symbol::Parameter(_), _) => 0.7,
+            TermFactor::Named(index, _) => value(&definitions[*index].value, angles, definitions),
+            TermFactor::Trigonometric(angle, true) => value(angle, angles, definitions).sin(),
+            TermFactor::Trigonometric(angle, false) => value(angle, angles, definitions).cos(),
+            TermFactor::Sum(sum) => value(sum, angles, definitions),
             other => panic!("{other:?}"),
         };
         sum.0
@@ -149,9 +149,9 @@ mod tests {
     }
 
     /// number*f(a)*g(b)*m
-    fn product(number: f64, a: (&Sum, bool), b: (&Sum, bool)) -> Term {
-        let of = |(angle, sine): (&Sum, bool)| Term::factor(Factor::Trigonometric(angle.clone(), sine));
-        of(a).times(&of(b)).times(&Term::factor(Factor::Symbol(Symbol::Parameter(0), true))).scaled(number)
+    fn product(number: f64, a: (&Sum, bool), b: (&Sum, bool)) -> ProductTerm {
+        let of = |(angle, sine): (&Sum, bool)| ProductTerm::factor(TermFactor::Trigonometric(angle.clone(), sine));
+        of(a).times(&of(b)).times(&ProductTerm::factor(TermFactor::Symbol(Symbol::Parameter(0), true))).scaled(number)
     }
 
     /// Every pair of functions with every sign, of angles of which the second is the first and another: both forms have the same values.
@@ -159,7 +159,7 @@ mod tests {
     fn what_is_contracted_has_the_same_value_and_is_shorter() {
         let whole = Definition { variable: Some("whole".to_owned()), value: plus(&angle(0), &angle(1)), uses: 1 };
         let definitions = [whole];
-        let named = Sum::of(Term::factor(Factor::Named(0, false)));
+        let named = Sum::of(ProductTerm::factor(TermFactor::Named(0, false)));
         let mut contractions = 0;
         for (a, b) in [(&angle(0), &named), (&named, &angle(1)), (&angle(0), &angle(1)), (&angle(2), &angle(1))] {
             for case in 0..16 {

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::normal::{Factor, Number, Sum, Term};
+use super::normal::{Number, ProductTerm, Sum, TermFactor};
 use super::weight::by_weight;
 
-pub type Factors = Vec<(Factor, i32)>;
+pub type Factors = Vec<(TermFactor, i32)>;
 
 impl Sum {
     /// The sum in its shortest form.
@@ -15,15 +15,15 @@ impl Sum {
             common if common.is_empty() || sum.0.len() < 2 => sum,
             common => {
                 let rest = sum.without(&common).tidy();
-                Sum::of(Term { factors: common, number: Number(1.0) }.times(&rest.product()))
+                Sum::of(ProductTerm { factors: common, number: Number(1.0) }.times(&rest.product()))
             }
         }
     }
 
     /// The sum as one product: the common factor of all terms times the rest in parentheses.
-    pub fn product(&self) -> Term {
+    pub fn product(&self) -> ProductTerm {
         match self.0.as_slice() {
-            [] => Term::number(0.0),
+            [] => ProductTerm::number(0.0),
             [term] => term.clone(),
             [first, ..] => {
                 let common = self.common(|_| true);
@@ -33,18 +33,18 @@ impl Sum {
                 let sign = rest.0.first().map_or(1.0, |term| term.number.0.signum());
                 let number = if equal { size * sign } else { sign };
                 rest.0.iter_mut().for_each(|term| term.number.0 /= number);
-                let outside = Term { factors: common, number: Number(number) };
-                outside.times(&Term::factor(Factor::Sum(rest)))
+                let outside = ProductTerm { factors: common, number: Number(number) };
+                outside.times(&ProductTerm::factor(TermFactor::Sum(rest)))
             }
         }
     }
 
     /// Collects the coefficients of the same function of the motion.
     fn by_motion(self) -> Sum {
-        let mut groups: BTreeMap<Factors, Vec<Term>> = BTreeMap::new();
+        let mut groups: BTreeMap<Factors, Vec<ProductTerm>> = BTreeMap::new();
         for term in self.0 {
             let (factors, motion) = term.split();
-            groups.entry(motion).or_default().push(Term { factors, number: term.number });
+            groups.entry(motion).or_default().push(ProductTerm { factors, number: term.number });
         }
         let mut terms = Vec::new();
         for (motion, coefficients) in groups {
@@ -52,7 +52,7 @@ impl Sum {
             if motion.is_empty() {
                 terms.extend(coefficient.0);
             } else {
-                terms.push(Term { factors: motion, number: Number(1.0) }.times(&coefficient.product()));
+                terms.push(ProductTerm { factors: motion, number: Number(1.0) }.times(&coefficient.product()));
             }
         }
         Sum::collect(terms)
@@ -61,16 +61,16 @@ impl Sum {
     /// Puts together the parts of the motion that the same parameters multiply.
     fn by_parameters(self) -> Sum {
         let count = self.0.len();
-        let mut groups: BTreeMap<(Factors, Number), Vec<Term>> = BTreeMap::new();
+        let mut groups: BTreeMap<(Factors, Number), Vec<ProductTerm>> = BTreeMap::new();
         for term in self.0 {
             let (parameters, motion) = term.split();
             let size = Number(term.number.0.abs());
-            let rest = Term { factors: motion, number: Number(term.number.0.signum()) };
+            let rest = ProductTerm { factors: motion, number: Number(term.number.0.signum()) };
             groups.entry((parameters, size)).or_default().push(rest);
         }
         let mut terms = Vec::new();
         for ((factors, number), rest) in groups {
-            let outside = Term { factors, number };
+            let outside = ProductTerm { factors, number };
             // A number alone is factored out only of the whole sum.
             let worth = !outside.factors.is_empty() || (rest.len() == count && number.0 != 1.0);
             if rest.len() > 1 && worth && rest.iter().all(|term| !term.factors.is_empty()) {
@@ -90,26 +90,26 @@ impl Sum {
 
     /// Factors the parameter that shortens the sum most out of it, recursively.
     pub(super) fn shared_parameters(self) -> Sum {
-        let mut savings: BTreeMap<&Factor, usize> = BTreeMap::new();
+        let mut savings: BTreeMap<&TermFactor, usize> = BTreeMap::new();
         for (factor, _) in self.0.iter().flat_map(|term| &term.factors).filter(|(_, power)| *power > 0) {
             *savings.entry(factor).or_default() += factor.leaves();
         }
-        let saved = |(factor, sum): &(&Factor, usize)| sum - factor.leaves();
+        let saved = |(factor, sum): &(&TermFactor, usize)| sum - factor.leaves();
         let best = savings.into_iter().rev().max_by_key(saved).filter(|found| saved(found) > 0);
         let Some(best) = best.map(|(factor, _)| factor.clone()) else { return self };
-        let has = |term: &Term| term.factors.iter().any(|(factor, power)| *factor == best && *power > 0);
-        let (with, without): (Vec<Term>, Vec<Term>) = self.0.into_iter().partition(has);
+        let has = |term: &ProductTerm| term.factors.iter().any(|(factor, power)| *factor == best && *power > 0);
+        let (with, without): (Vec<ProductTerm>, Vec<ProductTerm>) = self.0.into_iter().partition(has);
         let group = Sum(with);
         let common = group.common(|_| true);
         let inner = Sum::collect(group.without(&common).0).shared_parameters();
-        let grouped = Term { factors: common, number: Number(1.0) }.times(&inner.product());
+        let grouped = ProductTerm { factors: common, number: Number(1.0) }.times(&inner.product());
         let rest = Sum::collect(without).shared_parameters();
         Sum::collect(rest.0.into_iter().chain([grouped]))
     }
 
-    pub(super) fn common(&self, of_kind: impl Fn(&Factor) -> bool) -> Factors {
+    pub(super) fn common(&self, of_kind: impl Fn(&TermFactor) -> bool) -> Factors {
         let Some((first, others)) = self.0.split_first() else { return Factors::new() };
-        let power_in = |term: &Term, factor: &Factor| {
+        let power_in = |term: &ProductTerm, factor: &TermFactor| {
             term.factors.iter().find(|(other, _)| other == factor).map_or(0, |(_, power)| *power)
         };
         let candidates = first.factors.iter().filter(|(factor, power)| *power > 0 && of_kind(factor));
@@ -121,7 +121,7 @@ impl Sum {
     }
 
     pub(super) fn without(&self, common: &Factors) -> Sum {
-        let divisor = Term { factors: common.clone(), number: Number(1.0) }.inverse();
+        let divisor = ProductTerm { factors: common.clone(), number: Number(1.0) }.inverse();
         Sum::sorted(self.0.iter().map(|term| term.times(&divisor)).collect())
     }
 }

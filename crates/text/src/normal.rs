@@ -7,14 +7,14 @@ use cotree::expr::{Binary, Order, Symbol, Unary};
 
 /// A sum of terms with different factors, in the order in which they are written.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Sum(pub Vec<Term>);
+pub struct Sum(pub Vec<ProductTerm>);
 
-pub type Factors = Vec<(Factor, i32)>;
+pub type Factors = Vec<(TermFactor, i32)>;
 
 /// number x product of factors; each factor once, with its power, in the order in which they are written.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Term {
-    pub factors: Vec<(Factor, i32)>,
+pub struct ProductTerm {
+    pub factors: Vec<(TermFactor, i32)>,
     pub number: Number,
 }
 
@@ -23,7 +23,7 @@ pub struct Number(pub f64);
 
 /// An irreducible factor.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Factor {
+pub enum TermFactor {
     /// A symbol; a weight is a parameter with mass in its unit: a mass, an inertia, a force, a stiffness.
     Symbol(Symbol, bool),
     /// A definition; does it depend on parameters only?
@@ -60,39 +60,41 @@ impl Ord for Number {
     }
 }
 
-impl PartialOrd for Factor {
+impl PartialOrd for TermFactor {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Factor {
+impl Ord for TermFactor {
     fn cmp(&self, other: &Self) -> Ordering {
         self.rank().cmp(&other.rank()).then_with(|| match (self, other) {
-            (Factor::Symbol(a, _), Factor::Symbol(b, _)) => a.cmp(b),
-            (Factor::Named(a, _), Factor::Named(b, _)) => a.cmp(b),
-            (Factor::Trigonometric(a, x), Factor::Trigonometric(b, y)) => (a, x).cmp(&(b, y)),
-            (Factor::Call(f, a), Factor::Call(g, b)) => (f, a).cmp(&(g, b)),
-            (Factor::Sum(a), Factor::Sum(b)) => a.cmp(b),
+            (TermFactor::Symbol(a, _), TermFactor::Symbol(b, _)) => a.cmp(b),
+            (TermFactor::Named(a, _), TermFactor::Named(b, _)) => a.cmp(b),
+            (TermFactor::Trigonometric(a, x), TermFactor::Trigonometric(b, y)) => (a, x).cmp(&(b, y)),
+            (TermFactor::Call(f, a), TermFactor::Call(g, b)) => (f, a).cmp(&(g, b)),
+            (TermFactor::Sum(a), TermFactor::Sum(b)) => a.cmp(b),
             _ => self.kind().cmp(&other.kind()),
         })
     }
 }
 
-impl Factor {
+impl TermFactor {
     pub fn is_constant(&self) -> bool {
         match self {
-            Factor::Symbol(symbol, _) => symbol.is_constant_between_instants() || matches!(symbol, Symbol::Missing(..)),
-            Factor::Named(_, constant) => *constant,
-            Factor::Trigonometric(argument, _) => argument.is_constant(),
-            Factor::Call(_, arguments) => arguments.iter().all(Sum::is_constant),
-            Factor::Sum(sum) => sum.is_constant(),
+            TermFactor::Symbol(symbol, _) => {
+                symbol.is_constant_between_instants() || matches!(symbol, Symbol::Missing(..))
+            }
+            TermFactor::Named(_, constant) => *constant,
+            TermFactor::Trigonometric(argument, _) => argument.is_constant(),
+            TermFactor::Call(_, arguments) => arguments.iter().all(Sum::is_constant),
+            TermFactor::Sum(sum) => sum.is_constant(),
         }
     }
 
     /// Parameters first, then signals, then the motion, then trigonometric functions and sums of it.
     fn rank(&self) -> u8 {
         match self {
-            Factor::Symbol(symbol, _) => match symbol {
+            TermFactor::Symbol(symbol, _) => match symbol {
                 Symbol::Missing(..) => 0,
                 Symbol::Parameter(_) | Symbol::Discrete(_) => 1,
                 Symbol::Input(..) => 4,
@@ -102,64 +104,64 @@ impl Factor {
                 Symbol::Coordinate(_, Order::Position) | Symbol::Argument => 8,
                 Symbol::Coordinate(..) => 9,
             },
-            Factor::Named(..) if self.is_constant() => 2,
-            Factor::Sum(_) | Factor::Call(..) | Factor::Trigonometric(..) if self.is_constant() => 3,
-            Factor::Named(..) => 10,
-            Factor::Trigonometric(..) => 11,
-            Factor::Call(..) => 12,
-            Factor::Sum(_) => 13,
+            TermFactor::Named(..) if self.is_constant() => 2,
+            TermFactor::Sum(_) | TermFactor::Call(..) | TermFactor::Trigonometric(..) if self.is_constant() => 3,
+            TermFactor::Named(..) => 10,
+            TermFactor::Trigonometric(..) => 11,
+            TermFactor::Call(..) => 12,
+            TermFactor::Sum(_) => 13,
         }
     }
 
     fn kind(&self) -> u8 {
         match self {
-            Factor::Symbol(..) => 0,
-            Factor::Named(..) => 1,
-            Factor::Trigonometric(..) => 2,
-            Factor::Call(..) => 3,
-            Factor::Sum(_) => 4,
+            TermFactor::Symbol(..) => 0,
+            TermFactor::Named(..) => 1,
+            TermFactor::Trigonometric(..) => 2,
+            TermFactor::Call(..) => 3,
+            TermFactor::Sum(_) => 4,
         }
     }
 
     pub fn leaves(&self) -> usize {
         match self {
-            Factor::Symbol(..) | Factor::Named(..) => 1,
-            Factor::Trigonometric(argument, _) => argument.leaves().max(1),
-            Factor::Call(_, arguments) => 1 + arguments.iter().map(Sum::leaves).sum::<usize>(),
-            Factor::Sum(sum) => sum.leaves(),
+            TermFactor::Symbol(..) | TermFactor::Named(..) => 1,
+            TermFactor::Trigonometric(argument, _) => argument.leaves().max(1),
+            TermFactor::Call(_, arguments) => 1 + arguments.iter().map(Sum::leaves).sum::<usize>(),
+            TermFactor::Sum(sum) => sum.leaves(),
         }
     }
 }
 
-impl Term {
+impl ProductTerm {
     pub fn number(value: f64) -> Self {
-        Term { factors: Vec::new(), number: Number(value) }
+        ProductTerm { factors: Vec::new(), number: Number(value) }
     }
 
-    pub fn factor(factor: Factor) -> Self {
-        Term { factors: vec![(factor, 1)], number: Number(1.0) }
+    pub fn factor(factor: TermFactor) -> Self {
+        ProductTerm { factors: vec![(factor, 1)], number: Number(1.0) }
     }
 
     pub fn leaves(&self) -> usize {
         self.factors.iter().map(|(factor, _)| factor.leaves()).sum::<usize>().max(1)
     }
 
-    pub fn times(&self, other: &Term) -> Term {
-        let mut powers: BTreeMap<Factor, i32> = self.factors.iter().cloned().collect();
+    pub fn times(&self, other: &ProductTerm) -> ProductTerm {
+        let mut powers: BTreeMap<TermFactor, i32> = self.factors.iter().cloned().collect();
         for (factor, power) in &other.factors {
             *powers.entry(factor.clone()).or_default() += power;
         }
         powers.retain(|_, power| *power != 0);
-        Term { factors: powers.into_iter().collect(), number: Number(self.number.0 * other.number.0) }
+        ProductTerm { factors: powers.into_iter().collect(), number: Number(self.number.0 * other.number.0) }
     }
 
-    pub fn inverse(&self) -> Term {
+    pub fn inverse(&self) -> ProductTerm {
         let factors = self.factors.iter().map(|(factor, power)| (factor.clone(), -power)).collect();
-        Term { factors, number: Number(1.0 / self.number.0) }
+        ProductTerm { factors, number: Number(1.0 / self.number.0) }
     }
 
-    pub fn scaled(&self, value: f64) -> Term {
-        Term { factors: self.factors.clone(), number: Number(value * self.number.0) }
+    pub fn scaled(&self, value: f64) -> ProductTerm {
+        ProductTerm { factors: self.factors.clone(), number: Number(value * self.number.0) }
     }
 
     /// The factors of parameters and those of the motion.
@@ -170,20 +172,20 @@ impl Term {
     /// The sum that this is but for a number, if it is one.
     fn only_sum(&self) -> Option<&Sum> {
         match self.factors.as_slice() {
-            [(Factor::Sum(sum), 1)] => Some(sum),
+            [(TermFactor::Sum(sum), 1)] => Some(sum),
             _ => None,
         }
     }
 }
 
 impl Sum {
-    pub fn of(term: Term) -> Self {
+    pub fn of(term: ProductTerm) -> Self {
         Sum::collect([term])
     }
 
     /// Adds up terms with the same factors. A sum within the sum loses its parentheses.
-    pub fn collect(terms: impl IntoIterator<Item = Term>) -> Self {
-        let mut numbers: BTreeMap<Vec<(Factor, i32)>, f64> = BTreeMap::new();
+    pub fn collect(terms: impl IntoIterator<Item = ProductTerm>) -> Self {
+        let mut numbers: BTreeMap<Vec<(TermFactor, i32)>, f64> = BTreeMap::new();
         for term in terms {
             match term.only_sum() {
                 Some(sum) if term.number.0.abs() == 1.0 => {
@@ -194,11 +196,13 @@ impl Sum {
                 _ => add(&mut numbers, term),
             }
         }
-        Sum::sorted(numbers.into_iter().map(|(factors, number)| Term { factors, number: Number(number) }).collect())
+        Sum::sorted(
+            numbers.into_iter().map(|(factors, number)| ProductTerm { factors, number: Number(number) }).collect(),
+        )
     }
 
     /// The terms in the order in which they are written: short ones first. Their factors differ already.
-    pub fn sorted(mut terms: Vec<Term>) -> Self {
+    pub fn sorted(mut terms: Vec<ProductTerm>) -> Self {
         terms.retain(|term| term.number.0 != 0.0);
         terms.sort_by_cached_key(|term| (term.leaves(), term.factors.clone()));
         Sum(terms)
@@ -213,13 +217,13 @@ impl Sum {
     }
 
     pub fn leaves(&self) -> usize {
-        self.0.iter().map(Term::leaves).sum()
+        self.0.iter().map(ProductTerm::leaves).sum()
     }
 
     /// The only symbol or name, if there is nothing else.
-    pub fn single(&self) -> Option<&Factor> {
+    pub fn single(&self) -> Option<&TermFactor> {
         match self.0.as_slice() {
-            [Term { factors, number: Number(1.0) }] => match factors.as_slice() {
+            [ProductTerm { factors, number: Number(1.0) }] => match factors.as_slice() {
                 [(factor, 1)] => Some(factor),
                 _ => None,
             },
@@ -245,7 +249,7 @@ impl Sum {
 }
 
 /// Adds a term; a sum below the rounding error of its terms is zero.
-fn add(numbers: &mut BTreeMap<Vec<(Factor, i32)>, f64>, term: Term) {
+fn add(numbers: &mut BTreeMap<Vec<(TermFactor, i32)>, f64>, term: ProductTerm) {
     let entry = numbers.entry(term.factors).or_default();
     let sum = *entry + term.number.0;
     let largest = entry.abs().max(term.number.0.abs());

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use cotree::expr::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 use super::contract::contracted;
-use super::normal::{CalledFunction, Factor, Sum, Term};
+use super::normal::{CalledFunction, ProductTerm, Sum, TermFactor};
 
 /// Shared subexpressions with so many symbols are named; roots, such as lengths, with fewer.
 const LONG: usize = 10;
@@ -16,8 +16,8 @@ const DEEP: usize = 12;
 const WIDE: usize = 300;
 
 #[derive(Clone, Debug, Default)]
-pub struct Reading {
-    /// The definitions that [`Factor::Named`] refers to, operands first.
+pub struct Readable {
+    /// The definitions that [`TermFactor::Named`] refers to, operands first.
     pub definitions: Vec<Definition>,
     /// The expressions, in the order in which they were given.
     pub roots: Vec<Sum>,
@@ -38,7 +38,7 @@ pub struct Definition {
     pub uses: usize,
 }
 
-impl Reading {
+impl Readable {
     pub fn new(arena: &Arena, roots: &[Expr], context: &ReadingContext) -> Self {
         let order = arena.reachable(roots.iter().copied());
         let (mut names, forced) = candidates(arena, &order, roots, &context.variables);
@@ -141,7 +141,7 @@ struct SumReader<'a> {
     parts: HashSet<Expr>,
     /// Collected but not yet tidy: sums may still grow.
     known: HashMap<Expr, Sum>,
-    products: HashMap<Expr, Term>,
+    products: HashMap<Expr, ProductTerm>,
     weights: &'a HashSet<Symbol>,
     definitions: Vec<Definition>,
 }
@@ -153,7 +153,7 @@ impl<'a> SumReader<'a> {
         roots: &[Expr],
         context: &'a ReadingContext,
         (names, forced): (&HashSet<Expr>, &HashSet<Expr>),
-    ) -> (Reading, Vec<Expr>) {
+    ) -> (Readable, Vec<Expr>) {
         let is_atom = |expr: &Expr| names.contains(expr) || context.variables.contains_key(expr);
         let mut reader = SumReader {
             arena,
@@ -179,17 +179,17 @@ impl<'a> SumReader<'a> {
                 if variable.is_none() && short {
                     value
                 } else {
-                    let factor = Factor::Named(reader.definitions.len(), value.is_constant());
+                    let factor = TermFactor::Named(reader.definitions.len(), value.is_constant());
                     reader.definitions.push(Definition { variable, value, uses: 0 });
                     expressions.push(expr);
-                    Sum::of(Term::factor(factor))
+                    Sum::of(ProductTerm::factor(factor))
                 }
             };
             reader.known.insert(expr, sum);
         }
         let root = |root| contracted(&reader.known[root].clone().tidy(), &reader.definitions);
         let roots: Vec<Sum> = roots.iter().map(root).collect();
-        (Reading::counted(reader.definitions, roots), expressions)
+        (Readable::counted(reader.definitions, roots), expressions)
     }
 
     fn sum(&mut self, expr: Expr) -> Sum {
@@ -200,15 +200,17 @@ impl<'a> SumReader<'a> {
         }
         let known = |operand: Expr| &self.known[&operand];
         match self.arena.node(expr) {
-            ExprNode::Constant(bits) => Sum::of(Term::number(f64::from_bits(bits))),
-            ExprNode::Symbol(symbol) => Sum::of(Term::factor(Factor::Symbol(symbol, self.weights.contains(&symbol)))),
+            ExprNode::Constant(bits) => Sum::of(ProductTerm::number(f64::from_bits(bits))),
+            ExprNode::Symbol(symbol) => {
+                Sum::of(ProductTerm::factor(TermFactor::Symbol(symbol, self.weights.contains(&symbol))))
+            }
             ExprNode::Unary(Unary::Negate, a) if !self.parts.contains(&a) => known(a).scaled(-1.0),
             ExprNode::Unary(Unary::Negate, _) | ExprNode::Binary(Binary::Add | Binary::Subtract, ..) => {
                 Sum::collect(self.terms(expr))
             }
             ExprNode::Unary(function @ (Unary::Sin | Unary::Cos), a) => {
                 let angle = known(a).clone().tidy();
-                Sum::of(Term::factor(Factor::Trigonometric(angle, function == Unary::Sin)))
+                Sum::of(ProductTerm::factor(TermFactor::Trigonometric(angle, function == Unary::Sin)))
             }
             ExprNode::Unary(function, a) => self.call(CalledFunction::One(function), &[a]),
             ExprNode::Binary(function, a, b) => self.call(CalledFunction::Two(function), &[a, b]),
@@ -217,7 +219,7 @@ impl<'a> SumReader<'a> {
     }
 
     /// The terms of a sum and of the sums that are part of it, from left to right.
-    fn terms(&self, sum: Expr) -> Vec<Term> {
+    fn terms(&self, sum: Expr) -> Vec<ProductTerm> {
         let mut terms = Vec::new();
         let mut waiting = vec![(sum, 1.0)];
         while let Some((expr, sign)) = waiting.pop() {
@@ -234,19 +236,19 @@ impl<'a> SumReader<'a> {
         terms
     }
 
-    fn product(&mut self, operand: Expr) -> Term {
+    fn product(&mut self, operand: Expr) -> ProductTerm {
         let known = &self.known;
         self.products.entry(operand).or_insert_with(|| known[&operand].clone().tidy().product()).clone()
     }
 
     fn call(&self, function: CalledFunction, operands: &[Expr]) -> Sum {
         let arguments = operands.iter().map(|operand| self.known[operand].clone().tidy()).collect();
-        Sum::of(Term::factor(Factor::Call(function, arguments)))
+        Sum::of(ProductTerm::factor(TermFactor::Call(function, arguments)))
     }
 }
 
-impl Reading {
-    fn counted(mut definitions: Vec<Definition>, roots: Vec<Sum>) -> Reading {
+impl Readable {
+    fn counted(mut definitions: Vec<Definition>, roots: Vec<Sum>) -> Readable {
         let mut uses = vec![0; definitions.len()];
         roots.iter().for_each(|root| count(root, &mut uses));
         // Later definitions may use earlier ones, but only those that are used themselves count.
@@ -258,17 +260,17 @@ impl Reading {
         for (definition, uses) in definitions.iter_mut().zip(uses) {
             definition.uses = uses;
         }
-        Reading { definitions, roots }
+        Readable { definitions, roots }
     }
 }
 
 fn count(sum: &Sum, uses: &mut [usize]) {
-    for (factor, _) in sum.0.iter().flat_map(|term: &Term| &term.factors) {
+    for (factor, _) in sum.0.iter().flat_map(|term: &ProductTerm| &term.factors) {
         match factor {
-            Factor::Symbol(..) => {}
-            Factor::Named(index, _) => uses[*index] += 1,
-            Factor::Trigonometric(inner, _) | Factor::Sum(inner) => count(inner, uses),
-            Factor::Call(_, arguments) => arguments.iter().for_each(|argument| count(argument, uses)),
+            TermFactor::Symbol(..) => {}
+            TermFactor::Named(index, _) => uses[*index] += 1,
+            TermFactor::Trigonometric(inner, _) | TermFactor::Sum(inner) => count(inner, uses),
+            TermFactor::Call(_, arguments) => arguments.iter().for_each(|argument| count(argument, uses)),
         }
     }
 }

@@ -6,9 +6,9 @@ use cotree::equations::Equations;
 use cotree::expr::{Binary, Expr, Unary};
 
 use super::name::{Name, Names};
-use super::normal::{CalledFunction, Factor, Sum, Term};
+use super::normal::{CalledFunction, ProductTerm, Sum, TermFactor};
 use super::number::{WrittenNumber, written};
-use super::read::{Reading, ReadingContext};
+use super::read::{Readable, ReadingContext};
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum FormulaTree {
@@ -136,7 +136,7 @@ pub fn plain(equations: &Equations, exprs: &[Expr]) -> Vec<FormulaTree> {
 }
 
 pub fn formulas(equations: &Equations, exprs: &[Expr], context: &ReadingContext) -> Formulas {
-    let (reading, names) = (&Reading::new(&equations.system.arena, exprs, context), &Names::new(equations));
+    let (reading, names) = (&Readable::new(&equations.system.arena, exprs, context), &Names::new(equations));
     let defined = definition_names(reading, names);
     let variables = defined.iter().scan(names.coordinates, |count, name| {
         *count += usize::from(name.is_variable());
@@ -154,7 +154,7 @@ pub fn formulas(equations: &Equations, exprs: &[Expr], context: &ReadingContext)
     for ((factor, _), (name, value)) in layout.angles {
         let pair = (FormulaTree::Name(name), value);
         match factor {
-            Factor::Named(index, _) => named.entry(index).or_default().push(pair),
+            TermFactor::Named(index, _) => named.entry(index).or_default().push(pair),
             _ => angles.push(pair),
         }
     }
@@ -165,7 +165,7 @@ pub fn formulas(equations: &Equations, exprs: &[Expr], context: &ReadingContext)
     Formulas { angles, definitions, formulas }
 }
 
-fn definition_names(reading: &Reading, names: &Names<'_>) -> Vec<Name> {
+fn definition_names(reading: &Readable, names: &Names<'_>) -> Vec<Name> {
     let mut count = 0;
     let name = |definition: &super::read::Definition| match &definition.variable {
         Some(variable) => Name::variable(variable),
@@ -183,7 +183,7 @@ struct Layout<'a> {
     /// Numbers of the definitions that have a name of the user's, after those of the coordinates.
     variables: Vec<Option<usize>>,
     /// Sines and cosines that got a short name: by angle, cosine first.
-    angles: BTreeMap<(Factor, bool), (Name, FormulaTree)>,
+    angles: BTreeMap<(TermFactor, bool), (Name, FormulaTree)>,
 }
 
 impl Layout<'_> {
@@ -194,12 +194,12 @@ impl Layout<'_> {
         FormulaTree::sum(terms)
     }
 
-    fn term(&mut self, term: &Term, flip: &mut bool) -> (bool, FormulaTree) {
+    fn term(&mut self, term: &ProductTerm, flip: &mut bool) -> (bool, FormulaTree) {
         let mut minus = term.number.0 < 0.0;
         let (mut over, mut under) = number(term.number.0.abs());
         for (factor, power) in &term.factors {
             let tree = match factor {
-                Factor::Sum(sum) if *flip && *power == 1 && sum.0.iter().any(|term| term.number.0 < 0.0) => {
+                TermFactor::Sum(sum) if *flip && *power == 1 && sum.0.iter().any(|term| term.number.0 < 0.0) => {
                     (minus, *flip) = (false, false);
                     self.sum(&sum.scaled(-1.0))
                 }
@@ -214,13 +214,13 @@ impl Layout<'_> {
         (minus, FormulaTree::quotient(over, under))
     }
 
-    fn factor(&mut self, factor: &Factor) -> FormulaTree {
+    fn factor(&mut self, factor: &TermFactor) -> FormulaTree {
         match factor {
-            Factor::Symbol(symbol, _) => FormulaTree::Name(self.names.symbol(*symbol)),
-            Factor::Named(index, _) => FormulaTree::Name(self.defined[*index].clone()),
-            Factor::Sum(sum) => self.sum(sum),
-            Factor::Trigonometric(angle, sine) => self.trigonometric(angle, *sine),
-            Factor::Call(function, arguments) => {
+            TermFactor::Symbol(symbol, _) => FormulaTree::Name(self.names.symbol(*symbol)),
+            TermFactor::Named(index, _) => FormulaTree::Name(self.defined[*index].clone()),
+            TermFactor::Sum(sum) => self.sum(sum),
+            TermFactor::Trigonometric(angle, sine) => self.trigonometric(angle, *sine),
+            TermFactor::Call(function, arguments) => {
                 let arguments: Vec<FormulaTree> = arguments.iter().map(|argument| self.sum(argument)).collect();
                 call(*function, arguments)
             }
@@ -232,8 +232,8 @@ impl Layout<'_> {
         let value = FormulaTree::Call(if sine { "sin" } else { "cos" }, vec![self.sum(angle)]);
         let Some(factor) = angle.single() else { return value };
         let number = match factor {
-            Factor::Symbol(symbol, _) => self.names.coordinate(*symbol),
-            Factor::Named(index, _) => self.variables[*index],
+            TermFactor::Symbol(symbol, _) => self.names.coordinate(*symbol),
+            TermFactor::Named(index, _) => self.variables[*index],
             _ => None,
         };
         let Some(number) = number else { return value };

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::factor::Factors;
-use super::normal::{Factor, Number, Sum, Term};
+use super::normal::{Number, ProductTerm, Sum, TermFactor};
 
 const MOST_TERMS: usize = 80;
 
@@ -12,22 +12,22 @@ const MOST_TERMS: usize = 80;
 pub fn by_weight(sum: &Sum) -> Option<Sum> {
     let mut lengths = BTreeSet::new();
     sums_of_symbols(sum, &mut lengths);
-    let mut by_weight: BTreeMap<Factors, Vec<Term>> = BTreeMap::new();
+    let mut by_weight: BTreeMap<Factors, Vec<ProductTerm>> = BTreeMap::new();
     for term in multiplied_out(sum)?.0 {
-        let is_weight = |(factor, _): &(Factor, i32)| matches!(factor, Factor::Symbol(_, true));
+        let is_weight = |(factor, _): &(TermFactor, i32)| matches!(factor, TermFactor::Symbol(_, true));
         let (weight, factors) = term.factors.into_iter().partition(is_weight);
-        by_weight.entry(weight).or_default().push(Term { factors, number: term.number });
+        by_weight.entry(weight).or_default().push(ProductTerm { factors, number: term.number });
     }
     // Weights with the same lengths are added.
-    let mut by_length: BTreeMap<Factors, Vec<Term>> = BTreeMap::new();
+    let mut by_length: BTreeMap<Factors, Vec<ProductTerm>> = BTreeMap::new();
     for (weight, coefficient) in by_weight {
         for part in unrelated(coefficient) {
-            let Term { factors, number } = divided(Sum::collect(part), &lengths);
-            by_length.entry(factors).or_default().push(Term { factors: weight.clone(), number });
+            let ProductTerm { factors, number } = divided(Sum::collect(part), &lengths);
+            by_length.entry(factors).or_default().push(ProductTerm { factors: weight.clone(), number });
         }
     }
     let terms = by_length.into_iter().map(|(factors, weights)| {
-        let lengths = Term { factors, number: Number(1.0) };
+        let lengths = ProductTerm { factors, number: Number(1.0) };
         lengths.times(&Sum::collect(weights).product())
     });
     let sum = Sum::collect(terms);
@@ -37,8 +37,8 @@ pub fn by_weight(sum: &Sum) -> Option<Sum> {
 /// All sums of symbols without weights.
 fn sums_of_symbols(sum: &Sum, found: &mut BTreeSet<Sum>) {
     for (factor, _) in sum.0.iter().flat_map(|term| &term.factors) {
-        if let Factor::Sum(inner) = factor {
-            let is_symbol = |term: &Term| matches!(term.factors.as_slice(), [(Factor::Symbol(_, false), 1)]);
+        if let TermFactor::Sum(inner) = factor {
+            let is_symbol = |term: &ProductTerm| matches!(term.factors.as_slice(), [(TermFactor::Symbol(_, false), 1)]);
             if inner.0.iter().all(is_symbol) {
                 found.insert(inner.clone());
             }
@@ -51,11 +51,11 @@ fn sums_of_symbols(sum: &Sum, found: &mut BTreeSet<Sum>) {
 fn multiplied_out(sum: &Sum) -> Option<Sum> {
     let mut terms = Vec::new();
     for term in &sum.0 {
-        let mut products = vec![Term::number(term.number.0)];
+        let mut products = vec![ProductTerm::number(term.number.0)];
         for (factor, power) in &term.factors {
             let (factors, times) = match factor {
-                Factor::Sum(inner) if *power > 0 => (multiplied_out(inner)?.0, *power),
-                _ => (vec![Term { factors: vec![(factor.clone(), *power)], number: Number(1.0) }], 1),
+                TermFactor::Sum(inner) if *power > 0 => (multiplied_out(inner)?.0, *power),
+                _ => (vec![ProductTerm { factors: vec![(factor.clone(), *power)], number: Number(1.0) }], 1),
             };
             for _ in 0..times {
                 products = products.iter().flat_map(|product| factors.iter().map(|f| product.times(f))).collect();
@@ -70,13 +70,13 @@ fn multiplied_out(sum: &Sum) -> Option<Sum> {
 }
 
 /// Terms in groups that have no factor in common, directly or through others.
-fn unrelated(terms: Vec<Term>) -> Vec<Vec<Term>> {
-    let mut groups: Vec<Vec<Term>> = Vec::new();
+fn unrelated(terms: Vec<ProductTerm>) -> Vec<Vec<ProductTerm>> {
+    let mut groups: Vec<Vec<ProductTerm>> = Vec::new();
     for term in terms {
-        let meets = |other: &Term| other.factors.iter().any(|(a, _)| term.factors.iter().any(|(b, _)| a == b));
-        let (related, mut apart): (Vec<Vec<Term>>, Vec<Vec<Term>>) =
+        let meets = |other: &ProductTerm| other.factors.iter().any(|(a, _)| term.factors.iter().any(|(b, _)| a == b));
+        let (related, mut apart): (Vec<Vec<ProductTerm>>, Vec<Vec<ProductTerm>>) =
             groups.into_iter().partition(|group| group.iter().any(meets));
-        let mut group: Vec<Term> = related.into_iter().flatten().collect();
+        let mut group: Vec<ProductTerm> = related.into_iter().flatten().collect();
         group.push(term);
         apart.push(group);
         groups = apart;
@@ -85,13 +85,13 @@ fn unrelated(terms: Vec<Term>) -> Vec<Vec<Term>> {
 }
 
 /// A polynomial as a product: the common factor of all terms, the sums that divide it, and the rest.
-fn divided(sum: Sum, divisors: &BTreeSet<Sum>) -> Term {
+fn divided(sum: Sum, divisors: &BTreeSet<Sum>) -> ProductTerm {
     let common = sum.common(|_| true);
-    let mut outside = Term { factors: common, number: Number(1.0) };
+    let mut outside = ProductTerm { factors: common, number: Number(1.0) };
     let mut rest = sum.without(&outside.factors);
     for divisor in divisors {
         while let Some(quotient) = quotient(&rest, divisor) {
-            outside = outside.times(&Term::factor(Factor::Sum(divisor.clone())));
+            outside = outside.times(&ProductTerm::factor(TermFactor::Sum(divisor.clone())));
             rest = quotient;
         }
     }
@@ -102,7 +102,8 @@ fn divided(sum: Sum, divisors: &BTreeSet<Sum>) -> Term {
 fn quotient(sum: &Sum, divisor: &Sum) -> Option<Sum> {
     let leading = divisor.0.first()?;
     let (symbol, _) = leading.factors.first()?;
-    let degree = |term: &Term| term.factors.iter().find(|(factor, _)| factor == symbol).map_or(0, |(_, power)| *power);
+    let degree =
+        |term: &ProductTerm| term.factors.iter().find(|(factor, _)| factor == symbol).map_or(0, |(_, power)| *power);
     let mut rest = sum.clone();
     let mut quotient = Vec::new();
     for _ in 0..=MOST_TERMS {
@@ -126,8 +127,8 @@ mod tests {
     use cotree::expr::Symbol;
 
     /// Masses 0..10, lengths from 10 on.
-    fn symbol(index: usize) -> Term {
-        Term::factor(Factor::Symbol(Symbol::Parameter(index), index < 10))
+    fn symbol(index: usize) -> ProductTerm {
+        ProductTerm::factor(TermFactor::Symbol(Symbol::Parameter(index), index < 10))
     }
 
     fn sum(indices: &[usize]) -> Sum {

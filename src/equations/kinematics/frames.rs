@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::terminal::angle_of;
 use super::{FirstCoordinate, ScalarMotion};
 use crate::equations::form::LinearForm;
-use crate::equations::vector::{Frame, FrameId, Frames};
+use crate::equations::vector::{FrameId, Frames, MovingFrame};
 use crate::expr::{Arena, Expr, ExprNode};
 use crate::network::{OutwardNode, Rotation, System, Topology};
 
@@ -46,7 +46,7 @@ pub(super) fn frames(arena: &mut Arena, angles: &[ScalarMotion]) -> (Frames, Vec
             let unit = [arena.cos(total), arena.sin(total)];
             let omega = angle.velocity.total(arena);
             let (rate, acceleration) = (angle.velocity.clone(), angle.acceleration.clone());
-            frames.push(Frame { unit, rate, acceleration, omega, angle: total })
+            frames.push(MovingFrame { unit, rate, acceleration, omega, angle: total })
         });
         placement.push((*frame, offset));
     }

@@ -2,7 +2,7 @@
 
 use super::{Kinematics, PointMotion, ScalarMotion};
 use crate::equations::form::{Coefficient, LinearForm};
-use crate::equations::vector::{Frame, FrameId, Scalar, Vector};
+use crate::equations::vector::{FrameId, MovingFrame, Scalar, Vector};
 use crate::expr::{Arena, Expr};
 use crate::model::BodyId;
 use crate::network::{Angle, Direction, Element, Known, System, TranslationalRow};
@@ -116,7 +116,7 @@ pub fn project(
 /// x' u + omega x (k x u), x'' u + 2 omega x' (k x u) + alpha x (k x u) - omega^2 x u.
 fn turning<X: Coefficient, C: Coefficient>(
     arena: &mut Arena,
-    frame: &Frame,
+    frame: &MovingFrame,
     [along, across]: [&C; 2],
     [rate, second]: [&LinearForm<X>; 2],
     by_unit: impl Fn(&mut Arena, &X) -> C,

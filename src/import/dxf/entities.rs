@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::outline::Outline;
+use super::outline::DxfOutline;
 use crate::import::options::ImportOptions;
-use crate::import::refusal::{Fallible, FilePlace, Refusal};
+use crate::import::refusal::{Fallible, FilePlace, ImportRefusal};
 
 /// How deep blocks may be nested, and how many entities there may be with those in blocks.
 const DEEPEST: usize = 20;
@@ -13,7 +13,7 @@ const MOST: usize = 100_000;
 
 #[derive(Clone, Debug)]
 pub enum DrawnShape {
-    Outline(Outline),
+    Outline(DxfOutline),
     Circle([f64; 2], f64),
     Point([f64; 2]),
     Block(Vec<DrawnEntity>),
@@ -162,10 +162,10 @@ fn pairs<'a>(file: &Rc<str>, text: &'a str) -> Fallible<Vec<Pair<'a>>> {
             break;
         }
         let code = trimmed.parse::<i32>().map_err(|_| {
-            Refusal::new(format!("`{trimmed}` must be a group code, a whole number")).at(&place(index + 1))
+            ImportRefusal::new(format!("`{trimmed}` must be a group code, a whole number")).at(&place(index + 1))
         })?;
         let Some((_, value)) = lines.next() else {
-            return Err(Refusal::new("the file is truncated: a group code has no value").at(&place(index + 1)));
+            return Err(ImportRefusal::new("the file is truncated: a group code has no value").at(&place(index + 1)));
         };
         pairs.push(Pair { code, value: value.trim(), line: index + 1 });
         if (code, value.trim()) == (0, "EOF") {
@@ -173,7 +173,7 @@ fn pairs<'a>(file: &Rc<str>, text: &'a str) -> Fallible<Vec<Pair<'a>>> {
         }
     }
     let line = text.lines().count().max(1);
-    Err(Refusal::new("the file is truncated: its end (EOF) is missing").at(&place(line)))
+    Err(ImportRefusal::new("the file is truncated: its end (EOF) is missing").at(&place(line)))
 }
 
 /// Sections by their names.
@@ -261,7 +261,7 @@ impl<'a> Record<'a> {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
                 let place = FilePlace { file: file.clone(), line: pair.line + 1, column: 1 };
-                Err(Refusal::new(format!("`{}` of {} must be a finite number", pair.value, self.kind)).at(&place))
+                Err(ImportRefusal::new(format!("`{}` of {} must be a finite number", pair.value, self.kind)).at(&place))
             }
         };
         pairs.map(number).collect()
@@ -334,7 +334,9 @@ impl<'a> DxfReader<'a> {
             }
             self.count += 1;
             if self.count > MOST {
-                return Err(Refusal::new(format!("it has more than {MOST} entities")).at(&self.place(record.line)));
+                return Err(
+                    ImportRefusal::new(format!("it has more than {MOST} entities")).at(&self.place(record.line))
+                );
             }
             let layer_name = record.text(8).unwrap_or("0");
             let layer = outer.filter(|_| layer_name == "0").unwrap_or(layer_name).to_owned();
@@ -368,7 +370,7 @@ impl<'a> DxfReader<'a> {
         for height in heights {
             let first = *self.elevation.get_or_insert(height);
             if (height - first).abs() > 1e-9 * first.abs().max(1.0) {
-                return Err(Refusal::new(format!(
+                return Err(ImportRefusal::new(format!(
                     "{} has the elevation {height}, others {first}: the drawing is not in one plane",
                     record.kind.to_lowercase()
                 ))
@@ -376,7 +378,7 @@ impl<'a> DxfReader<'a> {
             }
         }
         if x.abs() > 1e-9 || y.abs() > 1e-9 || z == 0.0 {
-            return Err(Refusal::new(format!(
+            return Err(ImportRefusal::new(format!(
                 "{} is not in the plane x-y: its extrusion is ({x}, {y}, {z})",
                 record.kind.to_lowercase()
             ))
@@ -400,7 +402,7 @@ impl<'a> DxfReader<'a> {
             let side = if placement.mirrors() { -1.0 } else { 1.0 };
             let corners = corners.into_iter().map(|corner| placement.apply(corner)).collect();
             let bulges = bulges.into_iter().map(|bulge| side * bulge).collect();
-            DrawnShape::Outline(Outline { corners, bulges, closed })
+            DrawnShape::Outline(DxfOutline { corners, bulges, closed })
         };
         Ok(Some(match record.kind {
             "LINE" => outline(vec![record.point(&file, 10)?, record.point(&file, 11)?], vec![0.0], false),
@@ -435,9 +437,12 @@ impl<'a> DxfReader<'a> {
                     .is_some_and(|role| role != super::LayerRole::Ignored) =>
             {
                 let help = "explode it into lines and arcs, or move it to an ignored layer";
-                return Err(Refusal::new(format!("a {} on layer `{layer}` is not read", record.kind.to_lowercase()))
-                    .at(&self.place(record.line))
-                    .help(help));
+                return Err(ImportRefusal::new(format!(
+                    "a {} on layer `{layer}` is not read",
+                    record.kind.to_lowercase()
+                ))
+                .at(&self.place(record.line))
+                .help(help));
             }
             other => {
                 *self.skipped.entry(other.to_lowercase()).or_default() += 1;
@@ -476,22 +481,26 @@ impl<'a> DxfReader<'a> {
         let name = record.text(2).unwrap_or_default().to_lowercase();
         let place = self.place(record.line);
         if depth >= DEEPEST {
-            return Err(Refusal::new(format!("block `{name}` is nested {DEEPEST} deep: it contains itself")).at(&place));
+            return Err(
+                ImportRefusal::new(format!("block `{name}` is nested {DEEPEST} deep: it contains itself")).at(&place)
+            );
         }
         if record.flags(70) > 1 || record.flags(71) > 1 {
-            return Err(Refusal::new(format!("block `{name}` is inserted as an array"))
+            return Err(ImportRefusal::new(format!("block `{name}` is inserted as an array"))
                 .at(&place)
                 .help("explode the array into single blocks"));
         }
         let Some((records, base)) = self.blocks.remove(&name) else {
-            return Err(Refusal::new(format!("block `{name}` is not defined, or contains itself")).at(&place));
+            return Err(ImportRefusal::new(format!("block `{name}` is not defined, or contains itself")).at(&place));
         };
         let [x, y] = [record.number(&file, 41, 1.0)?, record.number(&file, 42, 1.0)?];
         if (x.abs() - y.abs()).abs() > 1e-9 * x.abs() || x == 0.0 {
             self.blocks.insert(name.clone(), (records, base));
-            return Err(Refusal::new(format!("block `{name}` is scaled by {x} and {y}: circles would be ellipses"))
-                .at(&place)
-                .help("scale it alike in both directions"));
+            return Err(ImportRefusal::new(format!(
+                "block `{name}` is scaled by {x} and {y}: circles would be ellipses"
+            ))
+            .at(&place)
+            .help("scale it alike in both directions"));
         }
         let (sine, cosine) = record.number(&file, 50, 0.0)?.to_radians().sin_cos();
         let at = record.point(&file, 10)?;

@@ -5,10 +5,10 @@ mod outline;
 
 pub use self::entities::looks_like_it;
 use self::entities::{Drawing, DrawnEntity, DrawnShape};
-use self::outline::{Outline, Uniform};
+use self::outline::{DxfOutline, Uniform};
 use super::linkage::{ImportedGuide, ImportedLink, ImportedLinkage, Pin, PinKind};
 use super::options::ImportOptions;
-use super::refusal::{Fallible, Refusal};
+use super::refusal::{Fallible, ImportRefusal};
 
 /// Ends are joined within this share of the diagonal: CAD programs round to 1e-6.
 const SNAP: f64 = 1e-5;
@@ -64,7 +64,7 @@ struct DrawnBody {
     name: String,
     /// What a message calls it: its kind and its line in the file.
     called: String,
-    outlines: Vec<Outline>,
+    outlines: Vec<DxfOutline>,
     holes: Vec<([f64; 2], f64)>,
     guides: Vec<[[f64; 2]; 2]>,
     is_slider: bool,
@@ -138,9 +138,11 @@ impl<'a> Sketch<'a> {
         let marks: Vec<[f64; 2]> = sketch.bodies.iter().flat_map(|body| body.marks().collect::<Vec<_>>()).collect();
         if marks.is_empty() {
             let layers: Vec<&str> = drawing.layers.iter().map(String::as_str).collect();
-            return Err(Refusal::new("it has no body: no line, polyline or block on a layer LINKS or BARS").help(
-                format!("its layers are {}; name the one with the bodies by --layer NAME=links", layers.join(", ")),
-            ));
+            return Err(ImportRefusal::new("it has no body: no line, polyline or block on a layer LINKS or BARS")
+                .help(format!(
+                    "its layers are {}; name the one with the bodies by --layer NAME=links",
+                    layers.join(", ")
+                )));
         }
         let span = |part: usize| {
             let values = marks.iter().map(|mark| mark[part]);
@@ -186,9 +188,11 @@ impl<'a> Sketch<'a> {
 
     fn body(&mut self, entity: &DrawnEntity) -> Fallible<()> {
         if self.bodies.len() >= MOST {
-            return Err(Refusal::new(format!("it has more than {MOST} bodies: each line, polyline and block is one"))
-                .at(&entity.place)
-                .help("draw the mechanism alone on a layer LINKS, or name its layer with --layer NAME=links"));
+            return Err(ImportRefusal::new(format!(
+                "it has more than {MOST} bodies: each line, polyline and block is one"
+            ))
+            .at(&entity.place)
+            .help("draw the mechanism alone on a layer LINKS, or name its layer with --layer NAME=links"));
         }
         let is_slider = self.role(entity) == LayerRole::Sliders;
         let called = format!("{} of line {}", entity.kind, entity.place.line);
@@ -279,7 +283,7 @@ impl<'a> Sketch<'a> {
 
     fn ground(&mut self) -> Fallible<()> {
         self.grounded = vec![false; self.pins.len()];
-        let lines: Vec<Outline> = self
+        let lines: Vec<DxfOutline> = self
             .drawing
             .entities
             .iter()
@@ -300,12 +304,12 @@ impl<'a> Sketch<'a> {
         };
         for mark in &marks {
             if self.pins.iter().all(|pin| apart(*pin, *mark) > self.snap) {
-                return Err(Refusal::new(format!("the ground at {} is not at a pin", self.shown(*mark)))
+                return Err(ImportRefusal::new(format!("the ground at {} is not at a pin", self.shown(*mark)))
                     .help(format!("the pins are {}", list())));
             }
         }
         if !self.grounded.iter().any(|grounded| *grounded) && self.guides.is_empty() {
-            return Err(Refusal::new(
+            return Err(ImportRefusal::new(
                 "nothing is fixed to the ground: no pin has a point, circle or line of a layer GROUND",
             )
             .help(format!("--ground X,Y names one of the pins {}", list())));
@@ -333,7 +337,7 @@ impl<'a> Sketch<'a> {
             if alone || !taken {
                 let millimetres = apart(mark, *at) * 1e3;
                 let enough = round_up(millimetres);
-                return Err(Refusal::new(format!(
+                return Err(ImportRefusal::new(format!(
                     "{} ends at {}, {millimetres:.4} mm from the pin at {}: they are not joined",
                     body.called,
                     self.shown(mark),
@@ -345,7 +349,7 @@ impl<'a> Sketch<'a> {
         for body in &self.bodies {
             if !self.pins.iter().any(|pin| body.has(*pin, self.snap)) {
                 let at = body.marks().next().unwrap_or_default();
-                return Err(Refusal::new(format!("{} at {} does not touch a pin", body.called, self.shown(at)))
+                return Err(ImportRefusal::new(format!("{} at {} does not touch a pin", body.called, self.shown(at)))
                     .help("draw a circle on a layer PINS where it is joined, or move it to an ignored layer"));
             }
         }

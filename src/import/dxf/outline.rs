@@ -2,7 +2,7 @@
 
 /// A polyline; segment k, to the next corner, is an arc where its bulge is not zero: the tangent of a quarter of the angle that it turns by, counter-clockwise.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outline {
+pub struct DxfOutline {
     pub corners: Vec<[f64; 2]>,
     pub bulges: Vec<f64>,
     pub closed: bool,
@@ -31,7 +31,7 @@ const GAUSS: [(f64, f64); 8] = [
 /// A place and the derivative by the parameter.
 type CurvePoint = ([f64; 2], [f64; 2]);
 
-impl Outline {
+impl DxfOutline {
     /// Its segments: two ends and the bulge.
     fn segments(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], f64)> + '_ {
         let count = self.corners.len();
@@ -135,7 +135,7 @@ fn uniform([mass, x, y, square]: [f64; 4]) -> Uniform {
 }
 
 /// Thin rods of so many kg/m along the outlines.
-pub fn wire(outlines: &[Outline], density: f64) -> Uniform {
+pub fn wire(outlines: &[DxfOutline], density: f64) -> Uniform {
     // About the first corner, so that nothing cancels for a drawing far from its origin.
     let [u, v] = outlines.iter().find_map(|outline| outline.corners.first().copied()).unwrap_or_default();
     let mut sum = [0.0; 4];
@@ -151,8 +151,8 @@ pub fn wire(outlines: &[Outline], density: f64) -> Uniform {
 }
 
 /// A plate of so many kg/m2 in closed outlines, those inside others and holes left out, by Green's formula.
-pub fn plate(outlines: &[Outline], holes: &[([f64; 2], f64)], density: f64) -> Uniform {
-    let closed: Vec<&Outline> = outlines.iter().filter(|outline| outline.closed).collect();
+pub fn plate(outlines: &[DxfOutline], holes: &[([f64; 2], f64)], density: f64) -> Uniform {
+    let closed: Vec<&DxfOutline> = outlines.iter().filter(|outline| outline.closed).collect();
     let [u, v] = closed.first().and_then(|outline| outline.corners.first().copied()).unwrap_or_default();
     let mut sum = [0.0; 4];
     for (index, outline) in closed.iter().enumerate() {
@@ -190,7 +190,7 @@ mod tests {
     /// A stadium: a rectangle 2 by 1 with half discs of radius 1/2 at both ends.
     #[test]
     fn a_stadium_has_the_mass_of_a_rectangle_and_a_disc() {
-        let outline = Outline {
+        let outline = DxfOutline {
             corners: vec![[4.0, 7.0], [6.0, 7.0], [6.0, 8.0], [4.0, 8.0]],
             bulges: vec![0.0, 1.0, 0.0, 1.0],
             closed: true,
@@ -216,7 +216,7 @@ mod tests {
         for turn in [0.0f64, 0.7, 2.0] {
             let (sine, cosine) = turn.sin_cos();
             let turned = |[x, y]: [f64; 2]| [cosine * x - sine * y, sine * x + cosine * y];
-            let bar = Outline {
+            let bar = DxfOutline {
                 corners: [[0.0, -5.0], [100.0, -5.0], [100.0, 5.0], [0.0, 5.0]].map(turned).to_vec(),
                 bulges: vec![0.0, 1.0, 0.0, 1.0],
                 closed: true,
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn an_arc_of_wire_has_its_length_and_centre() {
-        let arc = Outline { corners: vec![[1.0, 0.0], [0.0, 1.0]], bulges: vec![(PI / 8.0).tan()], closed: false };
+        let arc = DxfOutline { corners: vec![[1.0, 0.0], [0.0, 1.0]], bulges: vec![(PI / 8.0).tan()], closed: false };
         let mass = wire(std::slice::from_ref(&arc), 2.0);
         assert!(close(mass.mass, PI) && close(mass.centre[0], 2.0 / PI) && close(mass.centre[1], 2.0 / PI), "{mass:?}");
         let (on, off) = (arc.distance([0.5f64.sqrt(), 0.5f64.sqrt()]), arc.distance([-1.0, 0.0]));

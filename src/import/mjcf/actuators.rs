@@ -1,10 +1,10 @@
 //! Actuators as inputs with their laws.
 
 use super::MjcfReader;
-use super::resolve::Resolved;
-use crate::import::refusal::{Fallible, Refusal};
+use super::resolve::ResolvedElement;
+use crate::import::refusal::{Fallible, ImportRefusal};
 use crate::import::robot::{Activation, JointMotion, SpatialActuator, Transmission};
-use crate::import::xml::Element;
+use crate::import::xml::XmlElement;
 
 /// Gain, gain by the rate, bias, and what follows the input.
 struct ActuatorLaw {
@@ -39,7 +39,7 @@ const LAWS: &[&str] =
     &["gainprm", "biasprm", "gaintype", "biastype", "dyntype", "dynprm", "kp", "kv", "timeconst", "dampratio"];
 
 impl<'a> MjcfReader<'a> {
-    pub fn actuators(&mut self, root: &'a Element) -> Fallible<()> {
+    pub fn actuators(&mut self, root: &'a XmlElement) -> Fallible<()> {
         for section in root.all("actuator") {
             for element in &section.children {
                 let before = self.model.actuators.len();
@@ -53,7 +53,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// How many numbers a keyframe's `act` has for an actuator.
-    fn states_of(&self, element: &'a Element) -> Fallible<usize> {
+    fn states_of(&self, element: &'a XmlElement) -> Fallible<usize> {
         let resolved = self.defaults.of(element, &element.name, None)?;
         let has =
             |name: &str, without: &str| resolved.attribute(name).is_some_and(|attribute| attribute.value != without);
@@ -65,7 +65,7 @@ impl<'a> MjcfReader<'a> {
         })
     }
 
-    fn actuator(&mut self, element: &'a Element) -> Fallible<()> {
+    fn actuator(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let kind = element.name.as_str();
         let resolved = self.defaults.of(element, kind, None)?;
         let shared = self.defaults.of_any(element, KINDS)?;
@@ -128,7 +128,7 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn position(&self, resolved: &Resolved) -> Fallible<ActuatorLaw> {
+    fn position(&self, resolved: &ResolvedElement) -> Fallible<ActuatorLaw> {
         let (kp, kv) = (resolved.number("kp", 1.0)?, resolved.number("kv", 0.0)?);
         let time = resolved.number("timeconst", 0.0)?;
         let activation = if time > 0.0 { Activation::Filter(time, None, 0.0) } else { Activation::Direct };
@@ -136,7 +136,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// Gain and bias that are constant or affine, dynamics that are none, an integrator or a filter.
-    fn general(&self, resolved: &Resolved) -> Fallible<Option<ActuatorLaw>> {
+    fn general(&self, resolved: &ResolvedElement) -> Fallible<Option<ActuatorLaw>> {
         let numbers = |name: &str, default: [f64; 3]| -> Fallible<[f64; 3]> {
             let Some(attribute) = resolved.attribute(name) else { return Ok(default) };
             let mut values = default;
@@ -166,7 +166,7 @@ impl<'a> MjcfReader<'a> {
         Ok(Some(ActuatorLaw { gain, rate_gain, bias, activation }))
     }
 
-    fn transmission(&mut self, element: &'a Element) -> Fallible<Option<Transmission>> {
+    fn transmission(&mut self, element: &'a XmlElement) -> Fallible<Option<Transmission>> {
         let joint = element.get("joint").or_else(|| element.get("jointinparent"));
         if let Some(name) = joint {
             let joint = self.joint_named(element, name)?;
@@ -209,8 +209,8 @@ impl<'a> MjcfReader<'a> {
     /// The range of the joint, scaled about its middle.
     fn inherited(
         &self,
-        element: &'a Element,
-        resolved: &Resolved,
+        element: &'a XmlElement,
+        resolved: &ResolvedElement,
         transmission: &Transmission,
     ) -> Fallible<Option<[f64; 2]>> {
         let scale = resolved.number("inheritrange", 0.0)?;
@@ -220,8 +220,11 @@ impl<'a> MjcfReader<'a> {
         }
         let joint = &self.model.joints[terms[0].0];
         let Some([low, high]) = joint.laws.range.filter(|_| terms.len() == 1) else {
-            return Err(Refusal::new(format!("{} inherits a range, but what it moves has none", element.called()))
-                .at(&element.place));
+            return Err(ImportRefusal::new(format!(
+                "{} inherits a range, but what it moves has none",
+                element.called()
+            ))
+            .at(&element.place));
         };
         let (middle, half) = ((low + high) / 2.0 + joint.zero, (high - low) / 2.0 * scale);
         Ok(Some([middle - half, middle + half]))

@@ -3,11 +3,11 @@
 use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Vector3};
 
 use super::geometry::{self, GeomShape};
-use super::resolve::Resolved;
+use super::resolve::ResolvedElement;
 use super::{ContactGeom, MjcfReader};
-use crate::import::refusal::{Fallible, Refusal};
+use crate::import::refusal::{Fallible, ImportRefusal};
 use crate::import::robot::{BodyMass, JointMotion, SpatialBody, SpatialJoint};
-use crate::import::xml::Element;
+use crate::import::xml::XmlElement;
 
 /// Where children of an element belong: the body, the pose of the frame that they are in, the class that they have.
 #[derive(Clone)]
@@ -18,7 +18,7 @@ struct Within<'c> {
 }
 
 impl<'a> MjcfReader<'a> {
-    pub fn bodies(&mut self, root: &'a Element) -> Fallible<()> {
+    pub fn bodies(&mut self, root: &'a XmlElement) -> Fallible<()> {
         for world in root.all("worldbody") {
             let within = Within { body: 0, pose: Isometry3::identity(), class: world.get("childclass") };
             self.children(world, &within)?;
@@ -34,7 +34,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// What is in a body or frame.
-    fn children(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+    fn children(&mut self, element: &'a XmlElement, within: &Within<'a>) -> Fallible<()> {
         for child in &element.children {
             match child.name.as_str() {
                 "joint" | "freejoint" => self.joint(child, within)?,
@@ -57,7 +57,7 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn body(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+    fn body(&mut self, element: &'a XmlElement, within: &Within<'a>) -> Fallible<()> {
         let resolved = self.defaults.of(element, "body", None)?;
         let pose = within.pose * resolved.pose(&self.settings.angles)?;
         let name = element.get("name").unwrap_or_default();
@@ -107,7 +107,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// Mass, mass centre and inertia as given.
-    fn inertial(&self, element: &'a Element) -> Fallible<BodyMass> {
+    fn inertial(&self, element: &'a XmlElement) -> Fallible<BodyMass> {
         let resolved = self.defaults.of(element, "inertial", None)?;
         let mass = resolved.attribute("mass").ok_or_else(|| element.refuse("<inertial> has no `mass`"))?.number()?;
         if mass < 0.0 {
@@ -124,7 +124,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// The sum of the geoms in a body, those in its frames too.
-    fn mass_of_geoms(&self, element: &'a Element, within: &Within<'a>, body: &str) -> Fallible<BodyMass> {
+    fn mass_of_geoms(&self, element: &'a XmlElement, within: &Within<'a>, body: &str) -> Fallible<BodyMass> {
         let mut sum = BodyMass::default();
         for child in &element.children {
             if child.name == "frame" {
@@ -164,7 +164,7 @@ impl<'a> MjcfReader<'a> {
         mass
     }
 
-    fn joint(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+    fn joint(&mut self, element: &'a XmlElement, within: &Within<'a>) -> Fallible<()> {
         let name = element.get("name").unwrap_or_default();
         if within.body == 0 {
             return Err(element.refuse(format!("{} is in the world, which does not move", element.called())));
@@ -218,7 +218,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// A hinge or a slide: axis, zero, spring, range.
-    fn one_coordinate(&self, resolved: &Resolved, within: &Within, joint: &mut SpatialJoint) -> Fallible<()> {
+    fn one_coordinate(&self, resolved: &ResolvedElement, within: &Within, joint: &mut SpatialJoint) -> Fallible<()> {
         let called = resolved.element.called();
         let unit = unit_of(joint.kind, self.settings.angles.unit);
         let at = resolved.array::<3>("pos")?.unwrap_or_default();
@@ -241,7 +241,7 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn geom(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+    fn geom(&mut self, element: &'a XmlElement, within: &Within<'a>) -> Fallible<()> {
         let resolved = self.defaults.of(element, "geom", within.class)?;
         let geom = geometry::read(&resolved, &self.settings.angles)?;
         // Their mass has been read where it counts; a mesh that is not a contact shape has no other part in the motion.
@@ -260,15 +260,14 @@ impl<'a> MjcfReader<'a> {
             friction,
         };
         if contact.shape == GeomShape::Plane && within.body != 0 {
-            return Err(
-                Refusal::new(format!("{} is a plane on a body that may move", element.called())).at(&element.place)
-            );
+            return Err(ImportRefusal::new(format!("{} is a plane on a body that may move", element.called()))
+                .at(&element.place));
         }
         self.geoms.push(contact);
         Ok(())
     }
 
-    fn site(&mut self, element: &'a Element, within: &Within<'a>) -> Fallible<()> {
+    fn site(&mut self, element: &'a XmlElement, within: &Within<'a>) -> Fallible<()> {
         let resolved = self.defaults.of(element, "site", within.class)?;
         let pose = match resolved.array::<6>("fromto")? {
             Some([a, b, c, d, e, f]) => Isometry3::translation((a + d) / 2.0, (b + e) / 2.0, (c + f) / 2.0),

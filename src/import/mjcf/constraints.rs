@@ -3,15 +3,17 @@
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::MjcfReader;
-use crate::import::refusal::{Fallible, Refusal};
-use crate::import::robot::{BodyPoint, Closure, ClosureKind, Follower, JointLaws, JointMotion, PointSpring, Tendon};
-use crate::import::xml::Element;
+use crate::import::refusal::{Fallible, ImportRefusal};
+use crate::import::robot::{
+    BodyPoint, Closure, ClosureKind, JointFollower, JointLaws, JointMotion, PointSpring, Tendon,
+};
+use crate::import::xml::XmlElement;
 
 /// A site: the index of its body, and its pose in it.
 type PlacedSite = (usize, Isometry3<f64>);
 
 impl<'a> MjcfReader<'a> {
-    pub fn constraints(&mut self, root: &'a Element) -> Fallible<()> {
+    pub fn constraints(&mut self, root: &'a XmlElement) -> Fallible<()> {
         for section in root.all("equality") {
             for element in &section.children {
                 let resolved = self.defaults.of(element, "equality", None)?;
@@ -39,7 +41,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// A body by its name; without one the world.
-    fn body_of(&self, element: &Element, key: &str) -> Fallible<usize> {
+    fn body_of(&self, element: &XmlElement, key: &str) -> Fallible<usize> {
         let Some(name) = element.get(key) else { return Ok(0) };
         let known = self.body_names.get(name).copied().or((name == "world").then_some(0));
         known.ok_or_else(|| {
@@ -47,12 +49,12 @@ impl<'a> MjcfReader<'a> {
         })
     }
 
-    pub fn joint_named(&self, element: &Element, name: &str) -> Fallible<usize> {
+    pub fn joint_named(&self, element: &XmlElement, name: &str) -> Fallible<usize> {
         let known = self.joint_names.get(name).copied();
         known.ok_or_else(|| element.refuse(format!("{}: there is no joint `{name}`", element.called())))
     }
 
-    fn site_named(&self, element: &Element, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
+    fn site_named(&self, element: &XmlElement, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
         let known = self.sites.get(name).copied();
         known.ok_or_else(|| element.refuse(format!("{}: there is no site `{name}`", element.called())))
     }
@@ -79,7 +81,7 @@ impl<'a> MjcfReader<'a> {
         self.relaxed_world(body_data.parent) * body_data.pose * moved
     }
 
-    fn sites_of(&self, element: &'a Element) -> Fallible<Option<[PlacedSite; 2]>> {
+    fn sites_of(&self, element: &'a XmlElement) -> Fallible<Option<[PlacedSite; 2]>> {
         match (element.get("site1"), element.get("site2")) {
             (Some(first), Some(second)) => {
                 Ok(Some([self.site_named(element, first)?, self.site_named(element, second)?]))
@@ -89,7 +91,7 @@ impl<'a> MjcfReader<'a> {
         }
     }
 
-    fn connect(&mut self, element: &'a Element) -> Fallible<()> {
+    fn connect(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let ends = match self.sites_of(element)? {
             Some(sites) => sites.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
             None => {
@@ -105,7 +107,7 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn weld(&mut self, element: &'a Element) -> Fallible<()> {
+    fn weld(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let (bodies, pose) = match self.sites_of(element)? {
             // Both frames coincide.
             Some([(first, a), (second, b)]) => ([first, second], a * b.inverse()),
@@ -127,7 +129,7 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn close(&mut self, element: &Element, kind: ClosureKind, ends: [BodyPoint; 2]) {
+    fn close(&mut self, element: &XmlElement, kind: ClosureKind, ends: [BodyPoint; 2]) {
         let name = element.get("name").unwrap_or_default().to_owned();
         self.model.closures.push(Closure {
             name,
@@ -141,7 +143,7 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// joint1 - ref1 = a0 + a1 (joint2 - ref2) + ...
-    fn coupling(&mut self, element: &'a Element) -> Fallible<()> {
+    fn coupling(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let name = element.get("name").unwrap_or_default();
         let joint = self.joint_named(element, element.must("joint1")?)?;
         let leader = element.get("joint2").map(|name| self.joint_named(element, name)).transpose()?;
@@ -149,7 +151,7 @@ impl<'a> MjcfReader<'a> {
         if let Some(attribute) = element.attribute("polycoef") {
             let given = attribute.numbers()?;
             if given.len() > 5 {
-                return Err(Refusal::new("`polycoef` has at most 5 numbers").at(&attribute.place));
+                return Err(ImportRefusal::new("`polycoef` has at most 5 numbers").at(&attribute.place));
             }
             factors.iter_mut().zip(given).for_each(|(factor, number)| *factor = number);
         }
@@ -172,11 +174,11 @@ impl<'a> MjcfReader<'a> {
         }
         let [offset, ratio, ..] = factors;
         let place = element.place.clone();
-        self.model.followers.push(Follower { name: name.to_owned(), place, joint, leader, offset, ratio });
+        self.model.followers.push(JointFollower { name: name.to_owned(), place, joint, leader, offset, ratio });
         Ok(())
     }
 
-    pub fn tendons(&mut self, root: &'a Element) -> Fallible<()> {
+    pub fn tendons(&mut self, root: &'a XmlElement) -> Fallible<()> {
         for section in root.all("tendon") {
             for element in &section.children {
                 match element.name.as_str() {
@@ -189,14 +191,14 @@ impl<'a> MjcfReader<'a> {
     }
 
     /// The lengths between which a tendon is relaxed; by default its length in the reference configuration.
-    fn relaxed(&self, resolved: &super::resolve::Resolved, length: f64) -> Fallible<[f64; 2]> {
+    fn relaxed(&self, resolved: &super::resolve::ResolvedElement, length: f64) -> Fallible<[f64; 2]> {
         let Some(attribute) = resolved.attribute("springlength") else { return Ok([length; 2]) };
         match attribute.numbers()?[..] {
             // What MuJoCo takes for no length.
             [-1.0] | [-1.0, -1.0] => Ok([length; 2]),
             [at] => Ok([at; 2]),
             [low, high] if low <= high => Ok([low, high]),
-            _ => Err(Refusal::new(format!(
+            _ => Err(ImportRefusal::new(format!(
                 "`springlength` is `{}`, but must be one or two increasing lengths",
                 attribute.value
             ))
@@ -204,7 +206,7 @@ impl<'a> MjcfReader<'a> {
         }
     }
 
-    fn fixed_tendon(&mut self, element: &'a Element) -> Fallible<()> {
+    fn fixed_tendon(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let resolved = self.defaults.of(element, "tendon", None)?;
         let mut terms = Vec::new();
         for child in element.all("joint") {
@@ -230,9 +232,9 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn spatial_tendon(&mut self, element: &'a Element) -> Fallible<()> {
+    fn spatial_tendon(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let resolved = self.defaults.of(element, "tendon", None)?;
-        let sites: Vec<&Element> = element.all("site").collect();
+        let sites: Vec<&XmlElement> = element.all("site").collect();
         let name = element.get("name").unwrap_or_default();
         let [first, second] = sites[..] else {
             self.refuse_or_leave(

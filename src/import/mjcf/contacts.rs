@@ -7,7 +7,7 @@ use super::geometry::GeomShape;
 use crate::import::options::ContactChoice;
 use crate::import::refusal::Fallible;
 use crate::import::robot::{BodyPoint, ContactKind, ContactShape, SpatialContact};
-use crate::import::xml::Element;
+use crate::import::xml::XmlElement;
 
 /// Pairs of more geoms than these are not counted.
 const MANY: usize = 1000;
@@ -47,7 +47,7 @@ impl ContactGeom {
 }
 
 impl<'a> MjcfReader<'a> {
-    pub fn contacts(&mut self, root: &'a Element) -> Fallible<()> {
+    pub fn contacts(&mut self, root: &'a XmlElement) -> Fallible<()> {
         let (mut excluded, mut pairs) = (Vec::new(), Vec::new());
         for section in root.all("contact") {
             for element in section.all("exclude") {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
-use super::resolve::{AngleUnits, Resolved, along_z};
-use crate::import::refusal::{Fallible, Refusal};
+use super::resolve::{AngleUnits, ResolvedElement, along_z};
+use crate::import::refusal::{Fallible, ImportRefusal};
 use crate::import::robot::{BodyMass, steiner};
 
 /// The density of geoms without one, kg/m3.
@@ -34,7 +34,7 @@ pub struct Geom {
 
 /// # Errors
 /// A size that is not positive, an unknown type.
-pub fn read(geom: &Resolved, angles: &AngleUnits) -> Fallible<Geom> {
+pub fn read(geom: &ResolvedElement, angles: &AngleUnits) -> Fallible<Geom> {
     let size = geom.some::<3>("size", [f64::NAN; 3])?;
     let kind = geom.get("type").unwrap_or("sphere");
     let kind = if geom.get("mesh").is_some() { "mesh" } else { kind };
@@ -60,7 +60,7 @@ pub fn read(geom: &Resolved, angles: &AngleUnits) -> Fallible<Geom> {
     let at = |index: usize| positive(index, size[index]);
     let three = || match half {
         Some(half) => Ok([at(0)?, at(0)?, half]),
-        None => Ok::<[f64; 3], Refusal>([at(0)?, at(1)?, at(2)?]),
+        None => Ok::<[f64; 3], ImportRefusal>([at(0)?, at(1)?, at(2)?]),
     };
     let long = || half.map_or_else(|| at(1), Ok);
     let shape = match kind {
@@ -80,7 +80,7 @@ pub fn read(geom: &Resolved, angles: &AngleUnits) -> Fallible<Geom> {
 ///
 /// # Errors
 /// A volume in another file, a negative mass, a shell of an ellipsoid.
-pub fn mass(geom: &Resolved, shape: &Geom, body: &str) -> Fallible<Option<BodyMass>> {
+pub fn mass(geom: &ResolvedElement, shape: &Geom, body: &str) -> Fallible<Option<BodyMass>> {
     let given = geom.attribute("mass").map(|mass| mass.number()).transpose()?;
     let density = geom.number("density", DENSITY)?;
     let shell = geom.flag("shellinertia", false)?;

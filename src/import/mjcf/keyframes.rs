@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::MjcfReader;
-use crate::import::refusal::{Fallible, Refusal};
+use crate::import::refusal::{Fallible, ImportRefusal};
 use crate::import::robot::{Activation, JointMotion};
-use crate::import::xml::Element;
+use crate::import::xml::XmlElement;
 
 impl JointMotion {
     /// How many numbers MuJoCo's qpos and qvel have for it.
@@ -19,8 +19,8 @@ impl JointMotion {
 }
 
 impl<'a> MjcfReader<'a> {
-    pub fn keyframes(&mut self, root: &'a Element) -> Fallible<()> {
-        let keys: Vec<&Element> = root.all("keyframe").flat_map(|section| section.all("key")).collect();
+    pub fn keyframes(&mut self, root: &'a XmlElement) -> Fallible<()> {
+        let keys: Vec<&XmlElement> = root.all("keyframe").flat_map(|section| section.all("key")).collect();
         let key = match &self.options.key {
             Some(wanted) => {
                 let named = keys
@@ -33,7 +33,7 @@ impl<'a> MjcfReader<'a> {
                         .filter_map(|key| key.attribute("name"))
                         .map(|attribute| attribute.value.as_str())
                         .collect();
-                    Refusal::new(format!("--key {wanted}: the file has no such keyframe")).help(format!(
+                    ImportRefusal::new(format!("--key {wanted}: the file has no such keyframe")).help(format!(
                         "it has {} keyframes, from 0; their names are {}",
                         keys.len(),
                         names.join(", ")
@@ -59,16 +59,17 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
-    fn start(&mut self, key: &'a Element) -> Fallible<()> {
+    fn start(&mut self, key: &'a XmlElement) -> Fallible<()> {
         let numbers = |name: &str, count: usize| -> Fallible<Option<Vec<f64>>> {
             let Some(attribute) = key.attribute(name) else { return Ok(None) };
             let numbers = attribute.numbers()?;
             match numbers.len() == count {
                 true => Ok(Some(numbers)),
-                false => {
-                    Err(Refusal::new(format!("`{name}` has {} numbers, but the model has {count}", numbers.len()))
-                        .at(&attribute.place))
-                }
+                false => Err(ImportRefusal::new(format!(
+                    "`{name}` has {} numbers, but the model has {count}",
+                    numbers.len()
+                ))
+                .at(&attribute.place)),
             }
         };
         // MuJoCo numbers joints by bodies, in the order of the tree.

@@ -18,10 +18,10 @@ use self::contacts::ContactGeom;
 use self::resolve::{AngleUnits, Defaults};
 use super::Includes;
 use super::options::ImportOptions;
-use super::refusal::{Fallible, Refusal};
+use super::refusal::{Fallible, ImportRefusal};
 use super::report::ImportReport;
 use super::robot::{SpatialModel, Tendon};
-use super::xml::{self, Element};
+use super::xml::{self, XmlElement};
 
 /// What the compiler's settings are.
 struct CompilerSettings {
@@ -76,7 +76,7 @@ struct MjcfReader<'a> {
 /// # Errors
 /// What the document says that MuJoCo would not read, or that cannot be imported.
 pub fn read(
-    root: &mut Element,
+    root: &mut XmlElement,
     options: &ImportOptions,
     includes: Includes,
     report: &mut ImportReport,
@@ -125,7 +125,7 @@ pub fn read(
 }
 
 /// Puts included files into the tree: relative to the main file, each once.
-fn include(element: &mut Element, includes: Includes, seen: &mut BTreeSet<String>) -> Fallible<()> {
+fn include(element: &mut XmlElement, includes: Includes, seen: &mut BTreeSet<String>) -> Fallible<()> {
     let mut children = Vec::new();
     for mut child in std::mem::take(&mut element.children) {
         if child.name != "include" {
@@ -152,11 +152,11 @@ fn include(element: &mut Element, includes: Includes, seen: &mut BTreeSet<String
 }
 
 /// Unknown elements and attributes are errors, as in MuJoCo: nothing is passed over because it is misspelt.
-fn check_names(root: &Element) -> Fallible<()> {
-    fn check<'a>(element: &'a Element, path: &mut Vec<&'a str>) -> Fallible<()> {
+fn check_names(root: &XmlElement) -> Fallible<()> {
+    fn check<'a>(element: &'a XmlElement, path: &mut Vec<&'a str>) -> Fallible<()> {
         for attribute in &element.attributes {
             if class_of(path, &attribute.name).is_none() {
-                return Err(Refusal::new(format!(
+                return Err(ImportRefusal::new(format!(
                     "{}: MJCF has no attribute `{}` here",
                     element.called(),
                     attribute.name
@@ -180,7 +180,7 @@ fn check_names(root: &Element) -> Fallible<()> {
     check(root, &mut vec!["mujoco"])
 }
 
-fn settings(root: &Element) -> Fallible<CompilerSettings> {
+fn settings(root: &XmlElement) -> Fallible<CompilerSettings> {
     let mut settings = CompilerSettings {
         angles: AngleUnits { unit: 1f64.to_radians(), sequence: "xyz".to_owned() },
         autolimits: true,
@@ -237,7 +237,7 @@ fn settings(root: &Element) -> Fallible<CompilerSettings> {
     Ok(settings)
 }
 
-fn enabled(root: &Element) -> Fallible<Enabled> {
+fn enabled(root: &XmlElement) -> Fallible<Enabled> {
     let disabled = |name: &str| {
         let flags = root.all("option").flat_map(|option| option.children.iter().filter(|child| child.name == "flag"));
         flags.filter_map(|flag| flag.get(name)).any(|value| value == "disable")
@@ -258,7 +258,7 @@ fn enabled(root: &Element) -> Fallible<Enabled> {
 
 impl MjcfReader<'_> {
     /// Refuses what acts, unless the user leaves it out.
-    fn refuse_or_leave(&mut self, element: &Element, kind: &str, why: impl Into<String>) {
+    fn refuse_or_leave(&mut self, element: &XmlElement, kind: &str, why: impl Into<String>) {
         self.dropped.insert((element.place.line, element.place.column));
         let name = element.attribute("name").map_or("", |name| &name.value);
         let option = if name.is_empty() { kind } else { name };
@@ -271,7 +271,7 @@ impl MjcfReader<'_> {
     }
 
     /// Fluid forces act on every body.
-    fn fluid(&mut self, root: &Element) -> Fallible<()> {
+    fn fluid(&mut self, root: &XmlElement) -> Fallible<()> {
         for option in root.all("option") {
             for name in ["density", "viscosity"] {
                 let Some(attribute) = option.attribute(name) else { continue };
@@ -289,7 +289,7 @@ impl MjcfReader<'_> {
     }
 
     /// What nothing has read: without effect, or it acts.
-    fn refuse_unread<'e>(&mut self, element: &'e Element, path: &mut Vec<&'e str>) {
+    fn refuse_unread<'e>(&mut self, element: &'e XmlElement, path: &mut Vec<&'e str>) {
         let name = path.last().copied().unwrap_or_default();
         let parent = path.len().checked_sub(2).map_or("", |index| path[index]);
         if is_idle(parent, name) {
@@ -330,7 +330,7 @@ impl MjcfReader<'_> {
                         self.report.left_out.push(message);
                     } else {
                         let help = format!("--leave-out {} imports the file without it", attribute.name);
-                        self.report.refuse(Refusal::new(message).at(&attribute.place).help(help));
+                        self.report.refuse(ImportRefusal::new(message).at(&attribute.place).help(help));
                     }
                 }
                 Some(AttributeClass::Approximated) => {

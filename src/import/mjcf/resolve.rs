@@ -4,25 +4,25 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::import::refusal::{Fallible, Refusal};
-use crate::import::xml::{Attribute, Element};
+use crate::import::refusal::{Fallible, ImportRefusal};
+use crate::import::xml::{Attribute, XmlElement};
 
 /// A class of defaults: its element and the class that it is in.
 struct DefaultClass<'a> {
-    element: &'a Element,
+    element: &'a XmlElement,
     parent: Option<String>,
 }
 
 /// All classes by their names; the outermost is `main`, or what the file calls it.
 pub struct Defaults<'a> {
     classes: BTreeMap<String, DefaultClass<'a>>,
-    main: Vec<&'a Element>,
+    main: Vec<&'a XmlElement>,
 }
 
 impl<'a> Defaults<'a> {
     /// # Errors
     /// A class inside another without a name.
-    pub fn new(root: &'a Element) -> Fallible<Self> {
+    pub fn new(root: &'a XmlElement) -> Fallible<Self> {
         let mut defaults = Defaults { classes: BTreeMap::new(), main: root.all("default").collect() };
         for main in root.all("default") {
             let name = main.get("class").unwrap_or("main").to_owned();
@@ -31,7 +31,7 @@ impl<'a> Defaults<'a> {
         Ok(defaults)
     }
 
-    fn add(&mut self, element: &'a Element, name: String, parent: Option<String>) -> Fallible<()> {
+    fn add(&mut self, element: &'a XmlElement, name: String, parent: Option<String>) -> Fallible<()> {
         for child in element.all("default") {
             let class_name =
                 child.get("class").ok_or_else(|| child.refuse("a default inside another needs a `class`"))?;
@@ -45,7 +45,7 @@ impl<'a> Defaults<'a> {
     ///
     /// # Errors
     /// A class that the file does not define.
-    pub fn of(&self, element: &'a Element, kind: &str, childclass: Option<&str>) -> Fallible<Resolved<'a>> {
+    pub fn of(&self, element: &'a XmlElement, kind: &str, childclass: Option<&str>) -> Fallible<ResolvedElement<'a>> {
         self.chain(element, &[kind], childclass)
     }
 
@@ -53,12 +53,17 @@ impl<'a> Defaults<'a> {
     ///
     /// # Errors
     /// A class that the file does not define.
-    pub fn of_any(&self, element: &'a Element, kinds: &[&str]) -> Fallible<Resolved<'a>> {
+    pub fn of_any(&self, element: &'a XmlElement, kinds: &[&str]) -> Fallible<ResolvedElement<'a>> {
         self.chain(element, kinds, None)
     }
 
-    fn chain(&self, element: &'a Element, kinds: &[&str], childclass: Option<&str>) -> Fallible<Resolved<'a>> {
-        let counts = |child: &&Element| kinds.contains(&child.name.as_str());
+    fn chain(
+        &self,
+        element: &'a XmlElement,
+        kinds: &[&str],
+        childclass: Option<&str>,
+    ) -> Fallible<ResolvedElement<'a>> {
+        let counts = |child: &&XmlElement| kinds.contains(&child.name.as_str());
         let mut chain = vec![element];
         let mut class = match (element.get("class"), childclass) {
             (Some(class_name), _) => Some(class_name.to_owned()),
@@ -78,17 +83,17 @@ impl<'a> Defaults<'a> {
         if outermost {
             chain.extend(self.main.iter().rev().flat_map(|main| main.children.iter().rev().filter(counts)));
         }
-        Ok(Resolved { element, chain })
+        Ok(ResolvedElement { element, chain })
     }
 }
 
 /// An element with its defaults.
-pub struct Resolved<'a> {
-    pub element: &'a Element,
-    chain: Vec<&'a Element>,
+pub struct ResolvedElement<'a> {
+    pub element: &'a XmlElement,
+    chain: Vec<&'a XmlElement>,
 }
 
-impl<'a> Resolved<'a> {
+impl<'a> ResolvedElement<'a> {
     pub fn attribute(&self, name: &str) -> Option<&'a Attribute> {
         self.chain.iter().find_map(|element| element.attribute(name))
     }
@@ -122,7 +127,7 @@ impl<'a> Resolved<'a> {
         let Some(attribute) = self.attribute(name) else { return Ok(default) };
         let numbers = attribute.numbers()?;
         if numbers.len() > N {
-            return Err(Refusal::new(format!("`{name}` is `{}`, but has at most {N} numbers", attribute.value))
+            return Err(ImportRefusal::new(format!("`{name}` is `{}`, but has at most {N} numbers", attribute.value))
                 .at(&attribute.place));
         }
         let mut values = default;
@@ -138,7 +143,8 @@ impl<'a> Resolved<'a> {
             Some((_, "true")) => Ok(true),
             Some((_, "false")) => Ok(false),
             Some((attribute, value)) => {
-                Err(Refusal::new(format!("`{name}` is `{value}`, but must be `true` or `false`")).at(&attribute.place))
+                Err(ImportRefusal::new(format!("`{name}` is `{value}`, but must be `true` or `false`"))
+                    .at(&attribute.place))
             }
         }
     }

@@ -28,7 +28,7 @@ pub struct SpatialModel {
     pub bodies: Vec<SpatialBody>,
     pub joints: Vec<SpatialJoint>,
     pub closures: Vec<Closure>,
-    pub followers: Vec<Follower>,
+    pub followers: Vec<JointFollower>,
     pub tendons: Vec<Tendon>,
     pub springs: Vec<PointSpring>,
     pub bushings: Vec<SpatialBushing>,
@@ -243,7 +243,7 @@ pub enum ClosureKind {
 
 /// q_joint = offset + ratio q_leader, both from the reference configuration; without a leader the joint is held.
 #[derive(Clone, Debug)]
-pub struct Follower {
+pub struct JointFollower {
     pub name: String,
     pub place: FilePlace,
     pub joint: usize,

@@ -6,7 +6,7 @@ use super::closing::{self, ClosedStart};
 use super::plane::{self, MotionPlane};
 use super::{BodyMass, BodyPoint, ClosureKind, JointMotion, SpatialJoint, SpatialModel, write};
 use crate::import::options::ImportOptions;
-use crate::import::refusal::{Fallible, FilePlace, Refusal};
+use crate::import::refusal::{Fallible, FilePlace, ImportRefusal};
 use crate::import::report::ImportReport;
 
 /// Loops that are open by more of the size are not closed: which way they close would be a guess.
@@ -18,7 +18,7 @@ const PRINCIPAL: f64 = 1e-6;
 
 /// A rigid body of the scene, in the reference configuration. The first is the ground.
 #[derive(Clone, Debug, Default)]
-pub struct Link {
+pub struct PlanarLink {
     /// As the file has it; may be empty.
     pub name: String,
     /// Where the frame of its points is in the world.
@@ -112,7 +112,7 @@ pub struct PlanarModel<'a> {
     pub file: &'a SpatialModel,
     pub plane: MotionPlane,
     pub gravity: [f64; 2],
-    pub links: Vec<Link>,
+    pub links: Vec<PlanarLink>,
     pub coordinates: Vec<PlanarCoordinate>,
     /// Values and rates at the start, of the file.
     pub starts: Vec<(f64, f64)>,
@@ -159,7 +159,7 @@ pub fn scene(
     }
     let joints = model.moving_joints().count();
     if joints > MOST {
-        let refusal = Refusal::new(format!("it has {joints} joints, but a scene has at most {MOST}"));
+        let refusal = ImportRefusal::new(format!("it has {joints} joints, but a scene has at most {MOST}"));
         report.refuse(refusal.help("--root BODY imports a part of the robot; --lock JOINT,... holds joints"));
         return None;
     }
@@ -192,7 +192,7 @@ fn prepare(model: &mut SpatialModel, options: &ImportOptions, report: &mut Impor
         let joint = model.joints.iter().position(|joint| joint.name == *name);
         let Some(joint) = joint else {
             let names: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-            return Err(Refusal::new(format!("--lock {name}: the file has no such joint"))
+            return Err(ImportRefusal::new(format!("--lock {name}: the file has no such joint"))
                 .help(format!("its joints are {}", names.join(", "))));
         };
         let value = model.joints[joint].start;
@@ -263,7 +263,7 @@ fn join_limits(model: &mut SpatialModel, report: &mut ImportReport) -> Fallible<
             if joined[0] >= joined[1] {
                 let [one, other] = [follower.joint, leader].map(|joint| &model.joints[joint].name);
                 let message = format!("joint `{one}` follows `{other}`, and their limits leave no way to move");
-                return Err(Refusal::new(message).at(&follower.place));
+                return Err(ImportRefusal::new(message).at(&follower.place));
             }
             model.joints[leader].laws.range = Some(joined);
             report.exact("limit of a joint that follows another, as one of the other");
@@ -280,7 +280,7 @@ fn is_locked(model: &SpatialModel, joint: usize) -> bool {
 fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) -> Fallible<()> {
     let Some(root) = model.bodies.iter().position(|body| body.name == root) else {
         let names: Vec<&str> = model.bodies[1..].iter().map(|body| body.name.as_str()).collect();
-        return Err(Refusal::new(format!("--root {root}: the file has no such body"))
+        return Err(ImportRefusal::new(format!("--root {root}: the file has no such body"))
             .help(format!("its bodies are {}", names.join(", "))));
     };
     let mut inside = vec![false; model.bodies.len()];
@@ -363,7 +363,7 @@ fn reduce<'a>(
         file: model,
         plane,
         gravity: plane.components(&model.gravity).map(|part| if part.abs() < 1e-12 { 0.0 } else { part }),
-        links: vec![Link { name: "ground".to_owned(), ..Link::default() }],
+        links: vec![PlanarLink { name: "ground".to_owned(), ..PlanarLink::default() }],
         coordinates: Vec::new(),
         starts: Vec::new(),
         closures: Vec::new(),
@@ -452,7 +452,7 @@ impl PlanarModel<'_> {
     }
 
     fn add_link(&mut self, name: &str, origin: [f64; 2], masses: &mut Vec<BodyMass>) -> usize {
-        self.links.push(Link { name: name.to_owned(), origin, ..Link::default() });
+        self.links.push(PlanarLink { name: name.to_owned(), origin, ..PlanarLink::default() });
         masses.push(BodyMass::default());
         self.links.len() - 1
     }
@@ -565,7 +565,7 @@ impl PlanarModel<'_> {
         match options.in_plane {
             true => report.approximated(format!("{called} moves in the plane only (--in-plane; {why})")),
             false => report.refuse(
-                Refusal::new(format!("{called} would leave the plane {}: {why}", self.plane.called()))
+                ImportRefusal::new(format!("{called} would leave the plane {}: {why}", self.plane.called()))
                     .at(place)
                     .help("--in-plane keeps it in the plane; --plane xy, xz or yz chooses another plane"),
             ),
@@ -617,7 +617,7 @@ impl PlanarModel<'_> {
         for index in 1..self.links.len() {
             if moves[index] && !carries[index] && self.links[index].mass <= 0.0 && self.links[index].inertia <= 0.0 {
                 let body = self.link_of.iter().rposition(|link| *link == Some(index)).unwrap_or(0);
-                let refusal = Refusal::new(format!(
+                let refusal = ImportRefusal::new(format!(
                     "body `{}` moves, but has no mass: it needs an inertial",
                     self.links[index].name
                 ));
@@ -732,7 +732,7 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
         let file = &planar.file.closures[planar.closure_sources[index]];
         let ([ax, ay], [bx, by]) = (a, b);
         report.refuse(
-            Refusal::new(format!(
+            ImportRefusal::new(format!(
                 "loop `{}` has a gap of {gap:.3e} m: its points are at ({ax:.6}, {ay:.6}) and ({bx:.6}, {by:.6}), and its assembly mode would be a guess",
                 file.name
             ))
@@ -741,7 +741,7 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
         );
     }
     if report.refused.is_empty() {
-        report.refuse(Refusal::new(format!(
+        report.refuse(ImportRefusal::new(format!(
             "the couplings of joints contradict each other at the start by {:.3e}",
             start.open
         )));

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::{ClosureKind, JointMotion, SpatialModel};
 use crate::import::options::{ImportOptions, WorldPlane};
-use crate::import::refusal::{Fallible, Refusal};
+use crate::import::refusal::{Fallible, ImportRefusal};
 
 /// How far axes may be off parallel, or off the plane: CAD programs write 1e-6 to 1e-16.
 const PARALLEL: f64 = 1e-4;
@@ -101,12 +101,12 @@ pub fn find(model: &SpatialModel, world: &[Isometry3<f64>], options: &ImportOpti
     });
     if let (true, Some((joint, kind))) = (slides.is_empty(), other) {
         let message = format!("joint `{}` is of type `{kind}`, which a planar mechanism cannot have", joint.name);
-        return Err(Refusal::new(message)
+        return Err(ImportRefusal::new(message)
             .at(&joint.place)
             .help(format!("--lock {} locks it; --root BODY imports a part of the robot", joint.name)));
     }
     let Some(first) = slides.first() else {
-        return Err(Refusal::new("nothing moves in one plane: it has no hinge and no slide").help(
+        return Err(ImportRefusal::new("nothing moves in one plane: it has no hinge and no slide").help(
             "name the plane with --plane xy, xz or yz; a free body also needs --in-plane unless gravity and its inertia keep it there",
         ));
     };
@@ -124,7 +124,7 @@ pub fn outside(
     world: &[Isometry3<f64>],
     plane: &MotionPlane,
     options: &ImportOptions,
-) -> Vec<Refusal> {
+) -> Vec<ImportRefusal> {
     let mut refused = Vec::new();
     let lock = |name: &str| format!("--lock {name} locks it; --root BODY imports a part of the robot");
     for joint in model.moving_joints() {
@@ -154,7 +154,7 @@ pub fn outside(
         };
         if let Some(message) = refusal {
             let ball = if joint.kind == JointMotion::Ball { "--in-plane lets it turn in the plane only; " } else { "" };
-            refused.push(Refusal::new(message).at(&joint.place).help(format!("{ball}{}", lock(&joint.name))));
+            refused.push(ImportRefusal::new(message).at(&joint.place).help(format!("{ball}{}", lock(&joint.name))));
         }
     }
     for closure in &model.closures {
@@ -165,7 +165,8 @@ pub fn outside(
                 "joint `{}`, which closes a loop, turns {tilt:.2} deg off the normal of the plane",
                 closure.name
             );
-            refused.push(Refusal::new(message).at(&closure.place).help("--root BODY imports a part of the robot"));
+            refused
+                .push(ImportRefusal::new(message).at(&closure.place).help("--root BODY imports a part of the robot"));
         }
     }
     refused

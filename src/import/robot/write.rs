@@ -7,7 +7,7 @@ use super::closing::{self, ClosedStart};
 use super::planar::{LinkPoint, PlanarClosure, PlanarCoordinate, PlanarModel};
 use super::{Closure, ClosureKind, JointLaws, JointMotion, SpatialJoint};
 use crate::import::options::ImportOptions;
-use crate::import::refusal::Refusal;
+use crate::import::refusal::ImportRefusal;
 use crate::import::report::ImportReport;
 use crate::model::identifier;
 use crate::typeset::counted;
@@ -241,7 +241,7 @@ impl RobotWriter<'_> {
                 self.torsion_spring(&name, links, stiffness, sign * relaxed);
             }
             _ => self.report.refuse(
-                Refusal::new(format!("slide `{name}` closes a loop and has a spring, which is not imported"))
+                ImportRefusal::new(format!("slide `{name}` closes a loop and has a spring, which is not imported"))
                     .at(&file.place)
                     .help("name its links the other way round, so that another joint closes the loop"),
             ),

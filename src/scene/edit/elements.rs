@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::super::document::{Content, DocumentNode};
-use super::text::{Gap, SceneText, at, quoted};
+use super::text::{EntryPlace, SceneText, at, quoted};
 use super::{EditError, spliced};
 use crate::diagnostic::Span;
 use crate::scene::Scene;
@@ -90,7 +90,7 @@ impl Scene {
     ///
     /// # Errors
     /// A text that has none, or writes the table in no way that can be added to.
-    pub fn gap(&self, table: &str) -> Result<Gap, EditError> {
+    pub fn gap(&self, table: &str) -> Result<EntryPlace, EditError> {
         let (name, text) = self.source.files().next().unwrap_or_default();
         let scene = SceneText::new(text, is_json(Path::new(name)));
         scene.gap(&scene.layout()?, &path(&[table]))

@@ -7,7 +7,7 @@ mod tests;
 mod text;
 
 pub use elements::{Edit, edited};
-pub use text::Gap;
+pub use text::EntryPlace;
 
 use super::decode::{is_json, is_json_text, tree};
 use super::document::{Content, DocumentNode};

@@ -31,7 +31,7 @@ pub(super) struct SceneText {
 
 /// Where entries of a table can be added, and what must stand around them.
 #[derive(Clone, Debug, Default)]
-pub struct Gap {
+pub struct EntryPlace {
     /// The place, in bytes.
     pub at: usize,
     /// Before the first one.
@@ -92,7 +92,7 @@ impl SceneText {
         let (gap, entries) = match gap {
             None if !self.json => {
                 let longest = values.iter().map(|(key, _)| key.len()).max().unwrap_or_default();
-                let gap = Gap { width: longest, ..self.header(&layout, path) };
+                let gap = EntryPlace { width: longest, ..self.header(&layout, path) };
                 (gap, values)
             }
             gap => {
@@ -157,7 +157,7 @@ impl SceneText {
     }
 
     /// Where the entries of a table are added.
-    pub fn gap(&self, layout: &Layout, table: &[String]) -> Result<Gap, EditError> {
+    pub fn gap(&self, layout: &Layout, table: &[String]) -> Result<EntryPlace, EditError> {
         Ok(match self.own_gap(layout, table)? {
             Some(gap) => gap,
             None if self.json => self.in_braces(layout, 0, table),
@@ -167,7 +167,7 @@ impl SceneText {
     }
 
     /// The same where the text has the table, or one that it is in, in another way than by the headers of its own tables.
-    fn own_gap(&self, layout: &Layout, table: &[String]) -> Result<Option<Gap>, EditError> {
+    fn own_gap(&self, layout: &Layout, table: &[String]) -> Result<Option<EntryPlace>, EditError> {
         for depth in (1..=table.len()).rev() {
             let (head, rest) = table.split_at(depth);
             if let Some(index) = layout.homes.iter().rposition(|home| home.path == head && home.form != Form::Repeated)
@@ -200,15 +200,15 @@ impl SceneText {
     }
 
     /// Behind the last entry within the braces, in tables of its own for the `rest` of the path.
-    fn in_braces(&self, layout: &Layout, home: usize, rest: &[String]) -> Gap {
+    fn in_braces(&self, layout: &Layout, home: usize, rest: &[String]) -> EntryPlace {
         let last = layout.of(home).next_back().map(|entry| entry.span);
         let Insertion { at, head, tail } = inside(&self.text, layout.homes[home].span, last);
-        let gap = Gap { at, head, separator: ", ".to_owned(), tail, json: self.json, ..Gap::default() };
+        let gap = EntryPlace { at, head, separator: ", ".to_owned(), tail, json: self.json, ..EntryPlace::default() };
         gap.wrapped(rest)
     }
 
     /// In a line behind the last one of a home, or behind the one that is given.
-    fn in_lines(&self, layout: &Layout, home: usize, behind: Option<usize>, rest: &[String]) -> Gap {
+    fn in_lines(&self, layout: &Layout, home: usize, behind: Option<usize>, rest: &[String]) -> EntryPlace {
         let header = layout.homes[home].span;
         let last = layout.of(home).next_back();
         let is_first = last.is_none() && layout.homes[home].is_top();
@@ -221,12 +221,18 @@ impl SceneText {
         let eol = self.eol();
         let head = if is_first { String::new() } else { format!("{eol}{indent}") };
         let tail = if is_first || self.text[at..].is_empty() { eol } else { "" };
-        let gap = Gap { at, head, separator: format!("{eol}{indent}"), tail: tail.to_owned(), ..Gap::default() };
+        let gap = EntryPlace {
+            at,
+            head,
+            separator: format!("{eol}{indent}"),
+            tail: tail.to_owned(),
+            ..EntryPlace::default()
+        };
         gap.wrapped(rest)
     }
 
     /// Under a header of its own, in the order of tables.
-    fn header(&self, layout: &Layout, path: &[String]) -> Gap {
+    fn header(&self, layout: &Layout, path: &[String]) -> EntryPlace {
         let (eol, rank) = (self.eol(), |path: &[String]| {
             ORDER.iter().position(|section| path.first().is_some_and(|name| name == section)).unwrap_or(ORDER.len())
         });
@@ -235,7 +241,7 @@ impl SceneText {
                 .filter(|&home| layout.homes[home].form != Form::Braces && !layout.homes[home].is_top())
         };
         let before = headers().rev().find(|&home| rank(&layout.homes[home].path) <= rank(path));
-        let mut gap = Gap { separator: eol.to_owned(), ..Gap::default() };
+        let mut gap = EntryPlace { separator: eol.to_owned(), ..EntryPlace::default() };
         let name: Vec<String> = path.iter().map(|name| gap.key(name)).collect();
         let line = format!("[{}]{eol}", name.join("."));
         let first = headers().next();
@@ -308,7 +314,7 @@ impl SceneText {
     }
 }
 
-impl Gap {
+impl EntryPlace {
     /// The text of these entries here, each a name and its value.
     fn filled(&self, entries: &[(String, String)]) -> String {
         let entries: Vec<String> = entries.iter().map(|(name, value)| self.entry(name, value)).collect();
@@ -337,7 +343,7 @@ impl Gap {
     }
 
     /// In tables of these names, each within the one before.
-    fn wrapped(mut self, rest: &[String]) -> Gap {
+    fn wrapped(mut self, rest: &[String]) -> EntryPlace {
         for name in rest {
             self.head += &format!("{}{}{{ ", self.key(name), self.sign());
             self.tail = format!(" }}{}", self.tail);

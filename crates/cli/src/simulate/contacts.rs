@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotree::report::csv::CsvTable;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::model::Model;
-use cotree_study::contact::{self, Contacts};
+use cotree_study::contact::{self, ContactFindings};
 
 use super::super::failure::Failure;
 use super::super::units::ShownUnits;
@@ -22,7 +22,7 @@ impl SimulateCommand {
         shown: &ShownUnits,
         format: MessageFormat,
     ) -> Result<(), Failure> {
-        let Some(Contacts { faults, needed, .. }) = self.contacts(scene, input, shown) else { return Ok(()) };
+        let Some(ContactFindings { faults, needed, .. }) = self.contacts(scene, input, shown) else { return Ok(()) };
         if !self.json {
             needed.iter().try_for_each(|sentence| output::print(&format!("{sentence}\n")))?;
         }
@@ -33,7 +33,7 @@ impl SimulateCommand {
     }
 
     /// None if there are none, or the run cannot be made with their forces: without masses there are none.
-    fn contacts(&self, scene: &Scene, input: Option<&CsvTable>, shown: &ShownUnits) -> Option<Contacts> {
+    fn contacts(&self, scene: &Scene, input: Option<&CsvTable>, shown: &ShownUnits) -> Option<ContactFindings> {
         let (requested, mechanism) = contact::requested(scene)?;
         let compiled = self.compiled(scene, &requested).ok()?;
         let reported = compiled.reported();

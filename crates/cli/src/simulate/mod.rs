@@ -29,7 +29,7 @@ use super::times::TimeArguments;
 use super::units::{InUnits, ShownUnits};
 use super::{MessageFormat, output, stop, study};
 use progress::RunProgress;
-use record::Record;
+use record::RunRecord;
 
 /// Simulate a scene: its outputs over time as a table, a plot or a summary
 ///
@@ -139,7 +139,7 @@ impl SimulateCommand {
         let [input, overlay] = [&self.input, &self.overlay].map(read);
         let (input, overlay) = (input?, overlay?);
         let reported = requested::reported(&self, &compiled)?;
-        let mut record = Record::new(&compiled, &reported, &shown);
+        let mut record = RunRecord::new(&compiled, &reported, &shown);
         let run = request::run(&self, &compiled.description, input.as_ref(), reported)?;
         let model = Model::new(compiled.program.clone()).map_err(|error| Failure::Numerical(error.to_string()))?;
         let WrittenRun { rows, ended, gaps } = self.table(&run, Arc::new(model), &mut record, &shown)?;
@@ -175,7 +175,7 @@ impl SimulateCommand {
         &self,
         run: &Run,
         model: Arc<Model>,
-        record: &mut Record,
+        record: &mut RunRecord,
         shown: &ShownUnits,
     ) -> Result<WrittenRun, Failure> {
         let is_wanted = self.output.is_some() || !(self.summary || self.plot.is_some());
@@ -224,7 +224,7 @@ impl SimulateCommand {
     fn draw(
         &self,
         run: &Run,
-        record: &Record,
+        record: &RunRecord,
         overlay: Option<&CsvTable>,
         shown: &ShownUnits,
         format: MessageFormat,
@@ -248,7 +248,7 @@ impl SimulateCommand {
     /// Prints the figures; says what was written and what can be done next.
     fn conclude(
         &self,
-        (record, finish): (&Record, Option<&Finish>),
+        (record, finish): (&RunRecord, Option<&Finish>),
         rows: u64,
         format: MessageFormat,
     ) -> Result<(), Failure> {

@@ -6,17 +6,17 @@ use cotree::compile::Compiled;
 use cotree::diagnostic::suggest;
 use cotree::model::{DisplayUnit, Unit};
 use cotree::report::csv::CsvTable;
-use cotree::report::statistics::{Statistics, VariableFigures};
+use cotree::report::statistics::{RunStatistics, VariableFigures};
 use cotree::run::Run;
 use cotree::typeset::titled;
-use cotree_draw::plot::{Plot, Series};
+use cotree_draw::plot::{Plot, PlotSeries};
 
 use super::super::failure::Failure;
 use super::super::units::ShownUnits;
 use super::SimulateCommand;
 
 /// Values over time.
-pub struct Record {
+pub struct RunRecord {
     time: DisplayUnit,
     times: Vec<f64>,
     columns: Vec<RecordedVariable>,
@@ -38,8 +38,8 @@ struct RecordedVariable {
     values: Vec<f64>,
 }
 
-impl Record {
-    pub fn new(compiled: &Compiled, reported: &[usize], shown: &ShownUnits) -> Record {
+impl RunRecord {
+    pub fn new(compiled: &Compiled, reported: &[usize], shown: &ShownUnits) -> RunRecord {
         let column = |&index: &usize| {
             let variable = &compiled.description.variables[index];
             RecordedVariable {
@@ -49,7 +49,7 @@ impl Record {
                 values: Vec::new(),
             }
         };
-        Record { time: shown.of(&Unit::time()), times: Vec::new(), columns: reported.iter().map(column).collect() }
+        RunRecord { time: shown.of(&Unit::time()), times: Vec::new(), columns: reported.iter().map(column).collect() }
     }
 
     /// A row of the table, SI: the time, then the values with their angles within half a turn.
@@ -79,12 +79,12 @@ impl Record {
         std::iter::once(shown.column("time", &Unit::time())).chain(columns).collect()
     }
 
-    pub fn statistics(&self) -> Statistics {
+    pub fn statistics(&self) -> RunStatistics {
         let figures = |column: &RecordedVariable| {
             VariableFigures::of(&column.name, &column.unit.name, &self.times, &column.values)
         };
         let ends = [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(0.0));
-        Statistics {
+        RunStatistics {
             time_unit: self.time.name.clone(),
             span: ends,
             variables: self.columns.iter().filter_map(figures).collect(),
@@ -98,7 +98,7 @@ impl Record {
             return self.plot_over(title, self.axis(x)?, &options.y);
         }
         let wanted = |column: &&RecordedVariable| options.y.is_empty() || options.y.contains(&column.name);
-        let mut series: Vec<Series> =
+        let mut series: Vec<PlotSeries> =
             self.columns.iter().filter(wanted).map(|column| self.series(column, options.wrap)).collect();
         series.extend(self.inputs(run, shown));
         let axis = titled("time", &self.time.name);
@@ -129,8 +129,8 @@ impl Record {
     }
 
     /// A curve; where a wrapped angle begins a new turn it has a gap.
-    fn series(&self, column: &RecordedVariable, wrap: bool) -> Series {
-        let curve = |values| Series::new(&column.name, &column.unit.name, values);
+    fn series(&self, column: &RecordedVariable, wrap: bool) -> PlotSeries {
+        let curve = |values| PlotSeries::new(&column.name, &column.unit.name, values);
         if !(wrap && is_angle(&column.si)) {
             return curve(column.values.clone());
         }
@@ -144,11 +144,11 @@ impl Record {
             at.push(time);
             values.push(value);
         }
-        Series { at: Some(at), ..curve(values) }
+        PlotSeries { at: Some(at), ..curve(values) }
     }
 
     /// The inputs that the table gives, where they are not reported anyway.
-    fn inputs(&self, run: &Run, shown: &ShownUnits) -> Vec<Series> {
+    fn inputs(&self, run: &Run, shown: &ShownUnits) -> Vec<PlotSeries> {
         let Some((table, variables)) = &run.inputs else { return Vec::new() };
         let mut series = Vec::new();
         for (place, &index) in variables.iter().enumerate() {
@@ -156,14 +156,14 @@ impl Record {
             if self.columns.iter().all(|column| column.name != variable.name) {
                 let unit = shown.of(&variable.unit);
                 let value = |time: &f64| table.at(place, time * self.time.factor).0 / unit.factor;
-                series.push(Series::new(&variable.name, &unit.name, self.times.iter().map(value).collect()));
+                series.push(PlotSeries::new(&variable.name, &unit.name, self.times.iter().map(value).collect()));
             }
         }
         series
     }
 
     /// Measured values for the variables of the same names, and how far they are from these.
-    pub fn overlay(&self, table: &CsvTable, file: &str) -> Result<(Vec<Series>, String), Failure> {
+    pub fn overlay(&self, table: &CsvTable, file: &str) -> Result<(Vec<PlotSeries>, String), Failure> {
         let wrong = |message: String| Failure::Usage(format!("{file}: {message}"));
         let (mut measured, mut report) = (Vec::new(), String::new());
         for (place, (name, unit)) in table.names().iter().zip(table.units()).enumerate() {
@@ -180,8 +180,8 @@ impl Record {
             let at: Vec<f64> = table.times().iter().map(|time| time / self.time.factor).collect();
             let values: Vec<f64> = table.column(place).iter().map(|value| value / column.unit.factor).collect();
             report += &self.difference(column, &at, &values);
-            let dots = Series::new(&format!("{name} measured"), &column.unit.name, values);
-            measured.push(Series { at: Some(at), measured: Some(name.clone()), ..dots });
+            let dots = PlotSeries::new(&format!("{name} measured"), &column.unit.name, values);
+            measured.push(PlotSeries { at: Some(at), measured: Some(name.clone()), ..dots });
         }
         Ok((measured, report))
     }

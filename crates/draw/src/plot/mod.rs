@@ -18,7 +18,7 @@ use panel::Panel;
 use ticks::Ticks;
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Series {
+pub struct PlotSeries {
     pub name: String,
     /// Its unit; curves of the same unit and size share a panel.
     pub unit: String,
@@ -41,7 +41,7 @@ pub struct Plot {
     pub true_to_scale: Option<String>,
     /// The places along the axis.
     pub time: Vec<f64>,
-    pub series: Vec<Series>,
+    pub series: Vec<PlotSeries>,
 }
 
 /// Width of the picture [px].
@@ -126,10 +126,10 @@ pub(super) fn headed(title: &str) -> Svg {
     svg
 }
 
-impl Series {
+impl PlotSeries {
     /// A curve along the axis of its plot.
     pub fn new(name: &str, unit: &str, values: Vec<f64>) -> Self {
-        Series { name: name.into(), unit: unit.into(), values, ..Series::default() }
+        PlotSeries { name: name.into(), unit: unit.into(), values, ..PlotSeries::default() }
     }
 
     /// Its largest value, without its sign.
@@ -156,9 +156,9 @@ mod tests {
     #[test]
     fn one_panel_for_each_unit() {
         let series = vec![
-            Series::new("crank.angle", "rad", vec![0.0, 1.0]),
-            Series::new("slider.x", "m", vec![0.0, 1.0]),
-            Series::new("rod.angle", "rad", vec![1.0, 0.0]),
+            PlotSeries::new("crank.angle", "rad", vec![0.0, 1.0]),
+            PlotSeries::new("slider.x", "m", vec![0.0, 1.0]),
+            PlotSeries::new("rod.angle", "rad", vec![1.0, 0.0]),
         ];
         let plot = Plot { title: "a < b".into(), time: vec![0.0, 1.0], series, ..Plot::default() };
         let units: Vec<_> = plot.panels().iter().map(|panel| (panel.unit, panel.series.len())).collect();
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn what_has_no_known_unit_is_not_called_a_pure_number() {
-        let series = vec![Series::new("a", "", vec![0.0, 1.0]), Series::new("b", "", vec![1.0, 0.0])];
+        let series = vec![PlotSeries::new("a", "", vec![0.0, 1.0]), PlotSeries::new("b", "", vec![1.0, 0.0])];
         let plot = Plot { title: "p".into(), time: vec![0.0, 1.0], series, ..Plot::default() };
         assert!(!plot.svg().contains("[1]") && !plot.svg().contains("[]"), "{}", plot.svg());
     }
@@ -176,10 +176,10 @@ mod tests {
     #[test]
     fn curves_of_different_size_get_panels_of_their_own() {
         let series = vec![
-            Series::new("large", "N", vec![0.0, 1e4]),
-            Series::new("small", "N", vec![0.0, 3.0]),
-            Series::new("zero", "N", vec![0.0, 0.0]),
-            Series::new("smaller", "N", vec![-1.0, 1.0]),
+            PlotSeries::new("large", "N", vec![0.0, 1e4]),
+            PlotSeries::new("small", "N", vec![0.0, 3.0]),
+            PlotSeries::new("zero", "N", vec![0.0, 0.0]),
+            PlotSeries::new("smaller", "N", vec![-1.0, 1.0]),
         ];
         let plot = Plot { time: vec![0.0, 1.0], series, ..Plot::default() };
         let names: Vec<Vec<&str>> =
@@ -189,21 +189,22 @@ mod tests {
 
     #[test]
     fn equal_curves_are_told_apart() {
-        let series = ["a", "b", "c"].map(|name| Series::new(name, "N", vec![0.0, if name == "c" { 2.0 } else { 1.0 }]));
+        let series =
+            ["a", "b", "c"].map(|name| PlotSeries::new(name, "N", vec![0.0, if name == "c" { 2.0 } else { 1.0 }]));
         let plot = Plot { time: vec![0.0, 1.0], series: series.to_vec(), ..Plot::default() };
         assert_eq!(plot.svg().matches("stroke-dasharray").count(), 2, "one curve and its line in the legend");
     }
 
     #[test]
     fn what_is_measured_is_dots_beside_its_curve() {
-        let measured = Series {
+        let measured = PlotSeries {
             at: Some(vec![0.25, 0.5]),
             measured: Some("x".into()),
-            ..Series::new("x measured", "m", vec![0.3, 0.5])
+            ..PlotSeries::new("x measured", "m", vec![0.3, 0.5])
         };
         let plot = Plot {
             time: vec![0.0, 1.0],
-            series: vec![Series::new("x", "m", vec![0.0, 1.0]), measured],
+            series: vec![PlotSeries::new("x", "m", vec![0.0, 1.0]), measured],
             ..Plot::default()
         };
         assert_eq!((plot.panels().len(), plot.svg().matches("<circle").count()), (1, 3));
@@ -216,7 +217,7 @@ mod tests {
         let plot = Plot {
             true_to_scale: Some("m".into()),
             time,
-            series: vec![Series::new("y", "m", values)],
+            series: vec![PlotSeries::new("y", "m", values)],
             ..Plot::default()
         };
         let svg = plot.svg();
@@ -240,14 +241,14 @@ mod tests {
     fn values_that_are_no_numbers_leave_gaps() {
         let time = (0..6).map(f64::from).collect();
         let values = vec![0.0, f64::NAN, 1.0, 2.0, f64::INFINITY, 3.0];
-        let svg = Plot { time, series: vec![Series::new("x", "m", values)], ..Plot::default() }.svg();
+        let svg = Plot { time, series: vec![PlotSeries::new("x", "m", values)], ..Plot::default() }.svg();
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 
     #[test]
     fn nothing_to_plot_is_still_a_picture() {
         assert!(Plot::default().svg().ends_with("</svg>\n"));
-        let empty = Plot { series: vec![Series::new("x", "m", vec![])], ..Plot::default() };
+        let empty = Plot { series: vec![PlotSeries::new("x", "m", vec![])], ..Plot::default() };
         assert!(!empty.svg().contains("NaN"));
     }
 }

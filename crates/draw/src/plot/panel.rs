@@ -1,14 +1,14 @@
 //! One pair of axes with its curves and its legend.
 
-use super::Series;
+use super::PlotSeries;
 use super::ticks::Ticks;
 use crate::svg::{PictureFrame, Pixel, Svg, polyline, text_width};
 
 pub struct Panel<'a> {
     pub unit: &'a str,
-    pub series: Vec<&'a Series>,
+    pub series: Vec<&'a PlotSeries>,
     /// Measured values of some of them.
-    pub measured: Vec<&'a Series>,
+    pub measured: Vec<&'a PlotSeries>,
 }
 
 /// Colours that are distinct on white, also with most colour vision deficiencies.
@@ -31,7 +31,7 @@ impl Panel<'_> {
 
     pub fn draw(&self, svg: &mut Svg, frame: PictureFrame, time: &[f64], times: &Ticks, values: &Ticks) {
         self.draw_axis(svg, frame, values, times);
-        let pixels = |series: &Series| -> Vec<Option<Pixel>> {
+        let pixels = |series: &PlotSeries| -> Vec<Option<Pixel>> {
             let at = series.at.as_deref().unwrap_or(time);
             let pixel = |(&t, &value): (&f64, &f64)| {
                 let pixel = place(frame, times.part(t), values.part(value));
@@ -59,7 +59,7 @@ impl Panel<'_> {
     fn dashes(&self, index: usize, values: &Ticks) -> &'static str {
         let series = self.series[index];
         let near = 0.004 * (values.range[1] - values.range[0]);
-        let is_same = |other: &&&Series| {
+        let is_same = |other: &&&PlotSeries| {
             let apart = |(a, b): (&f64, &f64)| (a - b).abs() > near;
             series.at == other.at && !series.values.is_empty() && !series.values.iter().zip(&other.values).any(apart)
         };
@@ -71,7 +71,7 @@ impl Panel<'_> {
     }
 
     /// Dots in the colour of the curve that they were measured for.
-    fn dots(&self, measured: &Series) -> String {
+    fn dots(&self, measured: &PlotSeries) -> String {
         let of = self.series.iter().position(|series| Some(&series.name) == measured.measured.as_ref());
         format!(r##"fill="#ffffff" stroke="{}" stroke-width="1.3""##, colour(of.unwrap_or(0)))
     }
@@ -95,7 +95,7 @@ impl Panel<'_> {
         // No unit is no unit: it may be a pure number, or not known.
         let unit = if self.unit.is_empty() { String::new() } else { format!("[{}]", self.unit) };
         let title = match self.series[..] {
-            [Series { panel: Some(name), .. }, ..] => format!("{} {unit}", shortened(name, 22)),
+            [PlotSeries { panel: Some(name), .. }, ..] => format!("{} {unit}", shortened(name, 22)),
             [only] if text_width(&only.name, 12.5) < 130.0 => format!("{} {unit}", only.name),
             _ => format!("{} {unit}", quantity(self.unit)),
         };

@@ -5,7 +5,7 @@ use cotree::report::data::shown;
 use cotree::typeset::titled;
 use cotree_study::fit::{Fit, MeasuredExperiment, MeasuredVariable};
 
-use crate::plot::{Plot, Series};
+use crate::plot::{Plot, PlotSeries};
 
 /// Two panels for each column: what was measured beside what fits best, and the residuals. Those of several experiments have their numbers.
 pub fn plot(fit: &Fit, units: &Units) -> Plot {
@@ -27,22 +27,22 @@ pub fn plot(fit: &Fit, units: &Units) -> Plot {
     }
 }
 
-fn panels(times: &[f64], column: &MeasuredVariable, number: &str, units: &Units) -> [Series; 4] {
+fn panels(times: &[f64], column: &MeasuredVariable, number: &str, units: &Units) -> [PlotSeries; 4] {
     let MeasuredVariable { name, unit, measured, fitted, .. } = column;
     let (name, unit) = (&format!("{name}{number}"), shown(units, unit));
     let residual = format!("residual of {name}");
-    let series = |name: &str, values: Vec<f64>| Series {
+    let series = |name: &str, values: Vec<f64>| PlotSeries {
         panel: Some(name.to_owned()),
         at: Some(times.to_vec()),
-        ..Series::new(name, &unit.name, values.iter().map(|value| value / unit.factor).collect())
+        ..PlotSeries::new(name, &unit.name, values.iter().map(|value| value / unit.factor).collect())
     };
     let ends = [times.first(), times.last()].into_iter().flatten().copied().collect();
     let residuals = measured.iter().zip(fitted).map(|(measured, fitted)| measured - fitted).collect();
-    let dots = |series: Series, of: &str| Series { measured: Some(of.to_owned()), ..series };
+    let dots = |series: PlotSeries, of: &str| PlotSeries { measured: Some(of.to_owned()), ..series };
     [
         series(name, fitted.clone()),
         dots(series(&format!("{name} measured"), measured.clone()), name),
-        Series { at: Some(ends), ..series(&residual, vec![0.0, 0.0]) },
+        PlotSeries { at: Some(ends), ..series(&residual, vec![0.0, 0.0]) },
         dots(series(&format!("{name} residual"), residuals), &residual),
     ]
 }

@@ -6,7 +6,7 @@ use cotree::typeset::titled;
 use cotree_study::motion::report::radius_of;
 use cotree_study::motion::{Cam, Figures, MotionColumn};
 
-use crate::plot::{Plot, Series};
+use crate::plot::{Plot, PlotSeries};
 
 /// The table over the input.
 pub fn plot(figures: &Figures, units: &Units) -> Plot {
@@ -18,7 +18,7 @@ pub fn plot(figures: &Figures, units: &Units) -> Plot {
         let limit = if column.name == "advantage" { Some(100.0) } else { of_cam };
         let is_far = |value: f64| limit.is_some_and(|limit| value.abs() > limit);
         let value = |value: &f64| if is_far(*value) { f64::NAN } else { value / unit.factor };
-        Series::new(&column.name, &unit.name, column.values.iter().map(value).collect())
+        PlotSeries::new(&column.name, &unit.name, column.values.iter().map(value).collect())
     };
     let Some((input, rest)) = figures.table.split_first() else { return Plot::default() };
     let unit = composed(units, &input.unit);

@@ -4,7 +4,7 @@ use cotree::model::DisplayUnit;
 use cotree::typeset::rounded;
 use cotree_study::sweep::{Outcome, Sweep};
 
-use crate::plot::{Field, Histogram, HistogramSample, Map, Plot, Series};
+use crate::plot::{Field, Histogram, HistogramSample, Map, Plot, PlotSeries};
 
 /// A second quantity with at most so many values gives a curve for each of them instead of a map.
 const MOST_CURVES: usize = 4;
@@ -112,7 +112,7 @@ impl SweepPicture {
                     let level = rounded(level / unit.factor, 12);
                     format!("{} = {level} {}", factors[other].name, unit.name)
                 });
-                series.push(Series {
+                series.push(PlotSeries {
                     panel: named.is_some().then(|| measure.to_string()),
                     name: named.map_or_else(|| measure.to_string(), |named| named.trim_end().to_owned()),
                     unit: self.units[factors.len() + index].name.clone(),
@@ -161,7 +161,7 @@ fn headed(sweep: &Sweep, factor: usize) -> String {
 /// The different values of a factor of a grid, ascending.
 fn levels(sweep: &Sweep, factor: usize) -> Vec<f64> {
     let mut levels = match &sweep.design.factors()[factor].values {
-        cotree_study::sweep::Values::Levels(levels) => levels.clone(),
+        cotree_study::sweep::FactorValues::Levels(levels) => levels.clone(),
         _ => Vec::new(),
     };
     levels.sort_by(f64::total_cmp);

@@ -43,7 +43,7 @@ const DAMPING: f64 = 1e-6;
 
 /// How a pull has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum PullEnd {
     /// The point is there, or as near as its path comes.
     Near = 0,
     /// It is on its way: steps ran out.
@@ -144,13 +144,13 @@ impl Grip {
     }
 
     /// Pulls a point of the body, in the body's axes, to a place.
-    pub fn pull(&mut self, point: [f64; 2], target: [f64; 2]) -> End {
+    pub fn pull(&mut self, point: [f64; 2], target: [f64; 2]) -> PullEnd {
         let reach = self.model.program().length;
         let mut basis = self.basis(0..self.unknowns.len());
         for _ in 0..STEPS {
             let free = basis.rest(self.unknowns.len());
             if free.is_empty() {
-                return End::Held;
+                return PullEnd::Held;
             }
             let Point { at, rates } = self.point(point, &free);
             let missing = [(target[0] - at[0]) / reach, (target[1] - at[1]) / reach];
@@ -160,7 +160,7 @@ impl Grip {
             self.most = [0, 1].map(|axis| maximum(self.most[axis], speeds[axis]));
             let gain = length(&rates.iter().map(|[x, y]| x * missing[0] + y * missing[1]).collect::<Vec<f64>>());
             if distance <= CLOSED {
-                return End::Near;
+                return PullEnd::Near;
             }
             if gain <= IDLE * distance * self.most[0] {
                 return self.stop(speeds, 1.0);
@@ -173,21 +173,21 @@ impl Grip {
             let longest = minimum(LONGEST, SHARE * near);
             match self.step(&step, longest, (point, target, distance * reach), near) {
                 Some(next) => basis = next,
-                None if near < 2.0 * NEAR => return End::Singular,
+                None if near < 2.0 * NEAR => return PullEnd::Singular,
                 None => return self.stop(speeds, 4.0),
             }
         }
-        End::OnItsWay
+        PullEnd::OnItsWay
     }
 
     /// What stops the point that comes no nearer: it moves no more, or no more in both directions in which it has moved.
-    fn stop(&self, speeds: [f64; 2], share: f64) -> End {
+    fn stop(&self, speeds: [f64; 2], share: f64) -> PullEnd {
         let [most, across] = self.most;
         if most <= STILL {
-            return End::Fixed;
+            return PullEnd::Fixed;
         }
         let is_dead = |axis: usize| speeds[axis] <= share * DEAD * self.most[axis];
-        if is_dead(0) || across > DEAD * most && is_dead(1) { End::DeadPoint } else { End::Near }
+        if is_dead(0) || across > DEAD * most && is_dead(1) { PullEnd::DeadPoint } else { PullEnd::Near }
     }
 
     /// A step that brings the point nearer, shorter than wanted if it must be; the basis of the pose that it leads to.

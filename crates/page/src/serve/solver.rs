@@ -10,7 +10,7 @@ use cotree_fmu::program::Program;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::pull::{End, Grip};
+use crate::pull::{Grip, PullEnd};
 
 /// Each new page of a scene that is drawn brings programs of its own; the oldest are let go.
 const MOST: usize = 64;
@@ -230,7 +230,7 @@ impl Solve {
 }
 
 impl Pull {
-    /// How the pull has ended, as a number of [`End`], and the values in the pose. A request that arrives after a later one reads values only: the page has let go, or reads its last pose.
+    /// How the pull has ended, as a number of [`PullEnd`], and the values in the pose. A request that arrives after a later one reads values only: the page has let go, or reads its last pose.
     fn answer(&self, held: &mut Numbered) -> serde_json::Value {
         let is_late = self.number < held.last;
         held.last = held.last.max(self.number);
@@ -242,12 +242,12 @@ impl Pull {
         json!({ "end": end, "values": values })
     }
 
-    fn pull(&self, grip: &mut Grip, point: [f64; 2], target: [f64; 2]) -> End {
+    fn pull(&self, grip: &mut Grip, point: [f64; 2], target: [f64; 2]) -> PullEnd {
         let began = Instant::now();
         let is_over = || began.elapsed().as_secs_f64() * 1e3 >= self.share.min(LONGEST_PULL);
         loop {
             let end = grip.pull(point, target);
-            if end != End::OnItsWay || is_over() {
+            if end != PullEnd::OnItsWay || is_over() {
                 return end;
             }
         }
@@ -297,7 +297,7 @@ mod tests {
         let (solvers, [.., angle]) = held();
         let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} is not {expected}");
         let (end, found) = pulled(&solvers, 1, Some(-1.2), angle);
-        assert_eq!(end, Some(End::Near as i64));
+        assert_eq!(end, Some(PullEnd::Near as i64));
         near(found, -1.2);
         near(pulled(&solvers, 3, Some(-0.8), angle).1, -0.8);
         let (end, found) = pulled(&solvers, 2, Some(-1.4), angle);

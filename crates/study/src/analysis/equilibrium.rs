@@ -6,7 +6,7 @@ use cotree_fmu::model::Model;
 use nalgebra::DMatrix;
 
 use super::decompose::symmetric_eigen;
-use super::modes::{Mode, modes};
+use super::modes::{VibrationMode, modes};
 use super::requested::RequestedMode;
 use super::search::{null_space, scales};
 use super::supports::{Rest, rest};
@@ -97,15 +97,15 @@ fn check_courses(formulated: &Formulated, point: &OperatingPoint) -> Result<(), 
 
 /// Stability by the linearised motion (Lyapunov's first method): unstable if a mode grows. Where modes neither grow nor decay, a potential decides, if there
 /// is one: its minimum is stable (Dirichlet).
-fn judged(formulated: &Formulated, statics: &TangentStiffness, modes: &[Mode]) -> Stability {
+fn judged(formulated: &Formulated, statics: &TangentStiffness, modes: &[VibrationMode]) -> Stability {
     let scales = scales(formulated);
-    let most = |mode: &Mode| {
+    let most = |mode: &VibrationMode| {
         let sizes = mode.shape.iter().zip(&scales).map(|(part, scale)| part.norm() / scale).enumerate();
         let index = sizes.fold((0, 0.0), |most, part| if part.1 > most.1 { part } else { most }).0;
         coordinate(formulated, index)
     };
     let fastest = modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
-    let bound = |mode: &Mode| OWN_RATE * mode.eigenvalue.norm() + RATE * fastest;
+    let bound = |mode: &VibrationMode| OWN_RATE * mode.eigenvalue.norm() + RATE * fastest;
     let fastest_growing = modes.iter().max_by(|a, b| a.eigenvalue.re.total_cmp(&b.eigenvalue.re));
     if let Some(mode) = fastest_growing.filter(|mode| mode.eigenvalue.re > bound(mode)) {
         return Stability::Unstable(most(mode));

@@ -34,13 +34,13 @@ pub use contacts::{ContactStatus, at_start};
 pub use driven::InputTableError;
 pub use equilibrium::{Equilibrium, Stability};
 pub use matrix::{dense, saddle};
-pub use modes::{Mode, modes};
+pub use modes::{VibrationMode, modes};
 pub use point::OperatingPoint;
 pub use requested::{ModeError, RequestedMode, WantedMode};
 pub use rest::at_rest;
 pub use sensitivity::{
     Along, At as AlongAt, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, NotDifferentiable,
-    Sensitivities, Varied, Varying,
+    Sensitivities, VariedQuantity, Varying,
 };
 pub(crate) use sensitivity::{Differentiated, is_finite};
 pub use state_space::{StateSpace, StateSpaceSignal};

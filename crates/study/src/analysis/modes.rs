@@ -19,14 +19,14 @@ const SAME: f64 = 1e-6;
 
 /// One mode; of a conjugate pair the one that turns forward.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mode {
+pub struct VibrationMode {
     /// [1/s]; zero for free motion.
     pub eigenvalue: Complex<f64>,
     /// Of every branch coordinate, then of every state of the scene; the largest part, in natural units, is 1.
     pub shape: Vec<Complex<f64>>,
 }
 
-impl Mode {
+impl VibrationMode {
     /// Moves on without any stiffness against it.
     pub fn is_free(&self) -> bool {
         self.eigenvalue == Complex::default()
@@ -52,7 +52,7 @@ impl Mode {
 ///
 /// # Errors
 /// The eigenvalues do not converge, or the numbers are too large.
-pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, AnalysisFailure> {
+pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<VibrationMode>, AnalysisFailure> {
     if !formulated.equations.states.is_empty() {
         return with_states(formulated, system);
     }
@@ -74,13 +74,13 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, 
     let expand = |(eigenvalue, natural): (Complex<f64>, DVector<Complex<f64>>)| {
         let z = DVector::from_fn(f, |row, _| natural[row] * scale_of[row]);
         let shape = normalised(system.shape.map(Complex::from) * z, &scales);
-        Mode { eigenvalue: unsigned(eigenvalue), shape: shape.into_iter().map(unsigned).collect() }
+        VibrationMode { eigenvalue: unsigned(eigenvalue), shape: shape.into_iter().map(unsigned).collect() }
     };
     Ok(shapes.into_iter().map(expand).collect())
 }
 
 /// The same with states of the scene: the eigenvalues of the whole system x' = A x, one of each conjugate pair.
-fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>, AnalysisFailure> {
+fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<VibrationMode>, AnalysisFailure> {
     let (scales, mechanical) = (scales(formulated), formulated.equations.coordinates.len());
     let scale_of: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
     let states = formulated.equations.states.len();
@@ -106,7 +106,7 @@ fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Mode>
             Some(state) => x[2 * f + state] * natural[2 * f + state],
         });
         let shape = normalised(all, &scales).into_iter().map(unsigned).collect();
-        modes.push(Mode { eigenvalue: unsigned(eigenvalue), shape });
+        modes.push(VibrationMode { eigenvalue: unsigned(eigenvalue), shape });
     }
     Ok(modes)
 }

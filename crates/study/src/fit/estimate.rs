@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::levenberg::Residuals;
 use super::request::Weighed;
 use super::student::{NORMAL, limits_95};
-use super::{FittedQuantity, Undetermined};
+use super::{FittedQuantity, Unidentified};
 use crate::analysis::Varying;
 use crate::analysis::decompose::svd;
 
@@ -36,7 +36,7 @@ impl Estimates {
         values: &[f64],
         weighed: &Weighed,
         varying: &Varying,
-    ) -> Result<Self, Undetermined> {
+    ) -> Result<Self, Unidentified> {
         let is_free =
             |&index: &usize| values[index] > weighed.bounds[index][0] && values[index] < weighed.bounds[index][1];
         let free: Vec<usize> = (0..values.len()).filter(is_free).collect();
@@ -49,14 +49,14 @@ impl Estimates {
             .map(|(effect, norm)| *norm == 0.0 || effect > f64::MIN_POSITIVE * norm && effect < NO_EFFECT);
         let idle = suggest::list(names.iter().zip(idle).filter(|(_, idle)| *idle).map(|(name, _)| name));
         if !idle.is_empty() {
-            return Err(Undetermined::Other(format!(
+            return Err(Unidentified::Other(format!(
                 "the measured values do not determine {names}: no measured value depends on it: remove it from --vary, or measure something that it changes",
                 names = idle
             )));
         }
         let covariance = covariance(&jacobian, &norms).map_err(|direction| {
             let takes_part = direction.iter().zip(&names).filter(|(share, _)| share.abs() > TAKES_PART);
-            Undetermined::Other(format!("the measured values do not determine {names}: only a combination of them has an effect: remove one from --vary, or measure something else too", names = suggest::list(takes_part.map(|(_, name)| name))))
+            Unidentified::Other(format!("the measured values do not determine {names}: only a combination of them has an effect: remove one from --vary, or measure something else too", names = suggest::list(takes_part.map(|(_, name)| name))))
         })?;
         let all_given = weighed.deviations.iter().all(|(_, is_given)| *is_given);
         let degrees = residuals.values.len().saturating_sub(free.len()).max(1);
@@ -64,7 +64,7 @@ impl Estimates {
     }
 
     pub fn quantities(&self, start: &[f64], values: &[f64], varying: &Varying) -> Vec<FittedQuantity> {
-        let quantity = |(index, varied): (usize, &crate::analysis::Varied)| {
+        let quantity = |(index, varied): (usize, &crate::analysis::VariedQuantity)| {
             let place = self.free.iter().position(|&free| free == index);
             let error = place.map(|place| self.covariance[(place, place)].sqrt());
             let value = values[index];

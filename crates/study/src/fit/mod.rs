@@ -131,12 +131,12 @@ pub enum FitError {
     Request(Vec<RequestFault>),
     /// The measured values do not determine the quantities.
     #[error(transparent)]
-    Undetermined(#[from] Undetermined),
+    Undetermined(#[from] Unidentified),
 }
 
 /// Why measured values do not determine quantities.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum Undetermined {
+pub enum Unidentified {
     /// The search has come to the end of what moves.
     #[error(
         "the search ended without a minimum, at values without a motion: {cause}; exclude them by bounds (NAME=LOW..HIGH)"
@@ -224,7 +224,7 @@ impl FitProblem<'_, '_> {
             };
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
-            let blocked = found.blocked.map(|cause| Undetermined::NoMinimum { cause });
+            let blocked = found.blocked.map(|cause| Unidentified::NoMinimum { cause });
             if let Some(why) = blocked.or_else(|| self.too_few_left(start.len())) {
                 return Ok(Err(FitError::Undetermined(why)));
             }
@@ -261,7 +261,7 @@ impl FitProblem<'_, '_> {
                 guesses: guesses.unwrap_or_default(),
             }));
         }
-        Ok(Err(FitError::Undetermined(Undetermined::Other(
+        Ok(Err(FitError::Undetermined(Unidentified::Other(
             "the standard deviations of the columns do not converge: give them (--sigma), or fit one column".to_owned(),
         ))))
     }
@@ -285,11 +285,11 @@ impl FitProblem<'_, '_> {
     }
 
     /// Says that the values that count are too few, if they are.
-    fn too_few_left(&self, quantities: usize) -> Option<Undetermined> {
+    fn too_few_left(&self, quantities: usize) -> Option<Unidentified> {
         let few = too_few(self.experiments.iter().map(|experiment| experiment.kept().len()).sum(), quantities)?;
         let left_out: Vec<f64> = self.experiments.iter().flat_map(FittedMotion::left_out).collect();
         let rows = self.experiments.iter().map(|experiment| experiment.table.times().len()).sum();
-        Some(Undetermined::Other(format!("{few}; {left_out}", left_out = rows_left_out(&left_out, rows)?)))
+        Some(Unidentified::Other(format!("{few}; {left_out}", left_out = rows_left_out(&left_out, rows)?)))
     }
 
     /// The kind of each value that counts, in the order of the residuals.

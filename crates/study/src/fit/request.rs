@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::LEAST;
 use super::levenberg::Residuals;
-use crate::analysis::{Varied, Varying};
+use crate::analysis::{VariedQuantity, Varying};
 use crate::request::{RequestFault, TooFew};
 
 /// What is to be fitted to what.
@@ -146,9 +146,9 @@ impl FitRequest {
 }
 
 /// What is varied is the same in all experiments: none may set it otherwise.
-fn differing(parameters: &[Varied], first: &[Varied]) -> Vec<RequestFault> {
+fn differing(parameters: &[VariedQuantity], first: &[VariedQuantity]) -> Vec<RequestFault> {
     let differs = parameters.iter().zip(first).filter(|(varied, first)| varied.start != first.start);
-    let fault = |(varied, first): (&Varied, &Varied)| {
+    let fault = |(varied, first): (&VariedQuantity, &VariedQuantity)| {
         RequestFault::Other(format!(
             "`{name}` is varied, but set to {here:?} {unit} here and to {first:?} {unit} in the first one",
             name = varied.name,
@@ -182,7 +182,7 @@ fn deviation(
 }
 
 /// The bounds of what is varied, SI: those that are asked for, else those of the scene.
-pub(crate) fn bounds(varied: &[Vary], parameters: &[Varied], faults: &mut Vec<RequestFault>) -> Vec<[f64; 2]> {
+pub(crate) fn bounds(varied: &[Vary], parameters: &[VariedQuantity], faults: &mut Vec<RequestFault>) -> Vec<[f64; 2]> {
     if varied.is_empty() {
         faults.push(RequestFault::Other("nothing is varied".to_owned()));
     }

@@ -10,7 +10,7 @@ use cotree::scene::Scene;
 
 use super::drive::{self, InputTable, Moved, Way};
 use super::figures::{self, Figures, Subject};
-use super::{Course, MotionRequest, SpecialPlaces, input};
+use super::{InputRun, MotionRequest, SpecialPlaces, input};
 use crate::analysis::{AlongAt, Differentiated, Study};
 
 /// Speeds that differ by this share are different ones.
@@ -21,7 +21,7 @@ pub(crate) struct DifferentiatedTurn<'a> {
     scene: &'a Scene,
     request: &'a MotionRequest,
     names: Vec<String>,
-    course: Course,
+    course: InputRun,
     /// As it is; with a unit load on the output, if a joint is.
     plain: DifferentiatedWay,
     loaded: Option<DifferentiatedWay>,
@@ -39,7 +39,7 @@ impl<'a> DifferentiatedTurn<'a> {
             mechanism.parameters.iter().any(|own| own.name == *name)
                 || mechanism.inputs.iter().any(|own| own.name == *name)
         };
-        let course = Course::of(scene, mechanism, request).ok()?;
+        let course = InputRun::of(scene, mechanism, request).ok()?;
         let is_plain = course.drive.range.is_none()
             && course.drive.speed != 0.0
             && course.table.periodic
@@ -104,7 +104,7 @@ impl<'a> DifferentiatedTurn<'a> {
     }
 }
 
-fn subject<'s>(course: &'s Course, mechanism: &'s Mechanism, request: &'s MotionRequest) -> Subject<'s> {
+fn subject<'s>(course: &'s InputRun, mechanism: &'s Mechanism, request: &'s MotionRequest) -> Subject<'s> {
     Subject {
         moved: &course.moved,
         mechanism,
@@ -133,7 +133,7 @@ struct DifferentiatedTable {
 }
 
 impl DifferentiatedWay {
-    fn new(moved: &Moved, course: &Course, names: &[String]) -> Option<DifferentiatedWay> {
+    fn new(moved: &Moved, course: &InputRun, names: &[String]) -> Option<DifferentiatedWay> {
         let way = drive::way(moved, &course.drive).ok()?;
         let outputs = drive::outputs(&way.driven, &course.drive);
         let mut study = Study::of(way.driven.mechanism.clone(), outputs, moved.source.clone());
@@ -142,7 +142,7 @@ impl DifferentiatedWay {
         Some(DifferentiatedWay { way, study, differentiated, times })
     }
 
-    fn tables(&self, values: &[f64], course: &Course) -> Option<DifferentiatedTable> {
+    fn tables(&self, values: &[f64], course: &InputRun) -> Option<DifferentiatedTable> {
         let varying = self.study.varying_of(&self.differentiated);
         let rows = varying.along(values, &self.times, None, u64::MAX).ok()?.rows;
         let named = |of: &dyn Fn(&AlongAt, usize) -> f64| -> HashMap<String, Vec<f64>> {

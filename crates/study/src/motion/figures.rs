@@ -99,7 +99,7 @@ pub struct Figures {
     /// How long the output stays next to an end of its stroke.
     pub dwell: Option<Dwell>,
     /// Transmission angles at joints of the driven body \[rad\].
-    pub transmission: Vec<Transmission>,
+    pub transmission: Vec<TransmissionAngle>,
     /// The largest joint force for a load of 1 N.m or 1 N on the output (Holte, Chase 1994).
     pub joint_force_index: Option<Largest>,
     /// What the drive must exert [N.m] or \[N\].
@@ -196,7 +196,7 @@ pub struct JointForce {
 
 /// The transmission angle at a joint of the driven body.
 #[derive(Clone, Debug, Serialize)]
-pub struct Transmission {
+pub struct TransmissionAngle {
     pub joint: String,
     pub min: ValueAt,
     pub max: ValueAt,
@@ -549,7 +549,7 @@ impl Figures {
                 .fold(inner, |best, piece| if beats(&piece.value, &best.value) { piece } else { best });
             kink.unwrap_or(all)
         };
-        self.transmission.push(Transmission {
+        self.transmission.push(TransmissionAngle {
             joint: joint.name.clone(),
             min: extreme(end(&along, &across, 0.0), angle.min(), f64::lt),
             max: extreme(end(&across, &along, FRAC_PI_2), angle.max(), f64::gt),

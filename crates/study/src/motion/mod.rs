@@ -198,8 +198,8 @@ fn worked_out(
     request: &MotionRequest,
     only_table: bool,
 ) -> Result<Figures, MotionError> {
-    let Course { mechanism, moved, drive, output, lacking, stops, table, places, origin, speed } =
-        Course::of(scene, mechanism, request)?;
+    let InputRun { mechanism, moved, drive, output, lacking, stops, table, places, origin, speed } =
+        InputRun::of(scene, mechanism, request)?;
     let subject = figures::Subject {
         moved: &moved,
         mechanism: &mechanism,
@@ -223,7 +223,7 @@ fn worked_out(
 }
 
 /// A turn or stroke that has been moved through.
-struct Course {
+struct InputRun {
     mechanism: Mechanism,
     moved: Moved,
     drive: DrivenJoint,
@@ -238,8 +238,8 @@ struct Course {
     speed: f64,
 }
 
-impl Course {
-    fn of(scene: &Scene, mechanism: &Mechanism, request: &MotionRequest) -> Result<Course, MotionError> {
+impl InputRun {
+    fn of(scene: &Scene, mechanism: &Mechanism, request: &MotionRequest) -> Result<InputRun, MotionError> {
         without_history(mechanism)?;
         let gaps = ContactGaps::of(mechanism)?;
         let mechanism = mechanism.without_stops();
@@ -285,7 +285,7 @@ impl Course {
         if drive.fineness > 1 {
             table = drive::sample(&moved, &drive, None)?;
         }
-        Ok(Course { mechanism, moved, drive, output, lacking, stops, table, places, origin, speed })
+        Ok(InputRun { mechanism, moved, drive, output, lacking, stops, table, places, origin, speed })
     }
 }
 

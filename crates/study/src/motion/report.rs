@@ -13,7 +13,7 @@ use cotree::typeset::rounded;
 use super::cams::Cam;
 use super::clearance::PairClearance;
 use super::curve::Arc;
-use super::figures::{Extent, Figures, MotionColumn, Peak, Speed, Transmission};
+use super::figures::{Extent, Figures, MotionColumn, Peak, Speed, TransmissionAngle};
 use super::friction::DriveFriction;
 use super::growth::Unbounded;
 use super::samples::ValueAt;
@@ -272,7 +272,7 @@ impl Figures {
         lines
     }
 
-    fn transmission_line(&self, angle: &Transmission) -> Cell {
+    fn transmission_line(&self, angle: &TransmissionAngle) -> Cell {
         let poor = if angle.min.value < POOR { line![": below ", number(POOR, "rad")] } else { "".into() };
         line!["transmission angle at `", angle.joint, "` ", self.ends([&angle.min, &angle.max], "rad"), poor]
     }

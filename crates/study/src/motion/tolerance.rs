@@ -22,9 +22,9 @@ use nalgebra::{DMatrix, DVector};
 use serde_json::json;
 
 use super::drive::{self, Way};
-use super::{Course, MotionError, MotionRequest, SpecialPlaces, unit_of};
+use super::{InputRun, MotionError, MotionRequest, SpecialPlaces, unit_of};
 use crate::analysis::{Study, StudyError};
-use crate::sweep::{Design, DesignFactor, Sampling, Values};
+use crate::sweep::{Design, DesignFactor, FactorValues, Sampling};
 
 /// Positions of the input at which deviations are looked at.
 const POSITIONS: usize = 72;
@@ -103,7 +103,7 @@ pub fn tolerances(
     request: &MotionRequest,
     deviations: &[Deviation],
 ) -> Result<TurnTolerances, MotionError> {
-    let course = Course::of(scene, mechanism, request)?;
+    let course = InputRun::of(scene, mechanism, request)?;
     is_regular(&course)?;
     let mut deviating = Deviating { mechanism: course.moved.mechanism.clone(), dimensions: Vec::new() };
     deviating.add(deviations, request.point.as_deref())?;
@@ -127,7 +127,7 @@ pub fn tolerances(
 }
 
 /// At a dead point of the input a deviation is infinite in first order, or the input no longer gets there.
-fn is_regular(course: &Course) -> Result<(), MotionError> {
+fn is_regular(course: &InputRun) -> Result<(), MotionError> {
     let refused = |what: &str| {
         Err(MotionError::Request(format!(
             "deviations have no first-order effect where {what}: give a range of the input without such positions, such as `--range \"10 deg..60 deg\"`"
@@ -315,7 +315,7 @@ fn at(mechanism: &Mechanism, place: Place) -> [f64; 2] {
 /// What is requested of the driven mechanism, and what is measured of it: name, unit, columns.
 type RequestedOutputs = (Vec<Output>, Vec<(String, String, Measured)>);
 
-fn measured(course: &Course, way: &Way, point: Option<&str>) -> Result<RequestedOutputs, MotionError> {
+fn measured(course: &InputRun, way: &Way, point: Option<&str>) -> Result<RequestedOutputs, MotionError> {
     let (mut outputs, mut measured) = (Vec::new(), Vec::new());
     let mechanism = &way.driven.mechanism;
     if let Some(watched) = &course.output {
@@ -353,7 +353,7 @@ fn sampled(way: &Way, outputs: Vec<Output>, dimensions: &[Dimension], times: &[f
             variable: place(&dimension.parameter)?,
             name: dimension.name.clone(),
             unit: dimension.unit.clone(),
-            values: Values::Normal(dimension.value, dimension.size / SIGMAS),
+            values: FactorValues::Normal(dimension.value, dimension.size / SIGMAS),
         })
     };
     let factors: Vec<DesignFactor> = dimensions.iter().filter_map(factor).collect();

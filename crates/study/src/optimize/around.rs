@@ -8,7 +8,7 @@ const TURN_STEPS: usize = 20;
 
 /// One quantity from bound to bound, or as much around its best value where it has none; SI.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Around {
+pub struct NearOptimum {
     /// The values of the quantity, ascending.
     pub values: Vec<f64>,
     /// The goal at each of them; not a number where there is no motion.
@@ -19,7 +19,7 @@ pub struct Around {
 
 impl Searches<'_, '_> {
     /// One for each quantity. Motions go on from their neighbours, from the best values outwards.
-    pub(super) fn around(&self, best: &Best) -> Result<Result<Vec<Around>, OptimizeError>, AnalysisFailure> {
+    pub(super) fn around(&self, best: &Best) -> Result<Result<Vec<NearOptimum>, OptimizeError>, AnalysisFailure> {
         let values: Vec<f64> = best.quantities.iter().map(|quantity| quantity.value).collect();
         let (seen, start) = self.motions.seen(&values, None)?;
         let goal = self.checked.problem.worth(&seen).map(|(goal, _)| self.checked.sign * goal);
@@ -30,7 +30,7 @@ impl Searches<'_, '_> {
         Ok(Ok((0..values.len()).map(|quantity| self.along(quantity, &values, &start)).collect()))
     }
 
-    fn along(&self, quantity: usize, best: &[f64], start: &Start) -> Around {
+    fn along(&self, quantity: usize, best: &[f64], start: &Start) -> NearOptimum {
         let problem = &self.checked.problem;
         let range = problem.ranges[quantity];
         let end = |bound: f64, side: f64| if bound.is_finite() { bound } else { best[quantity] + side * range };
@@ -40,7 +40,7 @@ impl Searches<'_, '_> {
         let mut values: Vec<f64> = (0..=steps).map(|step| low + (high - low) * step as f64 / steps as f64).collect();
         let place = values.partition_point(|value| *value < best[quantity]);
         values.insert(place, best[quantity]);
-        let mut around = Around {
+        let mut around = NearOptimum {
             goal: vec![f64::NAN; values.len()],
             limits: vec![vec![f64::NAN; values.len()]; problem.limits.len()],
             values,

@@ -16,7 +16,7 @@ const CUTS: usize = 60;
 
 /// Values along a motion, and how they change: a row for each value, a column for each quantity that is varied.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct SampledValues {
     pub times: Vec<f64>,
     pub values: DVector<f64>,
     pub slopes: DMatrix<f64>,
@@ -61,7 +61,7 @@ impl SmoothPiece {
     }
 
     /// None where the course is no longer as long as it was.
-    pub fn of(&self, courses: &[Course]) -> Option<Linear> {
+    pub fn of(&self, courses: &[SampledValues]) -> Option<Linear> {
         let course = courses.get(self.course)?;
         match &self.form {
             PieceForm::Sum(parts) => course.sum(parts),
@@ -77,7 +77,7 @@ impl SmoothPiece {
     }
 }
 
-impl Course {
+impl SampledValues {
     /// A weighed sum of values; none where there are no longer as many.
     fn sum(&self, parts: &[(usize, f64)]) -> Option<Linear> {
         let mut sum = Linear { value: 0.0, slope: DVector::zeros(self.slopes.ncols()) };
@@ -222,7 +222,7 @@ fn weighed(parts: Vec<(usize, f64)>, weight: f64) -> Vec<(usize, f64)> {
 }
 
 /// A goal whose measures are of these courses, with a sign, as a sum of largest pieces; of an equation each of them is one piece.
-pub fn parts(goal: &Goal, places: &[usize], sign: f64, is_equation: bool, courses: &[Course]) -> Vec<Largest> {
+pub fn parts(goal: &Goal, places: &[usize], sign: f64, is_equation: bool, courses: &[SampledValues]) -> Vec<Largest> {
     let terms = goal.terms.iter().zip(places);
     let of = |((weight, measure), &place): (&(f64, cotree::run::Measure), &usize)| {
         courses[place].parts(place, measure.statistic(), sign * weight, is_equation)
@@ -236,14 +236,14 @@ mod tests {
     use cotree::run::Measure;
 
     /// y = p sin(t) + q over a turn.
-    fn wave(p: f64, q: f64) -> Course {
+    fn wave(p: f64, q: f64) -> SampledValues {
         let times: Vec<f64> = (0..=400).map(|row| std::f64::consts::TAU * f64::from(row) / 400.0).collect();
         let values = DVector::from_iterator(times.len(), times.iter().map(|t| p * t.sin() + q));
         let slopes = DMatrix::from_fn(times.len(), 2, |row, column| if column == 0 { times[row].sin() } else { 1.0 });
-        Course { times, values, slopes }
+        SampledValues { times, values, slopes }
     }
 
-    fn value(text: &str, courses: &[Course]) -> f64 {
+    fn value(text: &str, courses: &[SampledValues]) -> f64 {
         let goal: Goal = text.parse().unwrap();
         let places = vec![0; goal.terms.len()];
         let largest =
@@ -257,7 +257,7 @@ mod tests {
         let course = |of: &dyn Fn(f64) -> f64| {
             let times: Vec<f64> = (0..=60).map(|row| 0.1 * f64::from(row)).collect();
             let values = DVector::from_iterator(times.len(), times.iter().map(|t| of(*t)));
-            Course { slopes: DMatrix::zeros(times.len(), 1), times, values }
+            SampledValues { slopes: DMatrix::zeros(times.len(), 1), times, values }
         };
         for ahead in [0.0, 0.013, 0.05, 0.08] {
             let shifted = course(&|t| (t + ahead).sin());

@@ -23,7 +23,7 @@ pub enum Relation {
 
 /// A condition such as `range(ram.s) = 120 mm`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Limit {
+pub struct MeasureLimit {
     pub goal: Goal,
     pub relation: Relation,
     /// The number with its unit, as it is written.
@@ -129,7 +129,7 @@ impl Display for Goal {
     }
 }
 
-impl FromStr for Limit {
+impl FromStr for MeasureLimit {
     type Err = LimitError;
 
     fn from_str(text: &str) -> Result<Self, LimitError> {
@@ -143,11 +143,11 @@ impl FromStr for Limit {
         if bound.is_empty() {
             return Err(LimitError::Other("the number after the sign is missing".to_owned()));
         }
-        Ok(Limit { goal: goal.parse()?, relation, bound })
+        Ok(MeasureLimit { goal: goal.parse()?, relation, bound })
     }
 }
 
-impl Display for Limit {
+impl Display for MeasureLimit {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         let sign = match self.relation {
             Relation::AtMost => "<=",
@@ -172,10 +172,10 @@ mod tests {
         ] {
             assert_eq!(text.parse::<Goal>().unwrap().to_string(), shown, "{text}");
         }
-        let limit: Limit = "range(ram.s) = 120 mm".parse().unwrap();
+        let limit: MeasureLimit = "range(ram.s) = 120 mm".parse().unwrap();
         assert_eq!((limit.relation, &*limit.bound), (Relation::Equal, "120 mm"));
-        assert_eq!("max(x) >= 2".parse::<Limit>().unwrap().relation, Relation::AtLeast);
-        assert_eq!("-x <= -2".parse::<Limit>().unwrap().to_string(), "-last(x) <= -2");
+        assert_eq!("max(x) >= 2".parse::<MeasureLimit>().unwrap().relation, Relation::AtLeast);
+        assert_eq!("-x <= -2".parse::<MeasureLimit>().unwrap().to_string(), "-last(x) <= -2");
     }
 
     #[test]
@@ -187,7 +187,7 @@ mod tests {
             assert!(error.contains(message), "{text}: {error}");
         }
         assert!("when_max(x)".parse::<Goal>().unwrap_err().to_string().contains("discontinuous"));
-        assert!("max(x) 3".parse::<Limit>().unwrap_err().to_string().contains("<="));
-        assert!("max(x) <=".parse::<Limit>().unwrap_err().to_string().contains("missing"));
+        assert!("max(x) 3".parse::<MeasureLimit>().unwrap_err().to_string().contains("<="));
+        assert!("max(x) <=".parse::<MeasureLimit>().unwrap_err().to_string().contains("missing"));
     }
 }

@@ -26,8 +26,8 @@ use crate::analysis::{AnalysisFailure, Guess, Study, StudyError, Varying};
 use crate::motion::DifferentiatedTurn;
 use crate::request::RequestFault;
 pub use crate::request::{GoalError, LimitError};
-pub use around::Around;
-pub use goal::{Goal, Limit, Relation};
+pub use around::NearOptimum;
+pub use goal::{Goal, MeasureLimit, Relation};
 use motion::Motions;
 use request::Checked;
 pub use request::{Aim, OptimizeRequest};
@@ -111,7 +111,7 @@ pub struct Search {
 
 /// How far the searches are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub struct SearchProgress {
     pub done: usize,
     pub all: usize,
     pub evaluations: usize,
@@ -155,7 +155,7 @@ pub fn optimize(
     scene: &Scene,
     study: &mut Study,
     request: &OptimizeRequest,
-    watch: &(dyn Fn(Progress) -> bool + Sync),
+    watch: &(dyn Fn(SearchProgress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
     resume(scene, study, request, &[], watch)
 }
@@ -169,7 +169,7 @@ pub fn resume(
     study: &mut Study,
     request: &OptimizeRequest,
     from: &[(usize, Vec<f64>)],
-    watch: &(dyn Fn(Progress) -> bool + Sync),
+    watch: &(dyn Fn(SearchProgress) -> bool + Sync),
 ) -> Result<Best, OptimizeError> {
     let name = study.name().to_owned();
     searching(scene, study, request, from, |searches| {
@@ -187,7 +187,7 @@ pub fn around(
     study: &mut Study,
     request: &OptimizeRequest,
     best: &Best,
-) -> Result<Vec<Around>, OptimizeError> {
+) -> Result<Vec<NearOptimum>, OptimizeError> {
     searching(scene, study, request, &[], |searches| searches.around(best))
 }
 
@@ -274,13 +274,13 @@ type Outcome = Result<EndPoint<Start>, AnalysisFailure>;
 /// What all searches share while they run.
 struct SharedProgress<'w> {
     next: AtomicUsize,
-    progress: Mutex<Progress>,
-    watch: &'w (dyn Fn(Progress) -> bool + Sync),
+    progress: Mutex<SearchProgress>,
+    watch: &'w (dyn Fn(SearchProgress) -> bool + Sync),
 }
 
 impl SharedProgress<'_> {
     /// Takes note, and tells whoever watches; does the search go on?
-    fn note(&self, of: impl FnOnce(&mut Progress)) -> bool {
+    fn note(&self, of: impl FnOnce(&mut SearchProgress)) -> bool {
         let mut progress = self.progress.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         of(&mut progress);
         (self.watch)(*progress)
@@ -289,9 +289,9 @@ impl SharedProgress<'_> {
 
 impl Searches<'_, '_> {
     /// All searches, in the order of their numbers; those that were not begun before somebody ended it are not there.
-    fn run(&self, watch: &(dyn Fn(Progress) -> bool + Sync)) -> Vec<Outcome> {
+    fn run(&self, watch: &(dyn Fn(SearchProgress) -> bool + Sync)) -> Vec<Outcome> {
         let all = self.request.starts;
-        let progress = Progress { done: 0, all, evaluations: 0, best: None };
+        let progress = SearchProgress { done: 0, all, evaluations: 0, best: None };
         let shared = SharedProgress { next: AtomicUsize::new(0), progress: Mutex::new(progress), watch };
         let processors = || thread::available_parallelism().map_or(1, usize::from);
         let threads = if self.request.threads == 0 { processors() } else { self.request.threads };
@@ -353,7 +353,7 @@ impl Searches<'_, '_> {
             return Ok(Err(self.nothing(outcomes)));
         };
         let Checked { goal: named, problem, start, sign, .. } = self.checked;
-        let quantity = |(index, varied): (usize, &crate::analysis::Varied)| {
+        let quantity = |(index, varied): (usize, &crate::analysis::VariedQuantity)| {
             let value = best.values[index];
             let is_at = |bound: &f64| (value - bound).abs() <= AT_BOUND * problem.ranges[index];
             VariedQuantity {

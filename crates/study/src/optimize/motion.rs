@@ -6,7 +6,7 @@ use cotree::run::points;
 use cotree_fmu::model::State;
 use nalgebra::{DMatrix, DVector};
 
-use super::course::Course;
+use super::course::SampledValues;
 use super::search::SeenCourses;
 use crate::analysis::{Along, AnalysisFailure, Varying};
 use crate::fit::{DEAREST, Residuals};
@@ -78,7 +78,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         Ok((SeenCourses { courses, residuals }, along.start))
     }
 
-    fn course(&self, along: &Along, output: usize) -> Result<Course, AnalysisFailure> {
+    fn course(&self, along: &Along, output: usize) -> Result<SampledValues, AnalysisFailure> {
         let times: Vec<f64> = self.grid.iter().map(|&row| self.times[row]).collect();
         let rows = || self.grid.iter().map(|&row| &along.rows[row]);
         let values = DVector::from_iterator(times.len(), rows().map(|(values, _)| values[output]));
@@ -86,7 +86,7 @@ impl<'a, 'f> Motions<'a, 'f> {
         let slopes = DMatrix::from_fn(times.len(), count, |row, column| along.rows[self.grid[row]].1[(output, column)]);
         let is_there = |row: &usize| values[*row].is_finite() && slopes.row(*row).iter().all(|slope| slope.is_finite());
         match (0..times.len()).find(|row| !is_there(row)) {
-            None => Ok(Course { times, values, slopes }),
+            None => Ok(SampledValues { times, values, slopes }),
             Some(row) => {
                 let name = self.varying.outputs().nth(output).map_or("", |(name, _)| name);
                 Err(AnalysisFailure::NotFinite { time: times[row], what: name.to_owned() })

@@ -6,11 +6,11 @@ use cotree::model::{Experiment, Unit};
 use cotree::report::csv::CsvTable;
 use cotree::typeset::short;
 
-use super::goal::{Goal, Limit, Relation};
+use super::goal::{Goal, MeasureLimit, Relation};
 use super::search::{EndPoint, GoalCondition, GoalSum, Problem, SeenCourses};
 use super::starts::{MOST_QUANTITIES, MOST_STARTS};
 use super::{LimitAt, MET, OptimizeError};
-use crate::analysis::{Varied, Varying};
+use crate::analysis::{VariedQuantity, Varying};
 use crate::fit::{Vary, bounds, check_times, places};
 use crate::motion;
 use crate::request::{LimitError, RequestFault};
@@ -24,7 +24,7 @@ pub struct OptimizeRequest {
     /// What is varied.
     pub vary: Vec<Vary>,
     pub aim: Aim,
-    pub limits: Vec<Limit>,
+    pub limits: Vec<MeasureLimit>,
     /// One turn or stroke of an input, whose figures are measured; the experiment of the scene if absent.
     pub turn: Option<motion::MotionRequest>,
     /// How many searches there are.
@@ -160,7 +160,7 @@ impl OptimizeRequest {
     }
 
     /// How much of each quantity is much.
-    fn ranges(&self, bounds: &[[f64; 2]], parameters: &[Varied], faults: &mut Vec<RequestFault>) -> Vec<f64> {
+    fn ranges(&self, bounds: &[[f64; 2]], parameters: &[VariedQuantity], faults: &mut Vec<RequestFault>) -> Vec<f64> {
         let is_open = |[low, high]: &[f64; 2]| !low.is_finite() || !high.is_finite();
         let open = bounds
             .iter()
@@ -171,7 +171,7 @@ impl OptimizeRequest {
         if !open.is_empty() && self.starts > 1 {
             faults.push(RequestFault::Other(format!("{names}: several starts need bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
         }
-        let range = |(parameter_bound @ [low, high], parameter): (&[f64; 2], &Varied)| match (
+        let range = |(parameter_bound @ [low, high], parameter): (&[f64; 2], &VariedQuantity)| match (
             is_open(parameter_bound),
             parameter.start.abs(),
         ) {
@@ -238,7 +238,11 @@ fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, LimitError
 }
 
 /// A limit as a condition of the problem.
-fn bounded(limit: &Limit, sum: GoalSum, known: &[(String, Unit)]) -> Result<(Bounded, GoalCondition), LimitError> {
+fn bounded(
+    limit: &MeasureLimit,
+    sum: GoalSum,
+    known: &[(String, Unit)],
+) -> Result<(Bounded, GoalCondition), LimitError> {
     let unit = common_unit(&limit.goal, known)?;
     let bound = quantity(&limit.bound, &unit)?;
     if !bound.is_finite() {

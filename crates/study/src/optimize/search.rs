@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::course::{Course, Largest, Linear, SmoothPiece, parts};
+use super::course::{Largest, Linear, SampledValues, SmoothPiece, parts};
 use super::goal::Goal;
 use super::quadratic::{Inequality, Least, least};
 use crate::analysis::AnalysisFailure;
@@ -69,7 +69,7 @@ pub struct GoalCondition {
 /// What is seen of a motion.
 #[derive(Clone, Debug, Default)]
 pub struct SeenCourses {
-    pub courses: Vec<Course>,
+    pub courses: Vec<SampledValues>,
     pub residuals: Option<Residuals>,
 }
 
@@ -649,9 +649,9 @@ mod tests {
     const OPEN: [f64; 2] = [-10.0, 10.0];
 
     /// A course of these values with these slopes, one after the other.
-    fn course(rows: &[(f64, Vec<f64>)]) -> Course {
+    fn course(rows: &[(f64, Vec<f64>)]) -> SampledValues {
         let slopes = rows.iter().flat_map(|(_, slope)| slope.iter().copied());
-        Course {
+        SampledValues {
             times: (0..rows.len()).map(|row| row as f64).collect(),
             values: DVector::from_iterator(rows.len(), rows.iter().map(|(value, _)| *value)),
             slopes: DMatrix::from_row_iterator(rows.len(), rows[0].1.len(), slopes),

@@ -6,7 +6,7 @@ use cotree::model::Unit;
 use cotree::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
-use super::course::Course;
+use super::course::SampledValues;
 use super::search::SeenCourses;
 use crate::analysis::{AnalysisFailure, Study};
 use crate::motion::{self, DifferentiatedTurn, Figures};
@@ -147,11 +147,11 @@ impl Turns<'_> {
     ) -> Result<SeenCourses, AnalysisFailure> {
         let courses = here.into_iter().zip(slopes).map(|(own, slopes)| {
             let times = if own.len() == times.len() { times.to_vec() } else { vec![0.0; own.len()] };
-            Course { times, values: DVector::from_vec(own), slopes }
+            SampledValues { times, values: DVector::from_vec(own), slopes }
         });
-        let courses: Vec<Course> = courses.collect();
+        let courses: Vec<SampledValues> = courses.collect();
         let infinite =
-            |course: &Course| course.values.iter().chain(course.slopes.iter()).any(|value| !value.is_finite());
+            |course: &SampledValues| course.values.iter().chain(course.slopes.iter()).any(|value| !value.is_finite());
         match courses.iter().position(infinite) {
             None => Ok(SeenCourses { courses, residuals: None }),
             Some(figure) => {

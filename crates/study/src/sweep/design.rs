@@ -6,7 +6,7 @@ use cotree::run::Settings;
 use cotree::sheet::SheetError;
 use thiserror::Error;
 
-use super::factor::{DesignFactor, FactorError, Values};
+use super::factor::{DesignFactor, FactorError, FactorValues};
 use super::sample::{Sampling, drawn};
 use super::table;
 
@@ -59,7 +59,7 @@ impl Design {
         different(&factors)?;
         let mut count: usize = 1;
         for DesignFactor { name, values, .. } in &factors {
-            let Values::Levels(levels) = values else {
+            let FactorValues::Levels(levels) = values else {
                 return Err(DesignError::Other(format!(
                     "`{name}` has a range but no values: give a count, as in 0.4..0.6:21, or draw runs at random"
                 )));
@@ -92,7 +92,7 @@ impl Design {
         let count = columns.first().map_or(0, Vec::len);
         for factor in constant {
             match &factor.values {
-                Values::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
+                FactorValues::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
                 _ => {
                     return Err(vec![DesignError::Other(format!(
                         "with a table `{name}` can have one value only",
@@ -132,7 +132,7 @@ impl Design {
     pub fn varied(&self) -> Vec<usize> {
         let varies = |values: &[f64]| values.iter().any(|value| *value != values[0]);
         let is_varied = |&index: &usize| match &self.runs {
-            Runs::Grid(_) => matches!(&self.factors[index].values, Values::Levels(levels) if varies(levels)),
+            Runs::Grid(_) => matches!(&self.factors[index].values, FactorValues::Levels(levels) if varies(levels)),
             Runs::Columns(columns, _) | Runs::Drawn(columns, _) => varies(&columns[index]),
         };
         (0..self.factors.len()).filter(is_varied).collect()
@@ -146,7 +146,7 @@ impl Design {
         let mut rest = run;
         let mut values: Vec<f64> = Vec::with_capacity(self.factors.len());
         for factor in self.factors.iter().rev() {
-            let Values::Levels(levels) = &factor.values else { continue };
+            let FactorValues::Levels(levels) = &factor.values else { continue };
             values.push(levels[rest % levels.len()]);
             rest /= levels.len();
         }

@@ -31,12 +31,12 @@ pub struct DesignFactor {
     /// Its SI unit.
     pub unit: String,
     /// Its values, SI.
-    pub values: Values,
+    pub values: FactorValues,
 }
 
 /// The values of a factor, SI.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Values {
+pub enum FactorValues {
     /// These.
     Levels(Vec<f64>),
     /// Between two bounds, each as likely.
@@ -58,7 +58,7 @@ impl DesignFactor {
         let (name, values) = text.split_once('=').ok_or_else(|| FactorError::Other("write name=values".to_owned()))?;
         let variable = settings::settable(description, name.trim())?;
         let known = &description.variables[variable];
-        let values = Values::read(values.trim(), &known.unit)?;
+        let values = FactorValues::read(values.trim(), &known.unit)?;
         for value in values.bounds() {
             settings::permitted(known, value).map_err(|cause| SettingError::Value { value, cause })?;
         }
@@ -66,7 +66,7 @@ impl DesignFactor {
     }
 }
 
-impl Values {
+impl FactorValues {
     fn read(text: &str, unit: &Unit) -> Result<Self, FactorError> {
         let number = |text: &str| Ok(quantity(text.trim(), unit)?);
         let both = |low: &str, high: &str| both(low, high, unit);
@@ -76,24 +76,24 @@ impl Values {
         };
         if let Some((mean, within)) = text.split_once("+-").or_else(|| text.split_once('±')) {
             let [mean, within] = around(mean, within)?;
-            return ordered(mean - within, mean + within).map(|[low, high]| Values::Uniform(low, high));
+            return ordered(mean - within, mean + within).map(|[low, high]| FactorValues::Uniform(low, high));
         }
         if let Some((mean, deviation)) = text.split_once('~') {
             let [mean, deviation] = around(mean, deviation)?;
             let positive = deviation > 0.0 && deviation.is_finite();
             return if positive {
-                Ok(Values::Normal(mean, deviation))
+                Ok(FactorValues::Normal(mean, deviation))
             } else {
                 Err(FactorError::Other("the deviation must be positive".to_owned()))
             };
         }
         let Some((low, rest)) = text.split_once("..") else {
-            return Ok(Values::Levels(quantities(&text.split(',').collect::<Vec<_>>(), unit)?));
+            return Ok(FactorValues::Levels(quantities(&text.split(',').collect::<Vec<_>>(), unit)?));
         };
         match rest.rsplit_once(':') {
             None => {
                 let [low, high] = both(low, rest)?;
-                ordered(low, high).map(|[low, high]| Values::Uniform(low, high))
+                ordered(low, high).map(|[low, high]| FactorValues::Uniform(low, high))
             }
             Some((high, count)) => {
                 let count = count.trim().parse::<usize>().ok().filter(|count| (1..=MOST_LEVELS).contains(count));
@@ -101,7 +101,7 @@ impl Values {
                     FactorError::Other(format!("the count after `:` is not between 1 and {most}", most = MOST_LEVELS))
                 })?;
                 let [low, high] = both(low, high)?;
-                Ok(Values::Levels(spaced(low, high, count)))
+                Ok(FactorValues::Levels(spaced(low, high, count)))
             }
         }
     }
@@ -109,9 +109,9 @@ impl Values {
     /// Values that must all be permitted for all to be; a normal distribution has no bounds.
     fn bounds(&self) -> Vec<f64> {
         match self {
-            Values::Levels(levels) => levels.clone(),
-            Values::Uniform(low, high) => vec![*low, *high],
-            Values::Normal(mean, _) => vec![*mean],
+            FactorValues::Levels(levels) => levels.clone(),
+            FactorValues::Uniform(low, high) => vec![*low, *high],
+            FactorValues::Normal(mean, _) => vec![*mean],
         }
     }
 }
@@ -144,34 +144,34 @@ fn spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn values(text: &str) -> Result<Values, FactorError> {
-        Values::read(text, &Unit::length())
+    fn values(text: &str) -> Result<FactorValues, FactorError> {
+        FactorValues::read(text, &Unit::length())
     }
 
     #[test]
     fn values_are_written_in_five_ways() {
-        assert_eq!(values("1, 1.2"), Ok(Values::Levels(vec![1.0, 1.2])));
-        assert_eq!(values("0.4..0.6:3"), Ok(Values::Levels(vec![0.4, 0.5, 0.6])));
-        assert_eq!(values("400 mm .. 0.6 m : 2"), Ok(Values::Levels(vec![0.4, 0.6])));
-        assert_eq!(values("2..1:2"), Ok(Values::Levels(vec![2.0, 1.0])));
-        assert_eq!(values("7..9:1"), Ok(Values::Levels(vec![7.0])));
-        assert_eq!(values("-1..-0.5"), Ok(Values::Uniform(-1.0, -0.5)));
-        assert_eq!(values("500 mm +- 125 mm"), Ok(Values::Uniform(0.375, 0.625)));
-        assert_eq!(values("0.5 m~10 mm"), Ok(Values::Normal(0.5, 0.01)));
-        assert_eq!(values("-500 mm +- 25 %"), Ok(Values::Uniform(-0.625, -0.375)));
-        assert_eq!(values("0.5 ~ 50%"), Ok(Values::Normal(0.5, 0.25)));
+        assert_eq!(values("1, 1.2"), Ok(FactorValues::Levels(vec![1.0, 1.2])));
+        assert_eq!(values("0.4..0.6:3"), Ok(FactorValues::Levels(vec![0.4, 0.5, 0.6])));
+        assert_eq!(values("400 mm .. 0.6 m : 2"), Ok(FactorValues::Levels(vec![0.4, 0.6])));
+        assert_eq!(values("2..1:2"), Ok(FactorValues::Levels(vec![2.0, 1.0])));
+        assert_eq!(values("7..9:1"), Ok(FactorValues::Levels(vec![7.0])));
+        assert_eq!(values("-1..-0.5"), Ok(FactorValues::Uniform(-1.0, -0.5)));
+        assert_eq!(values("500 mm +- 125 mm"), Ok(FactorValues::Uniform(0.375, 0.625)));
+        assert_eq!(values("0.5 m~10 mm"), Ok(FactorValues::Normal(0.5, 0.01)));
+        assert_eq!(values("-500 mm +- 25 %"), Ok(FactorValues::Uniform(-0.625, -0.375)));
+        assert_eq!(values("0.5 ~ 50%"), Ok(FactorValues::Normal(0.5, 0.25)));
     }
 
     #[test]
     fn the_last_unit_holds_for_all() {
-        assert_eq!(values("180..220 mm:3"), Ok(Values::Levels(vec![0.18, 0.2, 0.22])));
-        assert_eq!(values("180,200,220 mm"), Ok(Values::Levels(vec![0.18, 0.2, 0.22])));
-        assert_eq!(values("180 mm, 200, 0.22 mm"), Ok(Values::Levels(vec![0.18, 0.2, 0.000_22])));
-        assert_eq!(values("-10..10 mm"), Ok(Values::Uniform(-0.01, 0.01)));
-        assert_eq!(values("500+-125 mm"), Ok(Values::Uniform(0.375, 0.625)));
-        assert_eq!(values("500~10 mm"), Ok(Values::Normal(0.5, 0.01)));
-        let number = |text: &str| Values::read(text, &Unit::default());
-        assert_eq!(number("1..2 mm:2"), Ok(Values::Levels(vec![0.001, 0.002])));
+        assert_eq!(values("180..220 mm:3"), Ok(FactorValues::Levels(vec![0.18, 0.2, 0.22])));
+        assert_eq!(values("180,200,220 mm"), Ok(FactorValues::Levels(vec![0.18, 0.2, 0.22])));
+        assert_eq!(values("180 mm, 200, 0.22 mm"), Ok(FactorValues::Levels(vec![0.18, 0.2, 0.000_22])));
+        assert_eq!(values("-10..10 mm"), Ok(FactorValues::Uniform(-0.01, 0.01)));
+        assert_eq!(values("500+-125 mm"), Ok(FactorValues::Uniform(0.375, 0.625)));
+        assert_eq!(values("500~10 mm"), Ok(FactorValues::Normal(0.5, 0.01)));
+        let number = |text: &str| FactorValues::read(text, &Unit::default());
+        assert_eq!(number("1..2 mm:2"), Ok(FactorValues::Levels(vec![0.001, 0.002])));
         assert!(number("1 deg..2 mm:2").unwrap_err().to_string().contains("different kinds"));
         for unclear in ["180 mm..220:3", "180, 200 mm, 0.22 m", "180 mm,220"] {
             assert!(values(unclear).unwrap_err().to_string().contains("has no unit"), "{unclear}");

@@ -24,8 +24,8 @@ use cotree_fmu::instance::Inaccuracy;
 use cotree_fmu::model::Model;
 
 pub use design::{Design, DesignError};
-pub use factor::{DesignFactor, FactorError, Values};
-pub use part::{JoinError, Part, PartError, join};
+pub use factor::{DesignFactor, FactorError, FactorValues};
+pub use part::{JoinError, PartError, SweepPart, join};
 pub use record::{RecordError, SweepRecord, begin, write};
 pub use sample::Sampling;
 
@@ -42,7 +42,7 @@ pub struct Sweep {
     pub measures: Vec<Measure>,
     pub design: Design,
     /// Which of the runs are made.
-    pub part: Part,
+    pub part: SweepPart,
     /// What its table and its picture are in.
     pub units: Units,
 }

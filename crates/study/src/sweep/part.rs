@@ -13,7 +13,7 @@ use cotree::files::Draft;
 
 /// The n-th of so many parts, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Part {
+pub struct SweepPart {
     number: usize,
     of: usize,
 }
@@ -38,9 +38,9 @@ pub enum JoinError {
     File { path: PathBuf, error: io::Error },
 }
 
-impl Part {
+impl SweepPart {
     /// All runs.
-    pub const WHOLE: Part = Part { number: 1, of: 1 };
+    pub const WHOLE: SweepPart = SweepPart { number: 1, of: 1 };
 
     pub fn is_whole(self) -> bool {
         self.of == 1
@@ -53,17 +53,17 @@ impl Part {
     }
 }
 
-impl FromStr for Part {
+impl FromStr for SweepPart {
     type Err = PartError;
 
     fn from_str(text: &str) -> Result<Self, PartError> {
         let (number, of) = text.split_once('/').ok_or(PartError)?;
         let (number, of) = (number.parse().map_err(|_| PartError)?, of.parse().map_err(|_| PartError)?);
-        if (1..=of).contains(&number) { Ok(Part { number, of }) } else { Err(PartError) }
+        if (1..=of).contains(&number) { Ok(SweepPart { number, of }) } else { Err(PartError) }
     }
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for SweepPart {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{}/{}", self.number, self.of)
     }
@@ -72,7 +72,7 @@ impl fmt::Display for Part {
 /// A file with a part.
 struct PartFile {
     path: PathBuf,
-    part: Part,
+    part: SweepPart,
     /// The campaign without the part, and the line of names.
     mark: String,
     heading: String,
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn parts_have_each_run_once_and_differ_by_one_at_most() {
         for (all, of) in [(1, 1), (10, 3), (7, 100), (1_000_003, 97)] {
-            let parts: Vec<_> = (1..=of).map(|number| Part { number, of }.runs(all)).collect();
+            let parts: Vec<_> = (1..=of).map(|number| SweepPart { number, of }.runs(all)).collect();
             assert!(parts.first().unwrap().start == 0 && parts.last().unwrap().end == all);
             assert!(parts.windows(2).all(|pair| pair[0].end == pair[1].start));
             assert!(parts.iter().all(|part| (all / of..=all.div_ceil(of)).contains(&part.len())));
@@ -165,9 +165,9 @@ mod tests {
     #[test]
     fn what_is_no_part_is_refused() {
         for text in ["", "7", "0/3", "4/3", "1/0", "a/b", "1/2/3", "-1/2"] {
-            assert!(text.parse::<Part>().is_err(), "{text}");
+            assert!(text.parse::<SweepPart>().is_err(), "{text}");
         }
-        assert_eq!("7/100".parse::<Part>().unwrap().to_string(), "7/100");
+        assert_eq!("7/100".parse::<SweepPart>().unwrap().to_string(), "7/100");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Random numbers that depend only on the seed and the index of the run, so that runs may be computed in any order.
 
-use super::Values;
+use super::FactorValues;
 
 /// How random values are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum Sampling {
 }
 
 /// The values of one factor for all runs.
-pub fn drawn(kind: Sampling, values: &Values, count: usize, seed: u64, factor: usize) -> Vec<f64> {
+pub fn drawn(kind: Sampling, values: &FactorValues, count: usize, seed: u64, factor: usize) -> Vec<f64> {
     // Streams of different factors and seeds have nothing to do with each other: their starts are mixed.
     let mut stream = Stream(mixed(mixed(seed).wrapping_add(factor as u64)));
     let strata: Vec<usize> = match kind {
@@ -26,13 +26,13 @@ pub fn drawn(kind: Sampling, values: &Values, count: usize, seed: u64, factor: u
     (0..count).map(|run| values.at(share(run, stream.uniform()))).collect()
 }
 
-impl Values {
+impl FactorValues {
     /// The value below which this share of all values lies; of levels the one at that share.
     fn at(&self, share: f64) -> f64 {
         match self {
-            Values::Levels(levels) => levels[((share * levels.len() as f64) as usize).min(levels.len() - 1)],
-            Values::Uniform(low, high) => low + (high - low) * share,
-            Values::Normal(mean, deviation) => mean + deviation * normal_quantile(share),
+            FactorValues::Levels(levels) => levels[((share * levels.len() as f64) as usize).min(levels.len() - 1)],
+            FactorValues::Uniform(low, high) => low + (high - low) * share,
+            FactorValues::Normal(mean, deviation) => mean + deviation * normal_quantile(share),
         }
     }
 }
@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn a_latin_hypercube_has_one_value_in_each_stratum() {
         for factor in 0..3 {
-            let mut values = drawn(Sampling::Latin, &Values::Uniform(2.0, 5.0), 1000, 7, factor);
+            let mut values = drawn(Sampling::Latin, &FactorValues::Uniform(2.0, 5.0), 1000, 7, factor);
             values.sort_by(f64::total_cmp);
             for (index, value) in values.iter().enumerate() {
                 let stratum = 2.0 + 3.0 * index as f64 / 1000.0;
@@ -154,21 +154,21 @@ mod tests {
         };
         let count = 100_000;
         for seed in 0..4 {
-            let (mean, variance) = moments(&drawn(Sampling::Random, &Values::Uniform(-1.0, 1.0), count, seed, 0));
+            let (mean, variance) = moments(&drawn(Sampling::Random, &FactorValues::Uniform(-1.0, 1.0), count, seed, 0));
             assert!(mean.abs() < 0.01 && (variance - 1.0 / 3.0).abs() < 0.01, "{mean}, {variance}");
-            let (mean, variance) = moments(&drawn(Sampling::Random, &Values::Normal(3.0, 0.5), count, seed, 1));
+            let (mean, variance) = moments(&drawn(Sampling::Random, &FactorValues::Normal(3.0, 0.5), count, seed, 1));
             assert!((mean - 3.0).abs() < 0.01 && (variance - 0.25).abs() < 0.01, "{mean}, {variance}");
         }
     }
 
     #[test]
     fn streams_differ_by_seed_and_factor_and_repeat() {
-        let first = |seed, factor| drawn(Sampling::Random, &Values::Uniform(0.0, 1.0), 4, seed, factor);
+        let first = |seed, factor| drawn(Sampling::Random, &FactorValues::Uniform(0.0, 1.0), 4, seed, factor);
         assert_eq!(first(1, 0), first(1, 0));
         assert_ne!(first(1, 0), first(1, 1));
         assert_ne!(first(1, 0), first(2, 0));
         // Levels are each as likely.
-        let levels = drawn(Sampling::Latin, &Values::Levels(vec![1.0, 2.0]), 10, 0, 0);
+        let levels = drawn(Sampling::Latin, &FactorValues::Levels(vec![1.0, 2.0]), 10, 0, 0);
         assert_eq!(levels.iter().filter(|value| **value == 1.0).count(), 5);
     }
 }

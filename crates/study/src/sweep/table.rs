@@ -7,7 +7,7 @@ use cotree::run::{SettingError, settings};
 use cotree::sheet::{Heading, Sheet, SheetError};
 
 use super::design::DesignError;
-use super::factor::{DesignFactor, FactorError, Values};
+use super::factor::{DesignFactor, FactorError, FactorValues};
 
 /// More faults than these are not listed.
 const MOST_FAULTS: usize = 20;
@@ -83,7 +83,7 @@ fn column(
         return Err(DesignError::Other(format!("the column `{column}` is in {unit}, not in {si}")));
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
-    let factor = DesignFactor { variable, name, unit: si, values: Values::Levels(Vec::new()) };
+    let factor = DesignFactor { variable, name, unit: si, values: FactorValues::Levels(Vec::new()) };
     Ok(FactorColumn { factor, unit, values: Vec::new() })
 }
 

@@ -6,11 +6,11 @@ use std::f64::consts::PI;
 use cotree::scene::Faults;
 use cotree::task::{Choose, Preference, Task, TaskKind};
 use cotree::typeset::number;
-use cotree_synthesis::path::{CouplerPath, Follower, PathEffort, followers};
+use cotree_synthesis::path::{CouplerPath, PathEffort, PathFollower, followers};
 use cotree_synthesis::stroke::{self, NoStroke, Stroke};
 use cotree_synthesis::within::{Bounded, Wish, bounded_followers};
 use cotree_synthesis::{
-    Condition, Coupler, Dyad, Family, Linkage, LinkageLimits, Pair, Point, Pose, Region, Special, Zero,
+    Coupler, Dyad, DyadCondition, Family, Linkage, LinkageLimits, Pair, Point, Pose, Region, Special, Zero,
     bounded_couplers, circle_dyad, coupler_cognates, couplers, dyads, extent, nearest_couplers, nearest_dyads,
     nearest_slider_cranks, slider_cranks, special,
 };
@@ -217,8 +217,8 @@ fn bisected(pin: Point, first: &Pose, second: &Pose, size: f64) -> Vec<Dyad> {
 /// The dyads of four poses whose pivot is on one of many lines, and the sliders and slots.
 fn lines(poses: &[Pose], [low, high]: [Point; 2]) -> Vec<Dyad> {
     let x = |line: usize| low.re + (high.re - low.re) * (line as f64 + 0.5) / LINES as f64;
-    let on = |line: usize| Condition::Ground { direction: Point::new(1.0, 0.0), value: x(line) };
-    let conditions = (0..LINES).map(on).chain([Condition::NoBar]);
+    let on = |line: usize| DyadCondition::Ground { direction: Point::new(1.0, 0.0), value: x(line) };
+    let conditions = (0..LINES).map(on).chain([DyadCondition::NoBar]);
     conditions.flat_map(|condition| dyads(poses, &[condition]).unwrap_or_default()).collect()
 }
 
@@ -407,9 +407,9 @@ fn path_followers(path: &CouplerPath, limits: &LinkageLimits, task: &Task) -> Ca
     let most = if exact > 0 { exact } else { SHOWN };
     let mut known = Vec::new();
     for follower in all.into_iter().take(most) {
-        let Follower { linkage, poses, largest, rms } = follower;
+        let PathFollower { linkage, poses, largest, rms } = follower;
         let mut add = |linkage: Linkage, poses: Vec<Pose>| {
-            known.push(Follower { linkage, poses: poses.clone(), largest, rms });
+            known.push(PathFollower { linkage, poses: poses.clone(), largest, rms });
             let both = path.crank.is_none();
             candidates.push(CandidateLinkage { linkage, poses, error: largest, dyads: None, both, price: 0.0 });
         };
@@ -428,7 +428,7 @@ fn path_followers(path: &CouplerPath, limits: &LinkageLimits, task: &Task) -> Ca
 
 /// A four-bar that was found within limits.
 pub(super) fn bounded(bounded: Bounded, path: &CouplerPath) -> CandidateLinkage {
-    let Bounded { follower: Follower { linkage, poses, largest, .. }, price } = bounded;
+    let Bounded { follower: PathFollower { linkage, poses, largest, .. }, price } = bounded;
     CandidateLinkage { linkage, poses, error: largest, dyads: None, both: path.crank.is_none(), price }
 }
 

@@ -11,7 +11,7 @@ use cotree_synthesis::{Point, Pose, way};
 use thiserror::Error;
 
 /// A pose that a scene is to have at a time \[s\].
-pub struct Station {
+pub struct PoseStation {
     pub time: f64,
     pub pose: Pose,
 }
@@ -27,7 +27,7 @@ cotree::diagnostic::from_messages!(DriveError as DriveError: Faults, Fault, Inst
 ///
 /// # Errors
 /// Why the scene cannot be moved there.
-pub fn largest_miss(text: &str, stations: &[Station], size: f64) -> Result<f64, DriveError> {
+pub fn largest_miss(text: &str, stations: &[PoseStation], size: f64) -> Result<f64, DriveError> {
     let program = compile(&Scene::from_toml(text)?)?.program;
     let model = Arc::new(Model::new(program)?);
     let mut instance = Instance::new(model);
@@ -63,7 +63,12 @@ pub fn largest_output_miss<T>(
     Ok(most)
 }
 
-fn walk(instance: &mut Instance, variables: [usize; 3], stations: &[Station], size: f64) -> Result<f64, InstanceError> {
+fn walk(
+    instance: &mut Instance,
+    variables: [usize; 3],
+    stations: &[PoseStation],
+    size: f64,
+) -> Result<f64, InstanceError> {
     instance.setup(0.0, None, Some(1e-12))?;
     instance.initialise()?;
     let mut most: f64 = 0.0;

@@ -3,7 +3,9 @@
 //! The search goes by steps at random whose size follows its success (I. Rechenberg 1973): judgement is cheap, and neither smooth nor even continuous.
 
 use cotree::task::{Task, TaskKind};
-use cotree_synthesis::{Condition, Dyad, Linkage, LinkageLimits, Point, Pose, Random, circle_dyad, dyads, extent};
+use cotree_synthesis::{
+    Dyad, DyadCondition, Linkage, LinkageLimits, Point, Pose, RandomNumbers, circle_dyad, dyads, extent,
+};
 
 use super::candidates::settled;
 use super::{CandidateLinkage, Judged, best};
@@ -24,7 +26,7 @@ pub fn refined(task: &Task, limits: &LinkageLimits, judged: &[Judged]) -> Vec<Ca
     let chosen = task.choose != cotree::task::Choose::default();
     let mut ranked: Vec<&Judged> = judged.iter().filter(|judged| is_four_bar(&judged.linkage)).collect();
     ranked.sort_by(|a, b| merit(a, poses).total_cmp(&merit(b, poses)));
-    let mut random = Random::new(11);
+    let mut random = RandomNumbers::new(11);
     let starts = ranked.into_iter().take(if chosen { 0 } else { STARTS });
     starts.filter_map(|start| climbed(task, limits, start, poses, &mut random)).collect()
 }
@@ -50,15 +52,16 @@ fn climbed(
     limits: &LinkageLimits,
     from: &Judged,
     poses: &[Pose],
-    random: &mut Random,
+    random: &mut RandomNumbers,
 ) -> Option<CandidateLinkage> {
     let size = extent(poses.iter().map(|pose| pose.at)).1;
     let (mut linkage, mut value, mut step) = (from.linkage, merit(from, poses), FIRST);
     let mut end = None;
     for _ in 0..STEPS {
         let scale = step * size;
-        let moved =
-            |dyad: Dyad, random: &mut Random| beside(dyad, poses, random.normal() * scale, random.normal().re * scale);
+        let moved = |dyad: Dyad, random: &mut RandomNumbers| {
+            beside(dyad, poses, random.normal() * scale, random.normal().re * scale)
+        };
         let next = moved(linkage.first, random).zip(moved(linkage.second, random));
         let next = next.map(|(first, second)| Linkage { first, second });
         let candidate = next.map(|linkage| candidate(linkage, poses));
@@ -94,7 +97,7 @@ fn beside(dyad: Dyad, poses: &[Pose], by: Point, along: f64) -> Option<Dyad> {
         }
         [a, b, c] => circle_dyad(moving + by, &[a, b, c]),
         _ => {
-            let line = Condition::Ground { direction: Point::new(1.0, 0.0), value: ground.re + along };
+            let line = DyadCondition::Ground { direction: Point::new(1.0, 0.0), value: ground.re + along };
             let far = |dyad: &Dyad| match dyad {
                 Dyad::Bar { moving: pin, ground: pivot, .. } => (pin - moving).norm() + (pivot - ground).norm(),
                 Dyad::Slider { .. } | Dyad::Slot { .. } => f64::INFINITY,

@@ -12,11 +12,11 @@ use std::collections::BTreeMap;
 use cotree::scene::Faults;
 use cotree::task::{Task, TaskKind};
 use cotree::typeset::number;
-use cotree_synthesis::path::{CouplerPath, Follower, PathEffort};
+use cotree_synthesis::path::{CouplerPath, PathEffort, PathFollower};
 use cotree_synthesis::within::{Wish, bounded_followers, shorter_followers};
 use cotree_synthesis::{Defect, Dyad, Linkage, LinkageLimit, LinkageLimits, Point, Pose, Side, Verdict, extent, judge};
 
-use drive::{Station, largest_miss};
+use drive::{PoseStation, largest_miss};
 use six::{SixSolution, six_bars};
 
 /// The linkages for a task.
@@ -166,9 +166,14 @@ fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Soluti
     if path.pivots.is_some() || task.limits.within.is_some() {
         return Vec::new();
     }
-    let known: Vec<Follower> = good
+    let known: Vec<PathFollower> = good
         .iter()
-        .map(|good| Follower { linkage: good.linkage, poses: good.poses.clone(), largest: good.error, rms: good.error })
+        .map(|good| PathFollower {
+            linkage: good.linkage,
+            poses: good.poses.clone(),
+            largest: good.error,
+            rms: good.error,
+        })
         .collect();
     let found = shorter_followers(path, &candidates::path_limits(path, limits), &known, SHORTER);
     let judged = found.into_iter().filter_map(|candidate| best(&candidates::bounded(candidate, path), limits, task));
@@ -450,8 +455,8 @@ fn solution(task: &Task, judged: Judged, number: usize) -> Solution {
     let end = if whole { start + sense * std::f64::consts::TAU } else { end };
     let duration = if turns { (end - start).abs() } else { 1.0 };
     let time = |input: f64| (input - start) / (end - start) * duration;
-    let mut stations: Vec<Station> =
-        inputs.iter().zip(&judged.poses).map(|(input, pose)| Station { time: time(*input), pose: *pose }).collect();
+    let mut stations: Vec<PoseStation> =
+        inputs.iter().zip(&judged.poses).map(|(input, pose)| PoseStation { time: time(*input), pose: *pose }).collect();
     stations.sort_by(|a, b| a.time.total_cmp(&b.time));
     let begin = stations.first().map_or(Pose::new(0.0, 0.0, 0.0), |station| station.pose);
     let name = format!("{}_{number}", cotree::model::identifier(&task.name));

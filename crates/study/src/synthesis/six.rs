@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use cotree::task::{Task, TaskKind};
-use cotree_synthesis::path::{CouplerPath, Follower, PathEffort};
+use cotree_synthesis::path::{CouplerPath, PathEffort, PathFollower};
 use cotree_synthesis::six::{SixBar, SixKind, six_bar_followers, six_bar_functions, six_bar_poses};
 use cotree_synthesis::within::{Wish, bounded_followers};
 use cotree_synthesis::{LinkageLimits, Point, extent, way};
@@ -37,9 +37,9 @@ const SHOWN: usize = 6;
 pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> Vec<SixSolution> {
     let found = match &task.kind {
         TaskKind::Path(path) => {
-            let known: Vec<Follower> = four_bars
+            let known: Vec<PathFollower> = four_bars
                 .iter()
-                .map(|four_bar| Follower {
+                .map(|four_bar| PathFollower {
                     linkage: four_bar.linkage,
                     poses: four_bar.poses.clone(),
                     largest: four_bar.error,
@@ -55,7 +55,7 @@ pub fn six_bars(task: &Task, limits: &LinkageLimits, four_bars: &[Solution]) -> 
                 LinkageLimits { transmission: limits.transmission, crank: limits.crank, ..LinkageLimits::default() };
             let known =
                 bounded_followers(&path, &path_limits(&path, &free), Wish::Accuracy, &[], &PathEffort::default());
-            let known: Vec<Follower> = known.into_iter().map(|known| known.follower).collect();
+            let known: Vec<PathFollower> = known.into_iter().map(|known| known.follower).collect();
             six_bar_poses(poses, limits, &known, 1)
         }
         TaskKind::Function { .. } | TaskKind::Stroke { .. } => Vec::new(),

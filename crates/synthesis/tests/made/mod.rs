@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use cotree_synthesis::{Dyad, Linkage, Point, Pose, Random, coupler_cognates, polar};
+use cotree_synthesis::{Dyad, Linkage, Point, Pose, RandomNumbers, coupler_cognates, polar};
 
 /// A four-bar of a class, its point at the origin of the body.
-pub fn of_class(random: &mut Random, class: &str) -> Linkage {
+pub fn of_class(random: &mut RandomNumbers, class: &str) -> Linkage {
     loop {
         let lengths: [f64; 4] = std::array::from_fn(|_| random.between(0.1, 1.0));
         let shortest = (0..4).min_by(|&a, &b| lengths[a].total_cmp(&lengths[b])).expect("four");
@@ -33,7 +33,7 @@ pub fn of_class(random: &mut Random, class: &str) -> Linkage {
 }
 
 /// A pose somewhere on the linkage's curve.
-pub fn somewhere(linkage: &Linkage, random: &mut Random) -> Pose {
+pub fn somewhere(linkage: &Linkage, random: &mut RandomNumbers) -> Pose {
     loop {
         if let Some(pose) = linkage.pose(random.between(0.0, TAU), 1.0) {
             return pose;
@@ -65,7 +65,7 @@ pub fn closed(linkage: &Linkage, pose: &Pose, count: usize) -> Vec<Point> {
 }
 
 /// Points of a piece of the curve, at inputs that are not quite even: of a fifth to four fifths of a turn, or of most of the way between two dead points.
-pub fn piece(linkage: &Linkage, pose: &Pose, count: usize, random: &mut Random) -> Vec<Point> {
+pub fn piece(linkage: &Linkage, pose: &Pose, count: usize, random: &mut RandomNumbers) -> Vec<Point> {
     let [from, to] = match linkage.range(linkage.input(pose)) {
         None => {
             let from = random.between(0.0, TAU);

@@ -21,7 +21,7 @@ use cotree_fmu::program::domain::Limit;
 use cotree_fmu::program::{Program, Role};
 
 pub use fmi::{fmu_sources, wrapper_name};
-pub use poles::Limit as StepLimit;
+pub use poles::StepLimit;
 use series::SeriesWriter;
 use tables::Tables;
 use tape::{TapeWriter, number};
@@ -38,14 +38,14 @@ pub struct FixedStep {
     /// Into how many steps of the solver it is divided.
     pub substeps: u32,
     /// What the solver does in a step.
-    pub method: Method,
+    pub method: SourceMethod,
     /// What its numbers are.
     pub real: Real,
 }
 
 /// A method of fixed step and order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
+pub enum SourceMethod {
     /// The classical one, of order 4.
     #[default]
     RungeKutta,
@@ -53,7 +53,7 @@ pub enum Method {
     Taylor,
 }
 
-impl Method {
+impl SourceMethod {
     /// Each order, and the method that has it.
     pub const WORDS: [(&'static str, &'static str, Self); 2] = [
         ("4", "the Runge-Kutta method", Self::RungeKutta),
@@ -172,8 +172,8 @@ impl<'a> Writer<'a> {
             ("driven", driven),
             ("free", !driven),
             ("free_loops", loops && !driven),
-            ("runge", !driven && self.step.method == Method::RungeKutta),
-            ("taylor", !driven && self.step.method == Method::Taylor),
+            ("runge", !driven && self.step.method == SourceMethod::RungeKutta),
+            ("taylor", !driven && self.step.method == SourceMethod::Taylor),
             ("compensated", self.step.real == Real::Float),
             ("plain", self.step.real == Real::Double),
             ("followers", !program.followers.is_empty()),

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 /// A pole that limits the step.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Limit {
+pub struct StepLimit {
     /// The longest stable step \[s\].
     pub step: f64,
     /// [1/s]
@@ -21,12 +21,12 @@ const FURTHEST: f64 = 6.0;
 const GROWING: f64 = 1e-6;
 
 /// The pole that allows the shortest step; none if nothing decays or oscillates. `registers` hold the start, with all that the parameters determine.
-pub fn limit(program: &Program, registers: &[f64], order: usize) -> Option<Limit> {
+pub fn limit(program: &Program, registers: &[f64], order: usize) -> Option<StepLimit> {
     let matrix = derivatives(program, registers)?;
     let poles = matrix.complex_eigenvalues();
     let bounded = poles.iter().filter_map(|&pole| Some((longest(pole, order)?, pole)));
     let (step, pole) = bounded.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
-    Some(Limit { step, pole: [pole.re, pole.im], part: name(program, participant(&matrix, pole)) })
+    Some(StepLimit { step, pole: [pole.re, pole.im], part: name(program, participant(&matrix, pole)) })
 }
 
 /// The derivatives of positions, rates and states by each other.

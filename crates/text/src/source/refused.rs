@@ -10,7 +10,7 @@ use cotree_fmu::program::{FollowerOrder, Program};
 use cotree_fmu::tape::{ORDER, Series};
 
 use super::tables::Tables;
-use super::{FixedStep, Method, Start, poles};
+use super::{FixedStep, SourceMethod, Start, poles};
 
 const CODE: &str = "export::sources";
 
@@ -52,7 +52,7 @@ pub(super) fn check(
         let message = format!("event `{}` sets the state `{state}`, which C sources do not support", event.name);
         Fault::new(CODE, message, event.span).help("export the FMU without `--sources` and without `--c`")
     }));
-    if step.method == Method::Taylor {
+    if step.method == SourceMethod::Taylor {
         list.extend(without_series(program, start));
     }
     if list.is_empty() {

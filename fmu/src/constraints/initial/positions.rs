@@ -6,7 +6,7 @@ use super::level::Level;
 use super::{Family, Wanted, column_scale, first, fulfilled};
 use crate::constraints::projection::largest_gap;
 use crate::failure::{Failure, Gap};
-use crate::linalg::least_squares::{Equations, solve};
+use crate::linalg::least_squares::{Residuals, solve};
 use crate::machine::Machine;
 use crate::math::Random;
 use crate::model::{Model, State};

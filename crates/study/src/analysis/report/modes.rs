@@ -5,7 +5,7 @@ use cotree::{line, row};
 use serde_json::json;
 
 use super::{at, contact_data, contact_tables, exact};
-use crate::analysis::{ContactStatus, Mode};
+use crate::analysis::{ContactStatus, VibrationMode};
 
 /// Parts of a shape below this do not show in the table.
 const STILL: f64 = 1e-9;
@@ -23,7 +23,7 @@ pub struct VibrationModes {
     pub states: usize,
     /// What is held on one side only, as it is there.
     pub statuses: Vec<ContactStatus>,
-    pub modes: Vec<Mode>,
+    pub modes: Vec<VibrationMode>,
 }
 
 impl VibrationModes {
@@ -88,13 +88,13 @@ impl VibrationModes {
 }
 
 /// A pair as its real and imaginary part.
-fn eigenvalue(mode: &Mode) -> Cell {
+fn eigenvalue(mode: &VibrationMode) -> Cell {
     let (value, size) = (mode.eigenvalue, mode.eigenvalue.norm());
     let [real, imaginary] = [(value.re, 1e-10), (value.im, 1e-13)].map(|(part, noise)| plain(part, noise * size));
     if value.im > 0.0 { line![real, " +- ", imaginary, "i"] } else { real }
 }
 
-pub(super) fn ratio(mode: &Mode) -> Cell {
+pub(super) fn ratio(mode: &VibrationMode) -> Cell {
     plain(mode.damping_ratio().unwrap_or(f64::NAN), 1e-10)
 }
 
@@ -106,7 +106,7 @@ fn part(value: nalgebra::Complex<f64>, still: f64) -> Cell {
     }
 }
 
-fn kind(mode: &Mode) -> &'static str {
+fn kind(mode: &VibrationMode) -> &'static str {
     match (mode.is_free(), mode.damping_ratio()) {
         (true, _) => "free motion",
         (false, Some(ratio)) if ratio < -1e-9 => "grows",

@@ -23,7 +23,7 @@ const SAME: f64 = 1e-6;
 
 /// A switching function changes sign.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossing {
+pub struct SwitchCrossing {
     pub switch: usize,
     /// Just before it \[s\].
     pub time: f64,
@@ -42,8 +42,8 @@ impl DifferentiatedMotion<'_> {
         known: &mut [Option<bool>],
         after: &DVector<f64>,
         [from, to]: [f64; 2],
-    ) -> Result<Option<Crossing>, AnalysisFailure> {
-        let mut first: Option<Crossing> = None;
+    ) -> Result<Option<SwitchCrossing>, AnalysisFailure> {
+        let mut first: Option<SwitchCrossing> = None;
         for (switch, new) in sides(after).into_iter().enumerate() {
             let old = known[switch];
             known[switch] = new.or(old);
@@ -56,7 +56,7 @@ impl DifferentiatedMotion<'_> {
             let beside = self.beside(switch, old, located, interval)?;
             let time = (located - beside).max(self.motion.time());
             if first.is_none_or(|first| time < first.time) {
-                first = Some(Crossing { switch, time, beside, interval, reached });
+                first = Some(SwitchCrossing { switch, time, beside, interval, reached });
             }
         }
         Ok(first)
@@ -109,8 +109,8 @@ impl DifferentiatedMotion<'_> {
     }
 
     /// Goes over a crossing; the motion and its derivatives are those just before it.
-    pub(super) fn cross(&mut self, crossing: &Crossing) -> Result<(), AnalysisFailure> {
-        let Crossing { switch, time, beside, interval, reached } = *crossing;
+    pub(super) fn cross(&mut self, crossing: &SwitchCrossing) -> Result<(), AnalysisFailure> {
+        let SwitchCrossing { switch, time, beside, interval, reached } = *crossing;
         let mut motion = self.motion.clone();
         let (before, numbers) = self.at(&mut motion, time)?;
         let (beginning, state) = (motion.clone(), motion.state());

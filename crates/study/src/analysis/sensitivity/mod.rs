@@ -93,7 +93,7 @@ pub struct Guess {
 #[derive(Debug)]
 pub struct Varying<'f> {
     differentiated: &'f Differentiated,
-    parameters: Vec<Varied>,
+    parameters: Vec<VariedQuantity>,
     /// What else has other values than the program, SI.
     set: Vec<(String, f64)>,
     driven: DrivenInputs,
@@ -106,12 +106,12 @@ pub(crate) struct Differentiated {
     variation: Variation,
     model: Arc<Model>,
     /// With the values of the program.
-    parameters: Vec<Varied>,
+    parameters: Vec<VariedQuantity>,
 }
 
 /// What a motion is differentiated with respect to.
 #[derive(Clone, Debug)]
-pub struct Varied {
+pub struct VariedQuantity {
     /// The user's name.
     pub name: String,
     pub unit: Unit,
@@ -129,7 +129,7 @@ impl Differentiated {
         let parameters = varied(&formulated, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| AnalysisFailure::NoDerivative { time: program.experiment.start, what };
-        let given = |varied: &&Varied| matches!(varied.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
+        let given = |varied: &&VariedQuantity| matches!(varied.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
         if let Some(parameters) = parameters.iter().find(given) {
             return Err(refused(format!(
                 "`{}` is an input over time: it has no single value that could change",
@@ -185,9 +185,11 @@ impl Differentiated {
 impl<'f> Varying<'f> {
     fn new(differentiated: &'f Differentiated, settings: &[(String, f64)], driven: DrivenInputs) -> Self {
         let set = |name: &str| settings.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
-        let started =
-            |parameter: &Varied| Varied { start: set(&parameter.name).unwrap_or(parameter.start), ..parameter.clone() };
-        let parameters: Vec<Varied> = differentiated.parameters.iter().map(started).collect();
+        let started = |parameter: &VariedQuantity| VariedQuantity {
+            start: set(&parameter.name).unwrap_or(parameter.start),
+            ..parameter.clone()
+        };
+        let parameters: Vec<VariedQuantity> = differentiated.parameters.iter().map(started).collect();
         let others = settings.iter().filter(|(name, value)| {
             differentiated.value(name) != Some(*value) && parameters.iter().all(|parameter| parameter.name != *name)
         });
@@ -195,7 +197,7 @@ impl<'f> Varying<'f> {
     }
 
     /// What is varied.
-    pub fn parameters(&self) -> &[Varied] {
+    pub fn parameters(&self) -> &[VariedQuantity] {
         &self.parameters
     }
 
@@ -398,12 +400,12 @@ pub(crate) fn is_finite(values: &DVector<f64>, derivatives: &DMatrix<f64>, outpu
 }
 
 /// The parameters, inputs or initial values behind names.
-fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<Varied>, AnalysisFailure> {
+fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<VariedQuantity>, AnalysisFailure> {
     every(names.iter().map(|name| parameter(formulated, name))).map_err(AnalysisFailure::Unknown)
 }
 
 /// The parameter, input or initial value behind a name; or that there is none.
-fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
+fn parameter(formulated: &Formulated, name: &str) -> Result<VariedQuantity, SetError> {
     let mechanism = &formulated.equations.system.mechanism;
     let program = &formulated.lowered.program;
     // In the program, initial values come after the parameters of the scene.
@@ -420,14 +422,14 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<Varied, SetError> {
         let cotree_fmu::program::Parameter { start, min, max, .. } = program.parameters[index];
         let (name, symbol) = (name.to_owned(), Symbol::Parameter(index));
         let place = instance::Varied::Parameter(index);
-        return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
+        return Ok(VariedQuantity { name, unit, start, bounds: [min, max], place, symbol });
     }
     if let Some(index) = program.inputs.iter().position(|input| input.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
         let unit = mechanism.inputs[index].unit.clone();
-        return Ok(Varied { name, unit, start, bounds: [min, max], place, symbol });
+        return Ok(VariedQuantity { name, unit, start, bounds: [min, max], place, symbol });
     }
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why.into());

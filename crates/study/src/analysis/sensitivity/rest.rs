@@ -13,13 +13,13 @@ use cotree::model::Mechanism;
 use nalgebra::{Complex, DMatrix};
 
 use super::super::decompose::{null_vector, svd};
-use super::super::modes::{Mode, modes};
+use super::super::modes::{VibrationMode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
 use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
 use super::super::{AnalysisFailure, Equilibrium, OperatingPoint, Study, StudyError, saddle};
 use super::start::{check_repeated, stacked};
-use super::{Sensitivities, Varied, varied};
+use super::{Sensitivities, VariedQuantity, varied};
 
 /// A motion has no stiffness against it below this share of the largest singular value.
 const SOFT: f64 = 1e-13;
@@ -35,7 +35,7 @@ pub struct ModeChanges {
     pub name: String,
     /// With respect to what, with its unit.
     pub parameters: Vec<(String, String)>,
-    pub modes: Vec<Mode>,
+    pub modes: Vec<VibrationMode>,
     /// Derivatives of each eigenvalue, one for each parameter; none of free motions and of eigenvalues that are there twice.
     pub derivatives: Vec<Option<Vec<Complex<f64>>>>,
 }
@@ -102,7 +102,7 @@ fn can_differentiate(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     Err(AnalysisFailure::NoDerivative { time: mechanism.experiment.start, what })
 }
 
-fn named(parameters: &[Varied]) -> Vec<(String, String)> {
+fn named(parameters: &[VariedQuantity]) -> Vec<(String, String)> {
     parameters.iter().map(|parameter| (parameter.name.clone(), parameter.unit.si.clone())).collect()
 }
 
@@ -110,7 +110,7 @@ impl VariedRest {
     fn new(
         formulated: &mut Formulated,
         point: &OperatingPoint,
-        parameters: &[Varied],
+        parameters: &[VariedQuantity],
     ) -> Result<Self, AnalysisFailure> {
         let variation = Variation::by(formulated, parameters.iter().map(|parameter| parameter.symbol).collect());
         let numbers = variation.at(&formulated.equations, point)?;
@@ -147,7 +147,7 @@ impl VariedRest {
         &self,
         formulated: &mut Formulated,
         point: &OperatingPoint,
-        modes: &[Mode],
+        modes: &[VibrationMode],
     ) -> Result<Vec<Option<Vec<Complex<f64>>>>, AnalysisFailure> {
         let changes = self.changes(formulated, point)?;
         let numbers = self.variation.at(&formulated.equations, point)?;
@@ -155,9 +155,9 @@ impl VariedRest {
         let (size, n) = (stiffness.nrows(), stiffness.nrows() - numbers.rows().count());
         let [mass, damping] = [ColumnBlock::Accelerations, ColumnBlock::Rates]
             .map(|column| numbers.block(RowBlock::Motion, column).resize(size, size, 0.0));
-        let derivative = |mode: &Mode| -> Result<Option<Vec<Complex<f64>>>, AnalysisFailure> {
+        let derivative = |mode: &VibrationMode| -> Result<Option<Vec<Complex<f64>>>, AnalysisFailure> {
             let s = mode.eigenvalue;
-            let twice = |other: &&Mode| (other.eigenvalue - s).norm() <= SAME * s.norm();
+            let twice = |other: &&VibrationMode| (other.eigenvalue - s).norm() <= SAME * s.norm();
             if mode.is_free() || modes.iter().filter(twice).count() > 1 {
                 return Ok(None);
             }

@@ -14,10 +14,10 @@ use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown
 use super::super::{AnalysisFailure, SetError, decompose};
 use super::collocation::SMALLEST;
 use super::corner::Switched;
-use super::event::Crossing;
+use super::event::SwitchCrossing;
 use super::rule::{NODES, Rule};
 use super::start::{check_repeated, start, still_repeat};
-use super::{Differentiated, Varied};
+use super::{Differentiated, VariedQuantity};
 
 /// The motion is computed that much more accurately than its derivatives.
 const FINER: f64 = 1e-2;
@@ -100,7 +100,7 @@ impl<'f> DifferentiatedMotion<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
         differentiated: &'f Differentiated,
-        (varied, driven): (&[Varied], &'f DrivenInputs),
+        (varied, driven): (&[VariedQuantity], &'f DrivenInputs),
         changed: &[(&str, f64)],
         from: Option<&State>,
     ) -> Result<Self, AnalysisFailure> {
@@ -131,7 +131,7 @@ impl<'f> DifferentiatedMotion<'f> {
             .iter()
             .take(mechanical)
             .fold(0.0, |most: f64, coordinate| most.max(coordinate.scale));
-        let size = |varied: &Varied| if varied.start == 0.0 { scale } else { scale / varied.start.abs() };
+        let size = |varied: &VariedQuantity| if varied.start == 0.0 { scale } else { scale / varied.start.abs() };
         let least = ROUNDING / experiment.tolerance.max(SMALLEST);
         let places: Vec<instance::Varied> = varied.iter().map(|varied| varied.place).collect();
         let rows = formulated.lowered.table.rows.iter().enumerate();
@@ -404,7 +404,7 @@ impl<'f> DifferentiatedMotion<'f> {
 
     /// The first crossing of a switching function up to a time. Where laws switch the motion takes steps of its own: signs are looked at in each of them, so that none passes
     /// unseen, however soon the next one follows.
-    fn next_crossing(&self, end: f64) -> Result<Option<Crossing>, AnalysisFailure> {
+    fn next_crossing(&self, end: f64) -> Result<Option<SwitchCrossing>, AnalysisFailure> {
         if self.sides.is_empty() {
             return Ok(None);
         }

@@ -6,7 +6,7 @@ pub type Point = [f64; 2];
 
 /// All that is not farther than `reach` from a core with these corners.
 #[derive(Clone, Debug)]
-pub struct Region {
+pub struct OutlineRegion {
     pub corners: Vec<Point>,
     pub offset: f64,
 }
@@ -25,7 +25,7 @@ pub struct Nearest {
 /// A side of a polygon, or the whole of a line.
 type Side = [Point; 2];
 
-impl Region {
+impl OutlineRegion {
     /// The sides of the core; a point is a side without length.
     fn sides(&self) -> impl Iterator<Item = Side> + '_ {
         let count = self.corners.len();
@@ -57,7 +57,7 @@ impl Region {
             ay.total_cmp(&by).then(ax.total_cmp(&bx))
         })?;
         let [before, corner, after] = [lowest + count - 1, lowest, lowest + 1].map(|index| self.corners[index % count]);
-        let triangle = Region { corners: vec![before, corner, after], offset: 0.0 };
+        let triangle = OutlineRegion { corners: vec![before, corner, after], offset: 0.0 };
         let depth = |point: &Point| cross(difference(after, before), difference(*point, before)).abs();
         let deepest = self.corners.iter().filter(|point| triangle.holds(**point) && **point != corner);
         let deepest =
@@ -69,7 +69,7 @@ impl Region {
     }
 
     /// The middles of the pieces into which the boundary of another region cuts the boundary of this one.
-    fn pieces<'a>(&'a self, other: &'a Region, small: f64) -> impl Iterator<Item = Point> + 'a {
+    fn pieces<'a>(&'a self, other: &'a OutlineRegion, small: f64) -> impl Iterator<Item = Point> + 'a {
         self.sides().flat_map(move |[a, b]| {
             let length = norm(difference(b, a));
             let mut cuts = vec![0.0, 1.0];
@@ -94,7 +94,7 @@ impl Region {
 }
 
 /// The distance of two regions; what is closer than `small` touches and does not overlap.
-pub fn nearest(first: &Region, second: &Region, small: f64) -> Nearest {
+pub fn nearest(first: &OutlineRegion, second: &OutlineRegion, small: f64) -> Nearest {
     let (mut least, mut points) = (f64::INFINITY, [[f64::NAN; 2]; 2]);
     for one in first.sides() {
         for other in second.sides() {
@@ -122,17 +122,21 @@ pub fn nearest(first: &Region, second: &Region, small: f64) -> Nearest {
 }
 
 /// Two regions whose cores have a point in common.
-fn overlapping(first: &Region, second: &Region, common: Point) -> Nearest {
+fn overlapping(first: &OutlineRegion, second: &OutlineRegion, common: Point) -> Nearest {
     Nearest { gap: -(first.offset + second.offset), overlaps: true, points: [common; 2] }
 }
 
 /// A point within both cores, whose sides do not cross: one of them is within the other, or they touch in sides and corners.
-fn common_point(first: &Region, second: &Region, distance: f64, small: f64) -> Option<Point> {
+fn common_point(first: &OutlineRegion, second: &OutlineRegion, distance: f64, small: f64) -> Option<Point> {
     if distance > small {
-        let corner = |of: &Region, within: &Region| of.corners.first().copied().filter(|corner| within.holds(*corner));
+        let corner = |of: &OutlineRegion, within: &OutlineRegion| {
+            of.corners.first().copied().filter(|corner| within.holds(*corner))
+        };
         return corner(first, second).or_else(|| corner(second, first));
     }
-    let piece = |of: &Region, within: &Region| of.pieces(within, small).find(|piece| within.holds_by(*piece, small));
+    let piece = |of: &OutlineRegion, within: &OutlineRegion| {
+        of.pieces(within, small).find(|piece| within.holds_by(*piece, small))
+    };
     let inner = || first.inner_point().filter(|inner| first.is_closed() && second.holds_by(*inner, small));
     piece(first, second).or_else(|| piece(second, first)).or_else(inner)
 }
@@ -209,16 +213,16 @@ mod tests {
 
     const SMALL: f64 = 1e-12;
 
-    fn region(corners: &[Point], offset: f64) -> Region {
-        Region { corners: corners.to_vec(), offset }
+    fn region(corners: &[Point], offset: f64) -> OutlineRegion {
+        OutlineRegion { corners: corners.to_vec(), offset }
     }
 
-    fn square(x: f64, y: f64, half: f64) -> Region {
+    fn square(x: f64, y: f64, half: f64) -> OutlineRegion {
         region(&[[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]], 0.0)
     }
 
     #[track_caller]
-    fn check(first: &Region, second: &Region, gap: f64, overlaps: bool) {
+    fn check(first: &OutlineRegion, second: &OutlineRegion, gap: f64, overlaps: bool) {
         for (a, b) in [(first, second), (second, first)] {
             let found = nearest(a, b, SMALL);
             assert!((found.gap - gap).abs() < 1e-12 && found.overlaps == overlaps, "{found:?}");

@@ -18,8 +18,8 @@ use cotree::model::{BodyId, Mechanism};
 use cotree::scene::constant::evaluate;
 use serde::Serialize;
 
-use self::distance::{Nearest, Point, Region, difference, nearest, norm};
-use self::track::{Pose, Track, speed};
+use self::distance::{Nearest, OutlineRegion, Point, difference, nearest, norm};
+use self::track::{BodyTrack, Pose, speed};
 use super::drive::{self, DrivenMechanism, InputTable, POSE};
 use super::figures::{MotionColumn, Subject};
 use super::{DrivenJoint, MotionError};
@@ -105,9 +105,9 @@ pub(super) fn of(subject: &Subject, table: &InputTable) -> Result<Clearances, Mo
 struct Outlined {
     name: String,
     /// In its own frame.
-    regions: Vec<Region>,
+    regions: Vec<OutlineRegion>,
     /// None of the ground.
-    track: Option<Track>,
+    track: Option<BodyTrack>,
     /// How far its corners are from its origin, at most.
     radius: f64,
 }
@@ -128,13 +128,13 @@ fn moving(
     };
     let parameters = mechanism.parameter_values();
     let regions = outlines.iter().map(|outline| match outline_at(outline, &parameters) {
-        Ok((corners, offset)) => Ok(Region { corners, offset }),
+        Ok((corners, offset)) => Ok(OutlineRegion { corners, offset }),
         Err(flaw) => Err(MotionError::Request(format!("with these parameters the outline of `{name}` {flaw}"))),
     });
-    let regions: Vec<Region> = regions.collect::<Result<_, _>>()?;
+    let regions: Vec<OutlineRegion> = regions.collect::<Result<_, _>>()?;
     let step = table.input(1) - table.input(0);
     let track = match body {
-        Some(_) => match Track::of(table, &name, step, drive.rate()) {
+        Some(_) => match BodyTrack::of(table, &name, step, drive.rate()) {
             None => return Ok(None),
             track => track,
         },
@@ -146,10 +146,11 @@ fn moving(
 
 impl Outlined {
     /// Its outline in the frame of the ground.
-    fn posed(&self, [x, y, angle]: Pose) -> Vec<Region> {
+    fn posed(&self, [x, y, angle]: Pose) -> Vec<OutlineRegion> {
         let (sine, cosine) = angle.sin_cos();
         let place = |[u, v]: &Point| [x + cosine * u - sine * v, y + sine * u + cosine * v];
-        let posed = |region: &Region| Region { corners: region.corners.iter().map(place).collect(), ..*region };
+        let posed =
+            |region: &OutlineRegion| OutlineRegion { corners: region.corners.iter().map(place).collect(), ..*region };
         self.regions.iter().map(posed).collect()
     }
 

@@ -14,14 +14,14 @@ const RATES: [Quantity; 3] = [Quantity::Vx, Quantity::Vy, Quantity::Omega];
 const ACCELERATIONS: [Quantity; 3] = [Quantity::Ax, Quantity::Ay, Quantity::Alpha];
 
 /// The samples of a body's motion.
-pub struct Track {
+pub struct BodyTrack {
     /// For each sample position, rate and acceleration by the steps of the input, of x, y and the angle.
     samples: Vec<[[f64; 3]; 3]>,
 }
 
-impl Track {
+impl BodyTrack {
     /// The body with this name; none if the scene lacks something of its motion. `step` is that of the input, `rate` the input's.
-    pub fn of(table: &InputTable, body: &str, step: f64, rate: f64) -> Option<Track> {
+    pub fn of(table: &InputTable, body: &str, step: f64, rate: f64) -> Option<BodyTrack> {
         let column = |quantity: Quantity| table.get(&quantity.of(body)).map(|samples| samples.values().to_vec());
         let columns: Option<Vec<[Vec<f64>; 3]>> = (0..3)
             .map(|axis| Some([column(POSE[axis])?, column(RATES[axis])?, column(ACCELERATIONS[axis])?]))
@@ -34,7 +34,7 @@ impl Track {
         if table.periodic {
             samples.extend(samples.first().copied());
         }
-        Some(Track { samples })
+        Some(BodyTrack { samples })
     }
 
     /// Where the body is at a place in steps.
@@ -77,7 +77,7 @@ fn hermite(from: [f64; 3], to: [f64; 3], s: f64) -> f64 {
 }
 
 /// A speed that no point of one outline exceeds against the other, by the steps of the input, in the steps around a sample. Seen from either of the two: the smaller.
-pub fn speed(tracks: [Option<&Track>; 2], radii: [f64; 2], index: usize) -> f64 {
+pub fn speed(tracks: [Option<&BodyTrack>; 2], radii: [f64; 2], index: usize) -> f64 {
     let rates = tracks.map(|track| track.map_or([0.0; 3], |track| track.rates(index)));
     let centres = tracks.map(|track| track.map_or([0.0; 2], |track| track.centre(index)));
     let seen_from = |from: usize| {

@@ -7,7 +7,8 @@ use cotree::equations::Equations;
 use cotree::expr::Expr;
 use cotree::model::{BodyId, Formula, Owner, Quantity, Variable};
 use cotree::network::{
-    Angle, Direction, Element, ElementId, Force, Known, Origin, Resistance, Rotation, Tangent, Torque, Translation,
+    Angle, CircleTangent, Direction, Element, ElementId, Force, Known, Origin, Resistance, Rotation, Torque,
+    Translation,
 };
 
 use super::labels::number;
@@ -250,7 +251,7 @@ impl TerminalWriter<'_> {
     }
 
     /// The same along a tangent of circles about them: (sqrt(|r|^2 - k^2) r - k J r)/|r|^2, where J turns by a quarter turn.
-    pub fn unit_tangent(&self, label: &str, tangent: Tangent) -> FormulaTree {
+    pub fn unit_tangent(&self, label: &str, tangent: CircleTangent) -> FormulaTree {
         if tangent.difference == Expr::ZERO {
             return self.unit(label);
         }
@@ -263,7 +264,7 @@ impl TerminalWriter<'_> {
     }
 
     /// The length of a tangent between circles.
-    pub fn straight_length(&self, label: &str, tangent: Tangent) -> FormulaTree {
+    pub fn straight_length(&self, label: &str, tangent: CircleTangent) -> FormulaTree {
         let distance = FormulaTree::Call("abs", vec![self.letters.displacement(label)]);
         if tangent.difference == Expr::ZERO {
             return distance;
