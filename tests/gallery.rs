@@ -578,7 +578,7 @@ fn the_differential_hoist_lifts_by_the_difference_of_its_drums() {
     let by_radian = (0.150 - 0.120) / 2.0;
     let together = inertia + mass * by_radian * by_radian;
     // 30 mm of slack are one radian.
-    let taut = (2.0 * inertia / -torque as f64).sqrt();
+    let taut = f64::sqrt(2.0 * inertia / -torque);
     let begin = torque / inertia * taut * inertia / together;
     let acceleration = (torque + mass * gravity * by_radian) / together;
     check("chain_hoist", 201, 2.0, LIMIT, |t| {
