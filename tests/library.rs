@@ -27,6 +27,7 @@ mod equal_sides;
 mod false_singular_poses;
 mod fault_pages;
 mod faults;
+mod flights;
 mod formulation_faults;
 mod freewheel;
 mod friction_levels;

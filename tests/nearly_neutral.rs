@@ -252,7 +252,7 @@ fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
         let mut changes = jet.changes();
         let unknowns = |jet: &mut Jet, angles: [f64; 3]| {
             let motion: Vec<f64> = angles.into_iter().chain([0.0; 3]).collect();
-            let regular = jet.begin(&model, machine.registers(), 2, &motion).is_ok();
+            let regular = jet.begin(&model, machine.registers(), &motion).is_ok();
             (regular, jet.polynomial(0).to_vec())
         };
         let [coupler, rocker] = bars.angles();

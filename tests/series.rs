@@ -21,7 +21,7 @@ fn series(model: &Model, state: &State, jet: &mut Jet) -> Vec<Vec<f64>> {
     machine.load(model, state);
     jet.update(machine.registers());
     let motion: Vec<f64> = state.positions().iter().chain(state.rates()).copied().collect();
-    let open = jet.begin(model, machine.registers(), ORDER, &motion).expect("a regular pose");
+    let open = jet.begin(model, machine.registers(), &motion).expect("a regular pose");
     assert!(open < 1e-10, "open by {open}");
     jet.advance(1, ORDER - 2);
     let mut coefficients = vec![vec![0.0; n]; ORDER + 1];

@@ -31,7 +31,7 @@ pub fn write(text: &mut String) -> Result<(), Failure> {
             };
             fastest(|| Ok(()), once).map(|seconds| 1e9 * seconds / f64::from(STEPS))
         };
-        let begin = repeated(&mut || _ = black_box(jet.begin(&model, machine.registers(), ORDER, black_box(&motion))))?;
+        let begin = repeated(&mut || _ = black_box(jet.begin(&model, machine.registers(), black_box(&motion))))?;
         let orders = repeated(&mut || black_box(&mut jet).advance(1, ORDER - 2))?;
         let polynomial = jet.polynomial(ORDER).to_vec();
         let end = repeated(&mut || {

@@ -16,6 +16,7 @@ use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Contact, Contacts, Coordinate, Slip};
+use crate::taylor::TapeAlong;
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion. A rate is zero within the same share of the rates before an impact, and
 /// of those that the accelerations give it.
@@ -34,6 +35,10 @@ const SHORTEST_FLIGHT: f64 = 10.0;
 pub(crate) struct ContactValues {
     pub gaps: Vec<f64>,
     pub rates: Vec<f64>,
+    /// The gaps along a step, if they have polynomials.
+    pub gaps_along: Option<TapeAlong>,
+    /// How long each gap seems to stay open, in steps.
+    pub flights: Vec<f64>,
     pub accelerations: Vec<f64>,
     /// Of what slips: its level at rest by that while it slips.
     pub restitutions: Vec<f64>,
@@ -92,6 +97,8 @@ impl ContactValues {
         Self {
             gaps: zeros(),
             rates: zeros(),
+            flights: zeros(),
+            gaps_along: program.instants.contacts.as_ref().and_then(|data| TapeAlong::new(model.layout(), &data.gaps)),
             accelerations: zeros(),
             restitutions: zeros(),
             sums: vec![0.0; sums],
@@ -193,8 +200,8 @@ impl ContactValues {
     /// True if anything that touches and is open comes nearer.
     fn comes(&self, context: &Place) -> bool {
         let hits = |index: usize| {
-            let comes = self.rates[index] < -self.least_rate(context, index);
-            comes && self.touches[index] && !context.is_closed(index)
+            let touches = self.touches[index] && !context.is_closed(index);
+            touches && self.rates[index] < -self.least_rate(context, index)
         };
         (0..self.gaps.len()).any(hits)
     }
@@ -521,7 +528,7 @@ impl ContactValues {
             self.try_modes(context, true, &mut found);
         }
         if let Some(mode) = found.best {
-            return self.accept(context, (mode.trial, mode.begins), found.locked);
+            return self.accept(context, mode, &found);
         }
         context.state.discrete_mut().copy_from_slice(&self.kept);
         Err(context.failure(&self.choices, if found.locked { LOCKS } else { NO_MODE }))
@@ -557,15 +564,19 @@ impl ContactValues {
                 found.best = Some(mode);
             }
             if mode.lasts == LOOKS && mode.moving == 0 {
+                found.is_present = found.best.is_some_and(|best| best.trial == trial);
                 return;
             }
         }
     }
 
     /// Takes a mode that fits, unless friction that locks permits another motion.
-    fn accept(&mut self, context: &mut Place, (trial, begins): (usize, bool), mut locked: bool) -> Result<(), Failure> {
-        self.choices.set(trial, context.data, context.state.discrete_mut());
-        self.accelerate(context);
+    fn accept(&mut self, context: &mut Place, mode: Mode, found: &Found) -> Result<(), Failure> {
+        let (Mode { trial, begins, .. }, mut locked) = (mode, found.locked);
+        if !found.is_present {
+            self.choices.set(trial, context.data, context.state.discrete_mut());
+            self.accelerate(context);
+        }
         self.find_redundant(context);
         self.check_determinate(context)?;
         if self.locks.is_empty() || self.any_sticks(context) {
@@ -607,15 +618,16 @@ impl ContactValues {
 
     /// What is undecided.
     fn list_of_modes(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) {
-        // With what sticks as it is: against what it slips next.
-        self.accelerate(context);
-        self.choices.clear();
         let count = self.gaps.len();
         let all = &context.data.all;
+        if all.iter().any(|contact| contact.slip.is_some()) {
+            // With what sticks as it is: against what it slips next.
+            self.accelerate(context);
+        }
+        self.choices.clear();
         for index in (0..count).filter(|&index| all[index].slip.is_none()) {
-            let rests = self.rests(context, index);
             context.close(index, false);
-            if self.touches[index] && rests {
+            if self.touches[index] && self.rests(context, index) {
                 self.choices.contact(index, !self.leaves[index]);
             }
         }
@@ -811,6 +823,8 @@ struct Found {
     /// True if a mode fits but for friction that locks, or with redundant constraints.
     locked: bool,
     redundant: bool,
+    /// True if the best one was the last to be tried: its accelerations are at hand.
+    is_present: bool,
 }
 
 /// The largest of those concerned.

@@ -15,9 +15,9 @@ pub(crate) const CHECKS: [f64; 3] = [0.093_71, 0.541_37, 0.829_53];
 /// A place tells what is beside it to this share of what the excess varies by: seven places in a period of a sine do.
 const TELLING: f64 = 1e-3;
 /// What is further from zero than ten times by how much the places are wrong does not reach it between them.
-const AWAY: f64 = 0.1;
+pub(super) const AWAY: f64 = 0.1;
 /// Halvings of an interval of one, to its last bit.
-const HALVINGS: usize = 60;
+pub(crate) const HALVINGS: usize = 60;
 /// A place is nearer to the middle than the secant by this share of the width, times the share to which the width has shrunk: so the root is soon closed in from both sides.
 const CENTRED: f64 = 0.2;
 
@@ -157,7 +157,7 @@ fn may_cross([left, middle, right]: [f64; 3]) -> bool {
 
 /// The first place between two, at the second of which the comparison holds, where it does; each with its value. By secants that are kept so near the middle that no more places are looked at than halving
 /// would take, and one (the ITP method: Oliveira and Takahashi, *ACM Trans. Math. Softw.* 47, 2020): ten where the excess is smooth, instead of fifty. It ends where both places are the same time.
-fn turn(
+pub(crate) fn turn(
     holds: &impl Fn(f64) -> bool,
     (mut from, mut before): (f64, f64),
     (mut to, mut after): (f64, f64),

@@ -260,6 +260,12 @@ impl Stepper {
         read(context, run, time, state, |context, run, motion| engines.read(context, run, time, motion))
     }
 
+    /// The series whose polynomial the last step is, if it is one and nothing is to be corrected where it is read.
+    pub(crate) fn series(&self, model: &Model, run: &Run, memory: &Memory, settings: &Settings) -> Option<&Taylor> {
+        let is_series = settings.engine == Engine::Taylor && run.last.order > 0 && !memory.implicit.is_last();
+        self.taylor.as_deref().filter(|_| is_series && !model.is_driven())
+    }
+
     /// Something has changed at the end of the last step, or within it: the run begins anew at this state. A step of the implicit method is taken again up to here, for its polynomial is of a
     /// lower order than its end.
     pub(crate) fn begin_anew(
@@ -276,7 +282,9 @@ impl Stepper {
             Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory };
         engines.end_at_change(context, run, state);
         run.restart(model, state);
+        let unseen = engines.memory.taylor.unseen;
         engines.memory.forget();
+        engines.memory.taylor.unseen = unseen;
         engines.forget_steps();
     }
 

@@ -3,14 +3,21 @@
 //! What is run at four points at once, or along four directions, costs less to be read; every place of a lane gets the bits that it gets alone. Lanes are compiled
 //! twice, for AVX2 and for any processor.
 
-use super::Tape;
 use super::file::{Beside, FEW_REGISTERS};
 use super::series::Series;
+use super::{Operation, Tape};
 use crate::linalg::lane::{Lane, by_width};
 
 /// Derivatives along so many directions at four points.
 pub(crate) const DIRECTIONS: usize = 3;
 pub(crate) type Lanes = [Lane; DIRECTIONS];
+
+impl Operation {
+    /// The result of an operation that is no arithmetic.
+    pub(crate) fn of_numbers(self, operands: [f64; 3]) -> f64 {
+        self.value(operands)
+    }
+}
 
 impl Tape {
     /// The results, in order, after [`Tape::run`].

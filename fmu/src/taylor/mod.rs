@@ -2,13 +2,16 @@
 //!
 //! * `jet`: the series of one motion, alone or with its derivatives, by one factorisation and one pass for each order.
 //! * `tape`, `fused`, `products`: scalar series for signals of time and the laws of loads.
+//! * `along`: a tape of numbers, run on the polynomials of a step.
 //! * `coupling`: the masses among sparse constants.
 
+mod along;
 pub(crate) mod coupling;
 mod fused;
 mod jet;
 mod products;
 mod tape;
 
+pub(crate) use along::{TapeAlong, horner};
 pub(crate) use jet::{CLOSED, DIRECTIONS, SAFETY, Tangents, Variations, variations};
 pub use jet::{Changes, Jet, Singular};

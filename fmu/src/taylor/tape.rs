@@ -98,6 +98,8 @@ struct Store<N> {
     /// Factors of the terms.
     factors: Vec<N>,
     coefficients: Vec<N>,
+    /// So many orders of what depends on the given series only are known.
+    signals_known: usize,
     /// What has been chosen since the series began.
     chosen: Choices,
 }
@@ -127,6 +129,7 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
                 values: vec![[N::ZERO; ORDERS]; tape.slots as usize],
                 factors: vec![N::ZERO; tape.terms.len()],
                 coefficients: vec![N::ZERO; coefficients],
+                signals_known: 0,
                 chosen: Choices::default(),
                 tape,
             },
@@ -156,7 +159,7 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
         self.store.series(slot)
     }
 
-    /// Writes the given series, as polynomials, and what depends on them only, up to an order.
+    /// Writes the given series, as polynomials, and what depends on them only, up to an order: see [`Self::signals`] for more.
     pub fn begin(&mut self, order: usize, polynomial: impl Fn(Given) -> [N; GIVEN]) {
         let store = &mut self.store;
         store.chosen = self.forced;
@@ -165,13 +168,23 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
             values.fill(N::ZERO);
             values[..GIVEN].copy_from_slice(&polynomial(given));
         }
-        if !store.tape.signals.is_empty() {
-            let none = Vectors::<N, L> { x: &[], y: &[], unknowns: &[], stride: 0 };
-            for k in 0..=order {
-                for index in 0..store.tape.signals.len() {
-                    store.step(store.tape.signals[index], k, none);
-                }
+        store.signals_known = 0;
+        self.signals(order);
+    }
+
+    /// What depends on the given series only, up to an order; lower ones may be known.
+    #[inline(always)]
+    pub fn signals(&mut self, order: usize) {
+        let store = &mut self.store;
+        if store.tape.signals.is_empty() {
+            return;
+        }
+        let none = Vectors::<N, L> { x: &[], y: &[], unknowns: &[], stride: 0 };
+        for k in store.signals_known..=order.min(ORDERS - 1) {
+            for index in 0..store.tape.signals.len() {
+                store.step(store.tape.signals[index], k, none);
             }
+            store.signals_known = k + 1;
         }
     }
 

@@ -84,6 +84,9 @@ impl Instance {
 
     /// In pieces, each so short that the excesses are known from the places where they are looked at: a step is as long as the motion permits, which does not know the comparisons.
     fn search_step(&mut self, instants: &mut Instants, step: [f64; 2]) -> Searched {
+        if let Some(found) = self.search_polynomials(instants, step) {
+            return found;
+        }
         instants.armed.clone_from(&self.now.happened.armed);
         if self.stays_far(instants, step) {
             self.computed = Computed::default();

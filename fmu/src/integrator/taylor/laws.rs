@@ -111,8 +111,12 @@ impl Taylor {
     /// Does the tape of the accelerations demand within a step of length h what its polynomial does? Laws have one meaning, but the series and the tape find it in
     /// different ways; where the sides of a comparison differ by rounding errors for long, the tape decides. Looked at after each switch and now and then.
     pub(super) fn agrees(&mut self, context: &mut Context, run: &mut Run, h: f64, goal: f64) -> bool {
-        let due = self.memory.series.is_none() || self.memory.unseen >= EVERY - 1;
-        if !due || !(self.jet.has_switches() || self.has_laws()) {
+        let has_switches = self.jet.has_switches();
+        // An impact switches contacts, not laws.
+        let begins =
+            self.memory.series.is_none() && (has_switches || context.model.program().instants.contacts.is_none());
+        let due = begins || self.memory.unseen >= EVERY - 1;
+        if !due || !(has_switches || self.has_laws()) {
             return true;
         }
         self.memory.unseen = 0;

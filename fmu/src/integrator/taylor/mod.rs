@@ -39,6 +39,8 @@ pub struct Taylor {
     residuals: Vec<f64>,
     guard: Guard,
     changes: Changes,
+    /// Of each loop equation of the series: the discrete variable that is 0 while it does not hold.
+    masks: Vec<Option<u32>>,
     /// Does what the jet holds begin at the end of the last step?
     known: Start,
     /// Has it been begun with the loops closed tightly?
@@ -84,6 +86,9 @@ impl Taylor {
         let layers = Layers::new(model.program().arms.as_ref()?.tape.steep_laws());
         let guard = Guard::new(jet.groups());
         let changes = jet.changes();
+        let all = &model.program().instants.masks;
+        let mask = |row: u32| all.iter().find(|(constraint, _)| *constraint == row).map(|(_, mask)| *mask);
+        let masks = model.program().arms.as_ref()?.rows.iter().map(|row| mask(row.constraint)).collect();
         Some(Self {
             jet,
             layers,
@@ -94,6 +99,7 @@ impl Taylor {
             residuals: vec![0.0; size],
             guard,
             changes,
+            masks,
             known: Start::Unknown,
             tight: false,
             memory: Memory::default(),
@@ -195,6 +201,11 @@ impl Taylor {
         self.jet.evaluate(&run.last.dense, run.last.order as usize, target - run.last.start_time, motion);
     }
 
+    /// The polynomial of one coordinate in the last step, up to its order.
+    pub(crate) fn coordinate(&self, run: &Run, index: usize, coefficients: &mut [f64]) {
+        self.jet.coordinate(&run.last.dense, run.last.order as usize, index, coefficients);
+    }
+
     /// Begins a series at the end of the last step, on the loops, if that has not been done.
     pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &Memory) {
         self.memory = *memory;
@@ -225,9 +236,8 @@ impl Taylor {
             // Parameters change at communication points only.
             self.jet.update(machine.registers());
         }
-        let order = order_for(settings.tolerance);
         self.jet.least_rate = settings.least_rate;
-        let open = self.jet.begin(model, machine.registers(), order, &self.next).ok()?;
+        let open = self.jet.begin(model, machine.registers(), &self.next).ok()?;
         self.jet.reciprocal_pivots(&mut self.guard.next);
         self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
@@ -239,14 +249,14 @@ impl Taylor {
             self.begun.time = time;
             self.begun.motion.copy_from_slice(&self.closed);
             self.begun.next.copy_from_slice(&self.guard.next);
-            self.begin_closed(model, machine, order)?;
+            self.begin_closed(model, machine)?;
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
 
     /// Begins the series again that the last start has left at this time with the loops closed tightly, after the jet has looked elsewhere. False if there is none.
     fn start_again(&mut self, context: &mut Context, run: &Run, time: f64) -> bool {
-        let Context { model, machine, settings, .. } = context;
+        let Context { model, machine, .. } = context;
         if self.begun.time != time {
             return false;
         }
@@ -255,12 +265,12 @@ impl Taylor {
         self.jet.update(machine.registers());
         self.guard.next.copy_from_slice(&self.begun.next);
         self.closed.copy_from_slice(&self.begun.motion);
-        self.begin_closed(model, machine, order_for(settings.tolerance)).is_some()
+        self.begin_closed(model, machine).is_some()
     }
 
     /// Begins the series of the pose in which the loops have been closed, and closes them there.
-    fn begin_closed(&mut self, model: &Model, machine: &Machine, order: usize) -> Option<()> {
-        self.jet.begin(model, machine.registers(), order, &self.closed).ok()?;
+    fn begin_closed(&mut self, model: &Model, machine: &Machine) -> Option<()> {
+        self.jet.begin(model, machine.registers(), &self.closed).ok()?;
         self.jet.close_tightly();
         self.take_closed(model);
         Some(())

@@ -33,6 +33,8 @@ pub(super) const GROW: f64 = 4.0;
 const CUT: f64 = 0.9;
 /// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
 const SPACINGS: f64 = 8.0;
+/// Two terms behind the last one of a parabola.
+const FALL: usize = 4;
 /// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
 /// those before.
 const SHORTENED: f64 = 0.75;
@@ -105,7 +107,8 @@ impl Taylor {
         let order = self.expand(context, run, room.min(context.settings.max_step));
         let growing = if run.last.natural > 0.0 { GROW * run.last.natural } else { LONGEST };
         let longest = growing.min(LONGEST).min(context.settings.max_step).min(following.unwrap_or(LONGEST));
-        let reach = self.natural_length(order, tolerance);
+        // What has ended is known further than its last terms tell.
+        let reach = if is_fall(context, order) { room.min(longest) } else { self.natural_length(order, tolerance) };
         // A law that is not analytic here, |x|^1.5 at zero say; its series, and those of the switching functions, hold no numbers. Written so that NaN is no length.
         let analytic = reach >= shortest;
         if !analytic {
@@ -169,27 +172,58 @@ impl Taylor {
         let tolerance = context.settings.tolerance;
         let order = if is_near(run) { order_near(tolerance) } else { order_for(tolerance) };
         context.statistics.evaluations += 1;
-        self.expand_to(run, room, order, tolerance);
+        let longest = if run.last.natural > 0.0 { room.min(GROW * run.last.natural) } else { room };
+        let has_contacts = context.model.program().instants.contacts.is_some();
+        match if has_contacts { self.expand_fall(longest, NEGLIGIBLE * share(tolerance)) } else { Some(2) } {
+            Some(known) => self.expand_from(known, run, room, (order, tolerance)),
+            None => self.keep(run, FALL),
+        }
         run.last.order as usize
+    }
+
+    /// Two orders more, if the series ends before them for a step this long: between contacts bodies often fall, which is a parabola. Else returns the last order that is known then.
+    fn expand_fall(&mut self, longest: f64, goal: f64) -> Option<usize> {
+        let mut power = longest;
+        for last in 3..=FALL {
+            self.jet.advance(last - 2, last - 2);
+            power *= longest;
+            let size = last as f64 * power * self.jet.size(last);
+            // Written so that what is not a number is not small.
+            let is_small = size <= goal && longest * size <= goal;
+            if !is_small {
+                return Some(last);
+            }
+        }
+        if self.knows_laws(FALL, longest, goal) { None } else { Some(FALL) }
     }
 
     /// The same up to an order.
     pub(super) fn expand_to(&mut self, run: &mut Run, room: f64, order: usize, tolerance: f64) {
+        self.expand_from(2, run, room, (order, tolerance));
+    }
+
+    /// The same where the orders up to one are known.
+    fn expand_from(&mut self, known: usize, run: &mut Run, room: f64, (order, tolerance): (usize, f64)) {
         // Only a step much shorter than its natural length needs fewer terms.
         let cut = run.last.natural == 0.0 || room < CUT * run.last.natural;
         let last = if cut {
-            self.expand_within(room, order, NEGLIGIBLE * share(tolerance))
+            self.expand_within(known, room, order, NEGLIGIBLE * share(tolerance))
         } else {
-            self.jet.advance(1, order - 2);
+            self.jet.advance(known - 1, order - 2);
             order
         };
+        self.keep(run, last);
+    }
+
+    /// The polynomial of the step is the series up to an order.
+    fn keep(&mut self, run: &mut Run, last: usize) {
         run.last.order = last as u32;
         let polynomial = self.jet.polynomial(last);
         run.last.dense[..polynomial.len()].copy_from_slice(polynomial);
     }
 
     /// Orders until two terms in a row are negligible in a step; returns the last one.
-    fn expand_within(&mut self, room: f64, order: usize, goal: f64) -> usize {
+    fn expand_within(&mut self, known: usize, room: f64, order: usize, goal: f64) -> usize {
         let (mut power, mut small) = (room, 0);
         for last in 2..order {
             let rate = last as f64 * power;
@@ -199,7 +233,9 @@ impl Taylor {
                 return last;
             }
             power *= room;
-            self.jet.advance(last - 1, last - 1);
+            if last >= known {
+                self.jet.advance(last - 1, last - 1);
+            }
         }
         order
     }
@@ -209,6 +245,11 @@ impl Taylor {
 pub(super) fn natural(order: usize, rates: f64, positions: impl FnOnce() -> f64) -> f64 {
     let step = SAFETY * rates;
     if is_long(order, rates) { step.min(SAFETY * positions()) } else { step }
+}
+
+/// True for a series that has ended: a parabola, between contacts.
+pub(super) fn is_fall(context: &Context, order: usize) -> bool {
+    order == FALL && context.model.program().instants.contacts.is_some()
 }
 
 /// May the error of positions be larger than that of rates?

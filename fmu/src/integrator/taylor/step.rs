@@ -1,6 +1,6 @@
 //! One step: propose a length, try it, judge it, accept or shorten it.
 
-use super::propose::{Step, is_near, is_near_pose};
+use super::propose::{Step, is_fall, is_near, is_near_pose};
 use super::{Start, Taylor};
 use crate::context::Context;
 use crate::events::Choices;
@@ -75,7 +75,8 @@ impl Taylor {
             self.finish(context, run, step, (end, switch));
             return Trial::Done;
         }
-        if switch.is_none() && h < SURE * step.natural && self.needs_no_test() {
+        let is_sure = h < SURE * step.natural || is_fall(context, step.order);
+        if switch.is_none() && is_sure && self.needs_no_test(context) {
             self.known = Start::Unknown;
             self.accept(context, run, end, true);
             return Trial::Done;
@@ -106,8 +107,17 @@ impl Taylor {
     }
 
     /// Are there neither loops nor laws that the end of a step could be tested for?
-    fn needs_no_test(&self) -> bool {
-        self.jet.is_even() && self.layers.is_empty() && self.next.iter().all(|value| value.is_finite())
+    fn needs_no_test(&self, context: &Context) -> bool {
+        let is_even = self.jet.is_even() || !self.jet.has_laws() && self.holds_nothing(context);
+        is_even && self.layers.is_empty() && self.next.iter().all(|value| value.is_finite())
+    }
+
+    /// Are all loops those of contacts that are open, or of what is removed or not engaged?
+    fn holds_nothing(&self, context: &Context) -> bool {
+        let first = context.model.layout().discrete();
+        let is_idle =
+            |mask: &Option<u32>| mask.is_some_and(|mask| context.machine.registers()[first + mask as usize] == 0.0);
+        self.masks.iter().all(is_idle)
     }
 
     /// The length of a shorter step, if this one could go over to another branch, or would end near a singular pose.

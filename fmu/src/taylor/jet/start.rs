@@ -57,8 +57,9 @@ pub(super) fn flattened<N, const L: usize>([x, y]: &[Vec<Lane<N, L>>; 2]) -> [&[
 impl Jet {
     /// Begins at q and v: factors the matrix, puts the motion back on the loops, and finds its accelerations. The registers hold the
     /// signals of this time. Returns how far the loops were open, relative to their scales.
-    pub fn begin(&mut self, model: &Model, registers: &[f64], order: usize, motion: &[f64]) -> Result<f64, Singular> {
-        self.scalars.begin(order, |given| polynomial(model, registers, given));
+    pub fn begin(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<f64, Singular> {
+        // Where the series goes no further, as at the end of a step in which something happens, no other orders are needed.
+        self.scalars.begin(2, |given| polynomial(model, registers, given));
         self.pose(motion)?;
         let open = self.put_on_loops(&motion[self.form.coordinates.len()..], CLOSED);
         self.respond();
@@ -74,7 +75,7 @@ impl Jet {
     /// that are left out are zero. Not with the kernels of few frames.
     pub fn accelerations(&mut self, model: &Model, registers: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         let layout = model.layout();
-        self.begin(model, registers, 2, &registers[layout.positions()..layout.accelerations()])?;
+        self.begin(model, registers, &registers[layout.positions()..layout.accelerations()])?;
         let (accelerations, reactions) = values.split_at_mut(model.coordinates());
         self.coordinates(2, accelerations);
         accelerations.iter_mut().for_each(|coefficient| *coefficient *= 2.0);

@@ -94,6 +94,14 @@ impl Jet {
         self.values[..(order + 1) * self.shape.all()].as_flattened()
     }
 
+    /// One coordinate along a polynomial.
+    pub fn coordinate(&self, polynomial: &[f64], order: usize, index: usize, coefficients: &mut [f64]) {
+        let count = self.shape.all() * WIDTH;
+        for (coefficient, values) in coefficients.iter_mut().zip(polynomial.chunks_exact(count)).take(order + 1) {
+            *coefficient = self.reads[index].value(values);
+        }
+    }
+
     /// The same polynomial about a time so long after its start.
     pub fn move_start(&self, polynomial: &mut [f64], order: usize, dt: f64) {
         let count = self.shape.all() * WIDTH;
