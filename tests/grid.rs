@@ -122,6 +122,11 @@ const FEATURES: &[Feature] = &[
         Cart,
         "[joints.shoe]\ntype = \"contact\"\nbetween = [\"ground.floor\", \"arm.tip\"]\naxis = [1, 0]\nrestitution = 0.2\nfriction = { mu = 0.3 }",
     ),
+    Feature(
+        "contact with a profile",
+        Cart,
+        "[joints.rim]\ntype = \"contact\"\nbetween = [\"ground.floor\", \"arm.tip\"]\nprofile = [[-2, -0.02], [0.4, -0.02], { to = [0.6, 0.18], radius = 0.2 }, [0.6, 2]]\nradius = 0.01",
+    ),
     Feature("rope", Cart, "[joints.cord]\ntype = \"rope\"\nbetween = [\"ground.peg\", \"arm.tip\"]\nlength = 0.45"),
     Feature(
         "rope over a pulley",

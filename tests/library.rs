@@ -55,6 +55,7 @@ mod paper_slider_crank;
 mod paper_vibration;
 mod parts;
 mod placed;
+mod profiles;
 mod reference;
 mod removed_parts;
 mod reports;

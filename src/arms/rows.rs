@@ -66,6 +66,7 @@ impl Equations {
                 Port::Along(ends, direction) => self.displacement_between(ends, direction, factor, arms, &mut row)?,
                 Port::Curve(ends, curve) => self.function_of_angle(ends, &curve, factor, arms, &mut row),
                 Port::Length(ends) => return self.rod(constraint, ends, coupling, arms),
+                Port::Feature(..) => return Err(NoSeries("a contact follows a profile".to_owned())),
                 Port::Span(..) => return Err(NoSeries("a rope runs over pulleys".to_owned())),
                 Port::Heading(_) => {
                     return Err(NoSeries(

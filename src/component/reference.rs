@@ -46,6 +46,8 @@ pub fn reference() -> String {
     table(&mut text, "`over`", over, tables::PULLEY);
     push(&mut text, "A drum, which stands in the place of an end in `between`, has these keys:\n");
     rows(&mut text, tables::DRUM);
+    let profile = "`profile` of a contact lists its corners: two coordinates in metres, to which a line leads from the corner before, or a table with these keys, to which an arc leads. See [components.md](components.md#contact).";
+    table(&mut text, "`profile`", profile, tables::CORNER);
     let parts = "Each entry includes the mechanism of another file: every name `x` of it becomes `entry_x`, also written `entry.x`. See [parts.md](parts.md).";
     table(&mut text, "`parts`", parts, tables::PART);
     let initial = "The key is a position or velocity, such as `\"crank.angle\"`; the value is a number if it is known, or a table with this key.";
@@ -284,7 +286,7 @@ pub(super) fn unit(form: Form) -> String {
         Form::Record(record) => {
             record.measures().iter().map(|wanted| wanted.si.to_string()).collect::<Vec<_>>().join(", ")
         }
-        Form::NamedPoints | Form::Corner | Form::Corners(..) => "m".to_string(),
+        Form::NamedPoints | Form::Corner | Form::Corners(..) | Form::Profile => "m".to_string(),
         _ => String::new(),
     }
 }

@@ -38,6 +38,7 @@ fn definitions() -> Value {
         "parameter": either(tables::PARAMETER),
         "input": either(tables::INPUT),
         "pulley": object(tables::PULLEY),
+        "profile_corner": object(tables::CORNER),
         "drum": object(tables::DRUM),
         "state": object(tables::STATE),
         "sampler": object(tables::SAMPLED),
@@ -179,6 +180,10 @@ fn form(key: &Key) -> Value {
             json!({ "type": "array", "items": end, "minItems": 2, "maxItems": 2 })
         }
         Form::Course => json!({ "type": "array", "items": reference("pulley") }),
+        Form::Profile => {
+            let corner = json!({ "anyOf": [reference("vector"), reference("profile_corner")] });
+            json!({ "type": "array", "items": corner, "minItems": 2 })
+        }
         Form::Points | Form::Bodies | Form::BodyAndPoint => strings(2, 2),
         Form::Point | Form::Body | Form::Joint | Form::OtherJoint | Form::CarrierBody | Form::CarrierPoint => {
             json!({ "type": "string" })

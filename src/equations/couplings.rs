@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use super::constraints::{Constraint, Gap, RowKind, SlidingRow, assemble};
 use super::course;
+use super::feature;
 use super::form::{Coefficient, LinearForm};
 use super::kinematics::{Kinematics, PointMotion, project};
 use super::vector::{Scalar, Vector};
@@ -130,6 +131,11 @@ fn across(
             let value = value.total(arena, &kinematics.frames);
             let vector = along.1.scaled(arena, factor);
             ((value, rate, second), CoupledChord::Force(ends, vector, direction.carrier()))
+        }
+        Port::Feature(ends, body, touched) => {
+            let (motion, normal) = feature::distance(system, kinematics, (ends, body), touched);
+            let vector = normal.scaled(&mut system.arena, factor);
+            (motion, CoupledChord::Force(ends, vector, body))
         }
         Port::Length(ends) => {
             let gap = kinematics.across(&mut system.arena, ends);

@@ -6,6 +6,7 @@ mod centred;
 mod constraints;
 pub(crate) mod couplings;
 mod course;
+mod feature;
 pub(crate) mod dynamics;
 mod feedback;
 pub(crate) mod form;

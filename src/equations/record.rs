@@ -137,6 +137,7 @@ fn carrier(element: &Element, term: Option<usize>) -> Option<BodyId> {
     let Some(term) = term else { return element.translation.as_ref().and_then(TranslationalRow::carrier) };
     match element.coupling.as_ref()?.terms.get(term)?.port {
         Port::Along(_, direction) => direction.carrier(),
+        Port::Feature(_, body, _) => body,
         Port::Angle(_) | Port::Length(_) | Port::Heading(_) | Port::Span(..) | Port::Curve(..) => None,
     }
 }

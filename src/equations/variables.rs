@@ -8,8 +8,8 @@ use super::vector::Vector;
 use super::{Constraint, Equations, RowKind, Standing};
 use crate::expr::{Binary, Expr, Order, Symbol, Unary};
 use crate::model::{
-    Aspect, Axis, BodyId, ContactQuantity, Dimension, DiscreteId, DriverId, Effort, JointId, LoadId, Owner, Place,
-    Quantity, Variable, Whole,
+    Aspect, Axis, BodyId, ContactQuantity, Dimension, DiscreteId, DriverId, Effort, JointId, LoadId, Owner, Part,
+    Place, Quantity, Variable, Whole,
 };
 use crate::network::{
     Angle, Constrained, Coupling, CouplingTerm, Curve, Direction, ElementId, Force, Origin, Port, RNode, RotationalRow,
@@ -307,6 +307,9 @@ impl Equations {
         {
             return self.direction(owner, direction);
         }
+        if let (Some(contour), ContactQuantity::Gap) = (mechanism.part_of(owner).and_then(Part::contour), what) {
+            return self.gap_at_profile(owner, contour);
+        }
         if what == ContactQuantity::Gap && mechanism.gaps_of(owner).next().is_none() {
             return self.gap_apart(owner);
         }
@@ -337,7 +340,8 @@ impl Equations {
                 ContactQuantity::Mode => {
                     let (factor, closed) =
                         (arena.constant(-sign), arena.symbol(Symbol::Discrete(contact.state.closed.0)));
-                    if contact.gap.word.is_empty() { closed } else { arena.multiply(factor, closed) }
+                    let counts = contact.gap.word.is_empty() || contact.state.feature.is_some();
+                    if counts { closed } else { arena.multiply(factor, closed) }
                 }
             };
             total = self.system.arena.add(total, value);
@@ -404,15 +408,19 @@ impl Equations {
         couplings::along(&mut self.system, &self.kinematics, &terms, order)
     }
 
-    /// The force with which something presses, whichever side it is on.
+    /// The force with which something presses, whichever side it is on; at a profile the sum of those in all places where it is touched.
     fn pressure(&mut self, owner: Owner) -> Expr {
-        let row = self.system.mechanism.gaps_of(owner).next().map(|(index, _)| index);
-        let row = row.and_then(|index| self.row_of_contact(index));
-        let arena = &mut self.system.arena;
-        row.map_or(Expr::ZERO, |row| {
+        let mechanism = self.system.mechanism.clone();
+        let at_profile = mechanism.part_of(owner).is_some_and(|part| part.contour().is_some());
+        let most = if at_profile { usize::MAX } else { 1 };
+        let mut total = Expr::ZERO;
+        for (index, _) in mechanism.gaps_of(owner).take(most) {
+            let Some(row) = self.row_of_contact(index) else { continue };
+            let arena = &mut self.system.arena;
             let reaction = arena.symbol(Symbol::Reaction(row));
-            arena.negate(reaction)
-        })
+            total = arena.subtract(total, reaction);
+        }
+        total
     }
 
     /// True for a loop equation of something that only presses.

@@ -8,6 +8,7 @@ mod engaging;
 pub mod explain;
 mod feedback;
 mod impulses;
+mod profiles;
 mod restrictions;
 pub mod start;
 
@@ -165,6 +166,7 @@ fn assemble(mut equations: Equations, jumps: &[Jump]) -> Result<Assembled, Vec<F
         }
         let driven = equations.is_driven();
         faults.extend(contacts::check_contacts(&mut equations, &state, length, driven));
+        faults.extend(profiles::check_profiles(&mut equations, &state, length));
         if !faults.is_empty() {
             return Err(faults);
         }

@@ -8,7 +8,18 @@ use super::{
     Pressed, Quantity, Slip, Unit,
 };
 use crate::diagnostic::Span;
-use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH};
+use crate::model::measure::{ANGLE, ANGULAR_IMPULSE, IMPULSE, LENGTH, NUMBER, Wanted};
+
+/// The discrete variables of a feature of a profile, as the program has them, and what they are without one.
+const FEATURE: [(&str, f64, Wanted); 7] = [
+    ("normal_x", 0.0, NUMBER),
+    ("normal_y", 0.0, NUMBER),
+    ("at_x", 0.0, LENGTH),
+    ("at_y", 0.0, LENGTH),
+    ("curvature", 0.0, NUMBER),
+    ("away", 1.0, LENGTH),
+    ("feature", 0.0, NUMBER),
+];
 
 /// The limits of what a joint leaves free, or of what its relation may be off by; at least one is there.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +71,8 @@ pub struct ContactState {
     pub direction: Option<DiscreteId>,
     /// The signs of what presses on a guide.
     pub signs: Vec<DiscreteId>,
+    /// The line or arc of a profile: its normal, a point of it, its curvature, 1 while there is none, and its number from 1 on.
+    pub feature: Option<[DiscreteId; 7]>,
 }
 
 impl Limits {
@@ -114,10 +127,11 @@ impl Mechanism {
                 let is_angular = part.component().variables.contains(&Quantity::AngularImpulse);
                 let measure = if is_angular { ANGULAR_IMPULSE } else { IMPULSE };
                 let begins = f64::from(u8::from(self.begins_on_its_cam(part)));
-                all.push((part.owner, name, (gap, begins), Unit::of(&measure, None), part.span));
+                let touches = part.contour().is_some();
+                all.push((part.owner, name, (gap, begins, touches), Unit::of(&measure, None), part.span));
             }
         }
-        for (owner, name, (mut gap, begins), unit, span) in all {
+        for (owner, name, (mut gap, begins, touches), unit, span) in all {
             let mut hold = |word: &str, value: f64, unit: Unit| self.hold(format!("{name}.{word}"), value, unit, span);
             let (closed, impulse) = (hold("closed", begins, Unit::default()), hold("impulse", 0.0, unit));
             // Sign x the value at which it was caught.
@@ -125,7 +139,8 @@ impl Mechanism {
             if let Some(caught) = place {
                 gap.bound = Formula::Number(gap.sign) * Formula::Discrete(caught);
             }
-            let state = ContactState { closed, impulse, place, direction: None, signs: Vec::new() };
+            let feature = touches.then(|| FEATURE.map(|(word, value, measure)| hold(word, value, Unit::of(&measure, None))));
+            let state = ContactState { closed, impulse, place, direction: None, signs: Vec::new(), feature };
             self.contacts.push(Contact { owner, name, gap, state, slip: None, span });
         }
         self.add_slips();
@@ -194,7 +209,7 @@ impl Mechanism {
             let gap = GapLaw { word: "", sign: 1.0, bound, restitution, of_rate: false };
             let slip = Some(Slip { law, pressed, on });
             let (place, direction) = (Some(place), Some(direction));
-            let state = ContactState { closed, impulse, place, direction, signs };
+            let state = ContactState { closed, impulse, place, direction, signs, feature: None };
             self.contacts.push(Contact { owner, name, gap, state, slip, span });
         }
     }

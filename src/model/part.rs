@@ -1,6 +1,6 @@
 //! Joints, drivers and loads: parts of a mechanism, each of a kind that its component knows.
 
-use super::{BodyId, Course, Formula, Friction, InputId, JointId, Limits, Owner, ParameterId, Place};
+use super::{BodyId, Contour, Course, Formula, Friction, InputId, JointId, Limits, Owner, ParameterId, Place};
 use crate::diagnostic::Span;
 
 /// A joint, driver or load with everything that its keys say.
@@ -37,6 +37,8 @@ pub enum KeyValue {
     Switch(bool),
     /// What it runs over.
     Course(Course),
+    /// The profile that it touches.
+    Contour(Contour),
 }
 
 /// A scalar motion.
@@ -65,6 +67,7 @@ impl KeyValue {
             | Self::Place(_)
             | Self::Joint(_)
             | Self::Choice(_)
+            | Self::Contour(_)
             | Self::Switch(_) => Vec::new(),
         }
     }

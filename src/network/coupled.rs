@@ -25,7 +25,11 @@ impl System {
     /// The edges of couplings between points.
     pub fn coupled_points(&self) -> Vec<CoupledEdge<Translation>> {
         self.coupled_edges(|element, port| match port {
-            Port::Along(ends, _) | Port::Length(ends) | Port::Heading(ends) | Port::Span(ends, _)
+            Port::Along(ends, _)
+            | Port::Length(ends)
+            | Port::Heading(ends)
+            | Port::Span(ends, _)
+            | Port::Feature(ends, ..)
                 if element.translation.is_none() =>
             {
                 Some(ends)

@@ -145,6 +145,8 @@ pub enum Port {
     Heading([TNode; 2]),
     /// A function of the angle between two bodies.
     Curve([RNode; 2], Curve),
+    /// The distance of the second point from a line or an arc, which is given from the first point in the axes of a body.
+    Feature([TNode; 2], Option<BodyId>, Touched),
     /// The tangent of two circles about two points: its length L and, with its direction phi, L - (R_2 - R_1) phi. Its derivative by the displacement is the unit tangent.
     Span([TNode; 2], CircleTangent),
 }
@@ -156,6 +158,19 @@ pub struct CircleTangent {
     pub difference: Expr,
     /// The direction from which its own counts, less than half a turn away \[rad\].
     pub reference: Expr,
+}
+
+/// A line or an arc that a point touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Touched {
+    /// Its normal in a point of it.
+    pub normal: [Expr; 2],
+    /// That point.
+    pub at: [Expr; 2],
+    /// Positive where it is convex.
+    pub curvature: Expr,
+    /// By how much the point is further from it: from no feature, whose normal is zero.
+    pub away: Expr,
 }
 
 /// A function of an angle that repeats every turn, with what is known of the contact that it stands for. All of it is in terms of
@@ -214,7 +229,7 @@ impl Port {
         match self {
             Port::Angle(_) | Port::Curve(..) => Constrained::Angle,
             Port::Along(_, direction) => Constrained::Along(direction),
-            Port::Length(_) | Port::Heading(_) | Port::Span(..) => Constrained::Length,
+            Port::Length(_) | Port::Heading(_) | Port::Span(..) | Port::Feature(..) => Constrained::Length,
         }
     }
 }

@@ -8,13 +8,13 @@ use petgraph::unionfind::UnionFind;
 use super::graph::{ElementId, LinearGraph, RNode, Rotation, TNode, Translation};
 use super::{
     Angle, Coupling, CouplingTerm, Direction, Element, Force, FunctionOfTime, Implied, Known, Origin, Port,
-    RotationalRow, Rows, Torque, arm, body, table3,
+    RotationalRow, Rows, Torque, Touched, arm, body, table3,
 };
 use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::translate::translate;
 use crate::model::{
-    Aspect, Axis, Body, BodyId, CourseValue, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place,
+    Aspect, Axis, Body, BodyId, CourseValue, DiscreteId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place,
     Variable,
 };
 
@@ -315,7 +315,9 @@ impl System {
             let Some(part) = mechanism.parts().find(|part| part.owner == contact.owner) else { continue };
             let minus = self.arena.constant(-contact.gap.sign);
             let bound = self.value(&contact.gap.bound);
-            let Some(relation) = (self.relation)(part, contact.slip.is_some(), self) else { continue };
+            let touched = contact.state.feature.map(|held| self.touched(part, held));
+            let relation = touched.or_else(|| (self.relation)(part, contact.slip.is_some(), self));
+            let Some(relation) = relation else { continue };
             let terms = relation
                 .terms
                 .into_iter()
@@ -330,6 +332,14 @@ impl System {
             let slip = contact.state.direction.map(|direction| self.arena.symbol(Symbol::Discrete(direction.0)));
             self.push(Element { label, name, origin, translation: None, rotation: None, coupling, closed, slip });
         }
+    }
+
+    /// The distance from the feature of a profile that discrete variables say.
+    fn touched(&mut self, part: &Part, held: [DiscreteId; 7]) -> Coupling {
+        let [nx, ny, x, y, curvature, away, _] = held.map(|id| self.arena.symbol(Symbol::Discrete(id.0)));
+        let touched = Touched { normal: [nx, ny], at: [x, y], curvature, away };
+        let ends = part.between.map(|place| self.t_node(place));
+        Coupling::of(Port::Feature(ends, part.between[0].body(), touched))
     }
 
     /// The rate of a motion that events set: a loop equation of that motion, which holds at the instant only.
@@ -445,6 +455,7 @@ impl System {
             match term.port {
                 Port::Angle(ends) | Port::Curve(ends, _) => nodes.extend(ends),
                 Port::Along(_, direction) => bodies.extend(direction.carrier()),
+                Port::Feature(_, body, _) => bodies.extend(body),
                 Port::Length(_) | Port::Heading(_) | Port::Span(..) => {}
             }
         }

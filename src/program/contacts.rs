@@ -1,11 +1,12 @@
 //! What is held on one side only: the kernels by which the runtime opens and closes it.
 
+use cotree_fmu::program::contour::Contours;
 use cotree_fmu::program::{self, Contact, Contacts, Slip};
 use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::model::{ContactState, DiscreteId, Formula};
+use crate::model::{self, ContactState, DiscreteId, FeatureJoint, Formula, Mechanism, Part};
 use crate::solve::{Levels, MotionSolver};
 
 /// The expressions behind [`Contacts`].
@@ -18,6 +19,7 @@ pub(super) struct ContactKernels {
     pub impact: Vec<Expr>,
     pub pressing: Vec<Expr>,
     pub locks: Vec<Expr>,
+    pub places: Vec<Expr>,
 }
 
 /// A gap, its rate and its second derivative until an event removes what holds it. From then on the gap is 1 and never closes; what is `held_anywhere`, friction and freewheels, has no gap but a rate:
@@ -42,6 +44,51 @@ fn state(state: &ContactState) -> program::ContactState {
         direction: state.direction.map(place),
         signs: state.signs.iter().copied().map(place).collect(),
     }
+}
+
+/// The profiles that contacts touch, with the tape of where they are.
+fn contours(mechanism: &Mechanism, all: &[Contact], places: Tape) -> Option<Contours> {
+    let of = |part: &Part| {
+        let slot = |contact: &model::Contact| {
+            let held = contact.state.feature.filter(|_| contact.owner == part.owner)?.map(|id| id.0 as u32);
+            let place = all.iter().position(|other| other.name == contact.name)?;
+            Some(program::contour::Slot { contact: place as u32, held })
+        };
+        Some(program::contour::Contour {
+            slots: mechanism.contacts.iter().filter_map(slot).collect(),
+            there: mechanism.there(part.owner).map(|there| there.0 as u32),
+            ..contour(part)?
+        })
+    };
+    let all: Vec<_> = mechanism.parts().filter_map(of).collect();
+    (!all.is_empty()).then_some(Contours { all, places })
+}
+
+/// The profile of a part as the program has it, without its slots.
+pub(crate) fn contour(part: &Part) -> Option<program::contour::Contour> {
+    let contour = part.contour()?;
+    Some(program::contour::Contour {
+        name: part.name.clone(),
+        features: contour.features().into_iter().map(feature).collect(),
+        closed: contour.closed,
+        radius: contour.radius,
+        slots: Vec::new(),
+        there: None,
+    })
+}
+
+/// A feature as the program has it.
+fn feature(feature: model::Feature) -> program::contour::Feature {
+    let end = |end: usize| program::contour::End {
+        at: feature.ends[end],
+        joint: match feature.joints[end] {
+            FeatureJoint::Smooth(other) => program::contour::Joint::Smooth(other as u32),
+            FeatureJoint::Concave => program::contour::Joint::Concave,
+            FeatureJoint::Free => program::contour::Joint::Free,
+        },
+    };
+    let model::Feature { at, normal, curvature, half, .. } = feature;
+    program::contour::Feature { at, normal, curvature, half, ends: [0, 1].map(end) }
 }
 
 impl ContactKernels {
@@ -70,6 +117,9 @@ impl ContactKernels {
         let has_signs = |place: usize| !mechanism.contacts[place].state.signs.is_empty();
         let signed = levels.signed().filter(|(place, _)| has_signs(*place));
         kernels.pressing = signed.flat_map(|(_, signed)| signed).map(|(_, sum)| *sum).collect();
+        for part in mechanism.parts().filter(|part| part.contour().is_some()) {
+            kernels.places.extend(equations.place_at_profile(part.owner).into_iter().flatten());
+        }
         if !kernels.gaps.is_empty() || mechanism.has_impulses() {
             let arena = &mut equations.system.arena;
             let requested: Vec<Expr> =
@@ -86,7 +136,7 @@ impl ContactKernels {
     /// With the tapes of its kernels.
     pub fn lower(
         equations: &Equations,
-        [gaps, rates, accelerations, restitutions, impact, pressing, locks]: [Tape; 7],
+        [gaps, rates, accelerations, restitutions, impact, pressing, locks, places]: [Tape; 8],
     ) -> Option<Contacts> {
         let mechanism = &equations.system.mechanism;
         let rows: Vec<Option<usize>> =
@@ -109,7 +159,8 @@ impl ContactKernels {
             let (name, of_rate) = (contact.name.clone(), contact.gap.of_rate);
             all.push(Contact { name, constraint: row as u32, state: state(&contact.state), of_rate, slip });
         }
-        let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks };
+        let contours = contours(mechanism, &all, places);
+        let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks, contours };
         let has_impulses = !contacts.impact.results.is_empty();
         (contacts.gaps.results.len() == contacts.all.len() && has_impulses).then_some(contacts)
     }

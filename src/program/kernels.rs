@@ -53,6 +53,8 @@ kernels! {
     impact,
     pressing,
     locks,
+    /// Where contacts with profiles are.
+    places,
     /// Coefficients of the arm form.
     arms,
     /// Coefficients of the arm form without loads.

@@ -458,6 +458,7 @@ fn assemble(
         impact: &moving.contacts.impact,
         pressing: &moving.contacts.pressing,
         locks: &moving.contacts.locks,
+        places: &moving.contacts.places,
         arms,
         masses,
     };
@@ -501,6 +502,7 @@ fn assemble(
         kernels.impact,
         kernels.pressing,
         kernels.locks,
+        kernels.places,
     ];
     let contacts = ContactKernels::lower(equations, of_contacts);
     let instants = moving.instants.lower(mechanism, [kernels.begin, kernels.clocks, kernels.written, kernels.sides]);

@@ -13,6 +13,7 @@ mod lowered;
 mod table;
 mod variable;
 
+pub(crate) use contacts::contour;
 pub(crate) use dependencies::LISTED;
 pub use initial::{Conditions, conditions};
 pub use lowered::{Lowered, positions, program};

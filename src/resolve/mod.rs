@@ -6,6 +6,7 @@
 mod bodies;
 mod calculated;
 mod context;
+mod contours;
 mod courses;
 mod efforts;
 mod engaging;

@@ -121,6 +121,7 @@ impl<'s> Resolver<'s> {
         reading.complete &= self.carrier_apart(&reading);
         let (_, between) = reading.ends.filter(|_| reading.complete)?;
         let PartReading { mut values, fields, course, user, .. } = reading;
+        self.complete_profile(&mut values, &fields, &user)?;
         let course = self.course((component, course), between, (&user, name.span))?;
         values.extend(course.map(|course| ("over", course)));
         let mut part =
@@ -396,6 +397,7 @@ impl<'s> Resolver<'s> {
                 Some(KeyValue::Vector(self.axis(&vector, &what)))
             }
             Form::Record(record) => self.record(record, node, &written, user),
+            Form::Profile => self.profile(node, &written, user).map(KeyValue::Contour),
             Form::Motion(wanted) => self.motion(node, key.name, &what, &wanted).map(KeyValue::Motion),
             Form::Choice(words, help) => self.choice(node, fields, key.name, words, help),
             Form::CarrierBody | Form::CarrierPoint => {

@@ -218,6 +218,7 @@ impl Namer<'_> {
             | KeyValue::Place(_)
             | KeyValue::Joint(_)
             | KeyValue::Choice(_)
+            | KeyValue::Contour(_)
             | KeyValue::Switch(_) => {}
         }
     }

@@ -96,6 +96,8 @@ pub enum Form {
     Ends,
     /// A list of pulleys.
     Course,
+    /// Corners that lines and arcs connect.
+    Profile,
 }
 
 impl Form {

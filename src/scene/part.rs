@@ -292,6 +292,13 @@ impl Shape {
     }
 }
 
+impl Corner {
+    /// Corners as a list.
+    pub(crate) fn list<C: Into<Corner>>(corners: impl IntoIterator<Item = C>) -> DocumentNode {
+        DocumentNode::built(Content::Array(corners.into_iter().map(|corner| corner.into().0).collect()))
+    }
+}
+
 impl Outline {
     /// An outline with these corners.
     pub(crate) fn new(kind: &str, corners: Vec<Corner>) -> Outline {

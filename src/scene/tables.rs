@@ -110,6 +110,28 @@ pub(crate) const DRUM: &[Key] = &[
     SIDE_OF_ROPE,
 ];
 
+/// A corner of a profile, with what leads to it.
+pub(crate) const CORNER: &[Key] = &[
+    Key::required(
+        "to",
+        Form::ConstantVector(LENGTH),
+        "the corner, from the first point in the axes of its body, in metres",
+        "give the corner to which the arc leads: `to = [0.2, 0.1]`",
+    ),
+    Key::required(
+        "radius",
+        Form::Constant(LENGTH, Range::Positive),
+        "the radius of the arc that leads to it, which is at most half a circle",
+        "give the radius of the arc: `radius = \"0.1 m\"`; a line needs no table: `[0.2, 0.1]`",
+    ),
+    Key::default(
+        "turn",
+        Form::Choice(&["left", "right"], "an arc turns `left` or `right`, seen along the profile"),
+        "which way the arc turns, seen along the profile",
+        "`\"left\"`",
+    ),
+];
+
 const SIDE_OF_ROPE: Key = Key::default(
     "side",
     Form::Choice(&["left", "right"], "the centre is on the `left` or the `right` of the rope, seen from its first end"),

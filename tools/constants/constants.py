@@ -26,6 +26,7 @@ FIXED = {
     ("integrator/implicit/watch.rs", "POWERS"): "a length of an array",
     ("integrator/taylor/member.rs", "FEW"): "a width that is compiled",
     ("linalg/lane.rs", "WIDTH"): "a length of an array",
+    ("program/contour.rs", "HELD"): "a length of an array",
     ("program/seal.rs", "HEADER"): "a file format",
     ("fmi/component.rs", "LONGEST"): "of the functions of FMI",
     ("fmi/component.rs", "OFFSET"): "of the functions of FMI",

@@ -116,6 +116,14 @@ fn without_code(equations: &Equations, solved: &[Expr]) -> Option<Fault> {
             "print the equations as `text`, `latex`, `html` or `json`, which list the modes, or export an FMU; with a `velocity` friction is a function of the rates",
         ));
     }
+    if let Some(part) = equations.system.mechanism.first_at_profile() {
+        let message = format!(
+            "`{}` touches a profile: events choose the line or arc of its loop equation, and functions of positions and rates have none",
+            part.name
+        );
+        let fault = Fault::new("equations::modes", message, part.span).label("it touches a profile");
+        return Some(fault.help("print the equations as `text`, `latex`, `html` or `json`, or export an FMU"));
+    }
     if equations.reads_the_motion() {
         return Some(reads(
             equations,

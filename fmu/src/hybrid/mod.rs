@@ -4,6 +4,7 @@
 
 mod ahead;
 pub(crate) mod contact;
+pub(crate) mod contour;
 pub(crate) mod descent;
 pub(crate) mod engage;
 pub(crate) mod modes;

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
+use crate::program::contour::Slot;
 use crate::program::{
     Condition, Contact, ContactState, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Target,
     Write,
@@ -232,6 +233,13 @@ impl Program {
                 return Err(Fault::Reference { name: contact.name.clone() });
             }
         }
+        for contour in self.instants.contours() {
+            let counts = |slot: &Slot| (slot.contact as usize) < self.instants.contacts().len();
+            let held = contour.slots.iter().flat_map(|slot| slot.held).chain(contour.there);
+            if !contour.is_sound() || !contour.slots.iter().all(counts) || !held.into_iter().all(is_discrete) {
+                return Err(Fault::Reference { name: contour.name.clone() });
+            }
+        }
         for variable in &self.variables {
             let (index, count) = match variable.source {
                 Source::Time => (0, 1),
@@ -291,6 +299,9 @@ impl Program {
             registers.kernel("impact", &contacts.impact, layout.constants())?;
             registers.kernel("pressing", &contacts.pressing, layout.constants())?;
             registers.kernel("locks", &contacts.locks, rates)?;
+            if let Some(contours) = &contacts.contours {
+                registers.kernel("places at profiles", &contours.places, positions)?;
+            }
         }
         registers.kernel("initial position", &self.initial.position, positions)?;
         registers.kernel("initial position jacobian", &self.initial.position_jacobian.tape, positions)?;
@@ -305,7 +316,8 @@ impl Program {
         let contacts = contacts.flat_map(|contact| {
             let of_gaps =
                 [&contact.gaps, &contact.rates, &contact.accelerations, &contact.restitutions, &contact.impact];
-            of_gaps.into_iter().chain([&contact.pressing, &contact.locks])
+            let places = contact.contours.iter().map(|contours| &contours.places);
+            of_gaps.into_iter().chain([&contact.pressing, &contact.locks]).chain(places)
         });
         [
             &tapes.parameters,
@@ -363,6 +375,9 @@ impl Program {
             results("gap accelerations", &contacts.accelerations, count)?;
             results("restitutions", &contacts.restitutions, count)?;
             results("impact", &contacts.impact, n + m)?;
+            if let Some(contours) = &contacts.contours {
+                results("places at profiles", &contours.places, 2 * contours.all.len())?;
+            }
         }
         results("acceleration", &tapes.acceleration, n + m)?;
         if constrained {

@@ -6,6 +6,7 @@
 
 pub mod arm_form;
 pub mod check;
+pub mod contour;
 pub mod domain;
 pub(crate) mod seal;
 pub mod storage;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::tape::Tape;
 use arm_form::ArmForm;
+use contour::{Contour, Contours};
 
 /// One mechanism, ready to run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,6 +109,8 @@ pub struct Contacts {
     pub pressing: Tape,
     /// All positive, or friction locks the mechanism so that no accelerations fit. Reads as `acceleration`.
     pub locks: Tape,
+    /// The profiles that contacts touch, if there are any.
+    pub contours: Option<Contours>,
 }
 
 /// A contact.
@@ -209,11 +213,22 @@ impl Instants {
         self.samplers.is_empty() && self.events.is_empty() && self.contacts.is_none()
     }
 
-    /// How many things can happen at an instant that is not known beforehand: events, then openings, closings and impacts of contacts.
+    /// How many things can happen at an instant that is not known beforehand: events, then openings, closings and impacts of contacts, at last what happens at profiles.
     pub fn occasions(&self) -> usize {
+        let at_profiles = self.contours().iter().map(|contour| 1 + contour.slots.len()).sum::<usize>();
+        self.first_at_profiles() + at_profiles
+    }
+
+    /// The first of those at profiles: one for each of them, where it is touched anew, then one for each of their slots, whose feature is left.
+    pub fn first_at_profiles(&self) -> usize {
         let turns =
             self.contacts.as_ref().map_or(0, |contacts| contacts.pressing.results.len() + contacts.locks.results.len());
         self.events.len() + self.contacts().len() + turns
+    }
+
+    /// All profiles.
+    pub fn contours(&self) -> &[Contour] {
+        self.contacts.as_ref().and_then(|contacts| contacts.contours.as_ref()).map_or(&[], |contours| &contours.all)
     }
 
     /// All contacts.
@@ -636,9 +651,9 @@ impl Constraint {
 
 impl Program {
     /// Can somebody else integrate it? Not if a driver follows an input: loops, accelerations or outputs then need its rates, which nobody
-    /// tells.
+    /// tells. Nor with profiles: where they are touched is searched for in each step.
     pub fn offers_exchange(&self) -> bool {
-        self.followed_inputs().is_empty()
+        self.followed_inputs().is_empty() && self.instants.contours().is_empty()
     }
 
     /// How many coordinates are those of the mechanism.
@@ -700,7 +715,7 @@ impl Program {
 
     /// Can somebody else integrate it who tells the rates of inputs? Not if a driver integrates an input.
     pub fn offers_exchange_with_rates(&self) -> bool {
-        self.followers.is_empty()
+        self.followers.is_empty() && self.instants.contours().is_empty()
     }
 
     /// True if events may change rates or states themselves, and not only what these follow from.

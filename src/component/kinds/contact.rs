@@ -1,5 +1,5 @@
 //! Contact (k): a point, or a disc about it, on the left of a line of the first body: n.r >= radius, with n = k x u across the line; or outside or inside of a circle about the first point. It presses and
-//! never pulls: fn >= 0, and fn = 0 while it is open. Impacts follow Newton's law: it leaves with the share `restitution` of the speed with which it came.
+//! never pulls: fn >= 0, and fn = 0 while it is open. Or it touches a profile, a chain of lines and arcs: then the lines and arcs that it touches are contacts, which events choose. Impacts follow Newton's law: it leaves with the share `restitution` of the speed with which it came.
 
 use crate::component::frame::{Placed, minus, sum};
 use crate::component::key::{BETWEEN_POINTS, Form, Key, Record};
@@ -9,17 +9,20 @@ use crate::expr::Expr;
 use crate::model::measure::{FORCE, LENGTH, NUMBER, VELOCITY};
 use crate::model::{Formula, GapLaw, Mechanism, Part, Pressed, Quantity as Q, Range};
 use crate::network::{Coupling, CouplingTerm, Direction, Port, Rows, System};
-use crate::scene::{Joint, Quantity, Vector, constant};
+use crate::scene::{Corner, Joint, Quantity, Vector, constant};
 
 /// Where the point can be, seen along the line; the first by default.
 const SIDES: [&str; 2] = ["left", "right"];
 /// Where it can be of a circle; the first by default.
 const OF_CIRCLE: [&str; 2] = ["outside", "inside"];
 const ALL_SIDES: [&str; 4] = [SIDES[0], SIDES[1], OF_CIRCLE[0], OF_CIRCLE[1]];
+/// What distinguishes the places where a profile is touched at once.
+const SLOTS: [&str; 3] = ["", "second", "third"];
+const ZERO: Formula = Formula::Number(0.0);
 
 pub(crate) const CONTACT: Component = Component {
-    about: "unilateral contact of a point, or a disc about it, with a line or a circle of the first body",
-    equations: "n.r >= radius, or |r| >= circle + radius, or |r| <= circle - radius; fn >= 0",
+    about: "unilateral contact of a point, or a disc about it, with a line, a circle or a profile of the first body",
+    equations: "n.r >= radius, or |r| >= circle + radius, or |r| <= circle - radius; at a profile each of its lines and arcs; fn >= 0",
     keys: &[
         BETWEEN_POINTS,
         Key::one_of("axis", Form::Axis, "`axis = [1.0, 0.0]` is the direction of a line through the first point"),
@@ -28,6 +31,12 @@ pub(crate) const CONTACT: Component = Component {
             Form::Constant(LENGTH, Range::Positive),
             "`circle = \"0.5 m\"` is the radius of a circle about the first point",
         ),
+        Key::one_of(
+            "profile",
+            Form::Profile,
+            "`profile = [[0, 0], [0.1, 0], { to = [0.2, 0.1], radius = \"0.1 m\" }]` is a chain of [lines and arcs](#profile) from the first point, in the axes of its body",
+        ),
+        Key::default("closed", Form::Switch, "true for a `profile` whose last corner leads to the first", "false"),
         Key::optional(
             "radius",
             Form::Constant(LENGTH, Range::NotNegative),
@@ -43,9 +52,9 @@ pub(crate) const CONTACT: Component = Component {
             "side",
             Form::Choice(
                 &ALL_SIDES,
-                "a point stays on the `left` or the `right` of its line, `outside` or `inside` of its circle",
+                "a point stays on the `left` or the `right` of its line or profile, `outside` or `inside` of its circle",
             ),
-            "on which side of the line the point stays, seen along the axis, or of the circle, `outside` by default",
+            "on which side of the line the point stays, seen along the axis, or of the profile, seen along it; or of the circle, `outside` by default",
         ),
     ],
     variables: &[Q::Gap, Q::S, Q::V, Q::A, Q::Fn, Q::Ft, Q::Impulse, Q::Mode, Q::Sliding],
@@ -60,6 +69,11 @@ pub(crate) const CONTACT: Component = Component {
 
 /// In a mirror the point is on the other side of its line.
 fn placed(placed: &mut Placed<'_>) {
+    if placed.part.contour().is_some() && placed.frame.is_placed() {
+        const HELP: &str = "write the contact in the scene itself, with the coordinates that its profile has there";
+        placed.refuse("profile", "its profile, which has numbers for its coordinates", HELP);
+        return;
+    }
     placed.axis("axis", placed.part.between[0]);
     if !is_circle(placed.part) {
         placed.side("side", SIDES);
@@ -80,7 +94,11 @@ fn is_inside(part: &Part) -> bool {
 
 /// Its side must be one of a line, or of a circle, that has room for the disc.
 fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
-    let (words, what) = if is_circle(part) { (OF_CIRCLE, "circle") } else { (SIDES, "line") };
+    let (words, what) = match (is_circle(part), part.contour()) {
+        (true, _) => (OF_CIRCLE, "circle"),
+        (false, Some(_)) => (SIDES, "profile"),
+        (false, None) => (SIDES, "line"),
+    };
     let fault = |message: String| Fault::new("scene::wrong_value", message, part.span);
     if let Some(side) = part.choice("side").filter(|side| !words.contains(side)) {
         let message = format!("`side` of joint `{}` is `{side}`, but it touches a {what}", part.name);
@@ -97,7 +115,7 @@ fn check(part: &Part, mechanism: &Mechanism) -> Vec<Fault> {
 }
 
 fn icon(part: &Part) -> Icon {
-    if is_circle(part) {
+    if is_circle(part) || part.contour().is_some() {
         return Icon::Line(|length| vec![IconStroke::open(vec![[0.0, 0.0], [length, 0.0]])]);
     }
     let axis = part.vector("axis");
@@ -108,6 +126,11 @@ fn icon(part: &Part) -> Icon {
 }
 
 fn gaps(part: &Part, _: &Mechanism) -> Vec<GapLaw> {
+    if let Some(contour) = part.contour() {
+        let restitution = part.key("restitution");
+        let of = |word| GapLaw { word, sign: 1.0, bound: ZERO, restitution: restitution.clone(), of_rate: false };
+        return SLOTS.into_iter().take(contour.most_places()).map(of).collect();
+    }
     let (radius, circle, restitution) = (part.key("radius"), part.key("circle"), part.key("restitution"));
     let (sign, bound) = match (is_circle(part), is_inside(part)) {
         (false, _) => (1.0, radius),
@@ -119,6 +142,10 @@ fn gaps(part: &Part, _: &Mechanism) -> Vec<GapLaw> {
 
 /// n.r, or |r|
 fn relation(part: &Part, system: &mut System) -> Option<Coupling> {
+    if part.contour().is_some() {
+        // Each place where it is touched has the relation of its own feature.
+        return None;
+    }
     if is_circle(part) {
         return Some(Coupling::of(Port::Length(part.between.map(|place| system.t_node(place)))));
     }
@@ -165,6 +192,15 @@ fn slip_on_circle(part: &Part, system: &mut System) -> Coupling {
 }
 
 impl Joint {
+    /// A point, the second, that stays on the left of a chain of straight lines between these corners, from the first point in the axes of its body.
+    pub fn contact_with_profile<C: Into<Corner>>(
+        first: &str,
+        second: &str,
+        corners: impl IntoIterator<Item = C>,
+    ) -> Joint {
+        Joint::new("contact", first, second).set("profile", Corner::list(corners))
+    }
+
     /// A point, the second, that stays outside of a circle about the first point.
     pub fn contact_with_circle(first: &str, second: &str, radius: impl Into<Quantity>) -> Joint {
         Joint::new("contact", first, second).set("circle", radius.into())

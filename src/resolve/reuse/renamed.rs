@@ -11,7 +11,7 @@ use crate::scene::key::{Form, Key};
 use crate::scene::model::{Scene, Vector};
 use crate::scene::part::Part;
 use crate::scene::quantity::{Quantity, QuantityReading, Value, read};
-use crate::scene::tables::{DRUM, PULLEY};
+use crate::scene::tables::{CORNER, DRUM, PULLEY};
 
 /// What is written for a name instead, if anything is.
 type Map<'m> = &'m dyn Fn(&str) -> Option<String>;
@@ -241,6 +241,10 @@ impl Walk<'_> {
                 });
             }
             (Form::Course, Content::Array(items)) => items.iter_mut().for_each(|item| self.table(item, PULLEY)),
+            (Form::Profile, Content::Array(items)) => items.iter_mut().for_each(|item| match item.kind {
+                Content::Table(_) => self.table(item, CORNER),
+                _ => self.value(item, Axis, variables),
+            }),
             (Form::Shape, Content::Table(entries)) => entries.iter_mut().for_each(|(key, node)| {
                 let keys = shape::ALL.iter().flat_map(|shape| shape.all_keys());
                 if let Some(known) = keys.into_iter().find(|known| known.name == key.text) {

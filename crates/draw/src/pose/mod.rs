@@ -2,6 +2,7 @@
 
 mod coupling;
 mod course;
+mod profile;
 mod held;
 
 use std::collections::HashMap;
@@ -199,6 +200,7 @@ impl<'a> PoseValues<'a> {
                 let axis = self.direction(axis, part.between[0].body());
                 drawing.joints.push(self.joint(part, Hold::Slot(axis)));
             }
+            Icon::Line(_) if part.contour().is_some() => drawing.springs.extend(self.profile(part)),
             Icon::Line(glyph) if part.course().is_some() => drawing.springs.extend(self.course(part, *glyph)),
             Icon::Line(glyph) => {
                 let ends = part.between.map(|place| self.at(place));

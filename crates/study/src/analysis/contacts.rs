@@ -4,7 +4,7 @@
 
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
-use cotree::model::{Contact, Mechanism, Slip};
+use cotree::model::{Contact, Mechanism, Owner, Quantity, Slip, Variable};
 use cotree::network::Constrained;
 use cotree::report::data::shown;
 use cotree_fmu::model::Model;
@@ -13,6 +13,8 @@ use super::OperatingPoint;
 
 /// What is open by no more than this share of its scale touches, and what pulls by no more than this share of the largest force does not: an equilibrium is found to about as much.
 pub(super) const TOUCHING: f64 = 1e-9;
+/// The number of a feature among the discrete variables of a contact with a profile.
+const FEATURE: usize = 6;
 
 /// A contact at an operating point.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,6 +67,9 @@ fn status(
 ) -> Option<ContactStatus> {
     let equations = &formulated.equations;
     let row = equations.row_of_contact(index)?;
+    if contact.state.feature.is_some_and(|held| point.value(Symbol::Discrete(held[FEATURE].0)) == 0.0) {
+        return away_from_profile(formulated, point, (index, contact));
+    }
     let constraint = &equations.constraints[row];
     let gap = constraint.contact()?;
     let columns = gap.jacobian.iter();
@@ -100,6 +105,31 @@ fn status(
         angular: constraint.constrained == Constrained::Angle,
         scale: constraint.scale(formulated.lowered.program.length),
         rate,
+    })
+}
+
+/// A profile that is not touched where another place of it is not looked at: how far it is.
+fn away_from_profile(
+    formulated: &Formulated,
+    point: &OperatingPoint,
+    (index, contact): (usize, &Contact),
+) -> Option<ContactStatus> {
+    let mut equations = formulated.equations.clone();
+    let mechanism = &formulated.equations.system.mechanism;
+    let is_first = mechanism.gaps_of(contact.owner).next().is_some_and(|(first, _)| first == index);
+    let Owner::Joint(joint) = contact.owner else { return None };
+    let gap = equations.variable(Variable { owner: contact.owner, quantity: Quantity::Gap });
+    let gap = equations.system.arena.evaluate(&[gap], point)[0];
+    is_first.then(|| ContactStatus {
+        name: mechanism.joints[joint.0].name.clone(),
+        closed: false,
+        index,
+        kind: ContactKind::Stop,
+        gap,
+        force: 0.0,
+        angular: false,
+        scale: formulated.lowered.program.length,
+        rate: 0.0,
     })
 }
 

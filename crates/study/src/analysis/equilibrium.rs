@@ -61,6 +61,9 @@ impl Equilibrium {
         variation: &Variation,
         requested: &[RequestedMode],
     ) -> Result<Self, AnalysisFailure> {
+        if let Some(part) = formulated.equations.system.mechanism.first_at_profile() {
+            return Err(AnalysisFailure::AtProfile { name: part.name.clone() });
+        }
         let model = Model::new(formulated.lowered.program.clone())?;
         let guess = OperatingPoint::resting(&model, &formulated.state);
         let lasts = |point: &OperatingPoint| {

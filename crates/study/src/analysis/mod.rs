@@ -71,6 +71,11 @@ pub enum AnalysisFailure {
         "no equilibrium was found from the guess: in the one that balances, {why}; start nearer to it in `[initial]`, or let `simulate` come to rest with dampers"
     )]
     OffCourse { why: String },
+    /// Where a disc rests on a profile, events find.
+    #[error(
+        "`{name}` touches a profile, and which of its lines and arcs carry a load follows from a motion: no equilibrium is searched for; let `simulate` come to rest with dampers"
+    )]
+    AtProfile { name: String },
     /// Of what is held on one side only.
     #[error(
         "{cause} (in the mode of the start; there is no equilibrium in any of the {tried} combinations of open or closed, free or engaged)"

@@ -153,6 +153,12 @@ fn without_history(mechanism: &Mechanism) -> Result<(), MotionError> {
             part.name
         )));
     }
+    if let Some(part) = mechanism.first_at_profile() {
+        return Err(MotionError::Request(format!(
+            "which line or arc of its profile `{}` touches depends on the motion before a configuration, and the study looks at configurations one by one: use `simulate`",
+            part.name
+        )));
+    }
     let sampled = mechanism.discrete.iter().find(|discrete| discrete.kind == DiscreteKind::Sampled);
     let (what, section) = if let Some(Discrete { name, .. }) = sampled {
         (format!("the sampled value `{name}` in a configuration"), "sampled")

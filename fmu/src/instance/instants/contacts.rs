@@ -46,7 +46,9 @@ impl Instance {
     /// share, lest something that turns many times in a step seems to rest in all of them.
     pub(super) fn stays_far(&mut self, run: &mut Instants, step: [f64; 2]) -> bool {
         let instants = &self.model.program().instants;
-        let only_gaps = instants.events.is_empty() && instants.contacts().iter().all(|contact| contact.slip.is_none());
+        let only_gaps = instants.events.is_empty()
+            && instants.contours().is_empty()
+            && instants.contacts().iter().all(|contact| contact.slip.is_none());
         if !only_gaps || run.armed.contains(&false) || self.is_any_solved() {
             run.end = None;
             return false;
@@ -133,6 +135,9 @@ impl Instance {
                 Some((_, whole)) => -rate * whole,
             };
         }
+        if let Some(contours) = &data.contours {
+            self.indicate_profiles(instants, contours);
+        }
     }
 
     /// The gap of what others make redundant is the errors of theirs, up to this share of the scale.
@@ -205,6 +210,7 @@ impl Instance {
         let (model, tolerance) = (self.model.clone(), self.now.tolerance);
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
         self.catch_up();
+        self.find_features()?;
         // Nor are flights seen that are never apart. How high one is, is the square of its share of a fall, divided by 8.
         let shortest = match self.now.phase {
             Phase::Exchange => {
@@ -246,6 +252,7 @@ impl Instance {
         self.instants = Some(instants);
         self.computed = Computed::default();
         resolved.map_err(InstanceError::Solver)?;
+        self.forget_impulses();
         if stops {
             // The step that ends here knows the rate to within the tolerance.
             let closed = self.stepper.close_rates(&model, &mut self.machine, &mut self.now.state);
@@ -319,6 +326,7 @@ impl Instance {
         if self.model.program().instants.contacts.is_none() {
             return Ok(());
         }
+        self.check_profiles()?;
         self.check_inside(TOUCHING)?;
         self.resolve_unfound()?;
         self.now.happened.counts.fill(0);

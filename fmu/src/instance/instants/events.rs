@@ -106,6 +106,10 @@ impl Instance {
                 continue;
             }
             first = self.first_in(instants, step, piece);
+            first = self.first_at_profiles(instants, piece, first);
+            if instants.overlooked.is_some() {
+                return Searched { step, first: None };
+            }
             from = to;
             while depth > 0 && (from * 2.0_f64.powi(depth - 1)).fract() == 0.0 {
                 depth -= 1;
@@ -158,6 +162,7 @@ impl Instance {
             for event in 0..instants.excesses.len() {
                 instants.excesses[event][part] = instants.excess(event);
             }
+            instants.contours.keep(part);
         }
         if piece[0] == step[0]
             && (0..instants.excesses.len()).any(|event| self.hides_flight(instants, (step, piece), event))
@@ -167,11 +172,12 @@ impl Instance {
         onset::CHECKS.iter().all(|&share| {
             self.evaluate_sides(instants, (step, piece), share);
             let mut counting = (0..instants.excesses.len()).filter(|event| !self.is_over(*event));
-            counting.all(|event| {
+            let tells = counting.all(|event| {
                 let (values, found) = (&instants.excesses[event], instants.excess(event));
                 onset::fits(values, share, found)
                     || instants.is_contact(event) && onset::stays_away(values, share, found)
-            })
+            });
+            tells && instants.contours.fit(share)
         })
     }
 
@@ -493,6 +499,6 @@ fn occasions(program: &Program) -> impl Iterator<Item = Option<&str>> {
 }
 
 /// The time at a share of a step.
-fn between([start, end]: [f64; 2], share: f64) -> f64 {
+pub(super) fn between([start, end]: [f64; 2], share: f64) -> f64 {
     if share < 1.0 { start + share * (end - start) } else { end }
 }

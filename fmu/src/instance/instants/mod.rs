@@ -4,6 +4,7 @@
 //! where the comparison begins to hold. So what happens, and when, does not depend on the communication points.
 
 mod contacts;
+mod contours;
 mod events;
 mod importer;
 mod record;
@@ -23,6 +24,7 @@ use crate::integrator::control::shortest;
 use crate::model::{Model, State};
 use crate::program::{Program, Target, Write};
 use crate::tape::Tape;
+use contours::ContourValues;
 use importer::Importer;
 
 /// What a run remembers of what has happened.
@@ -100,6 +102,7 @@ pub(super) struct Instants {
     /// One for each contact, positive where it must change: its reaction while it is closed, minus its gap while it is open.
     indicators: Vec<f64>,
     contacts: ContactValues,
+    contours: ContourValues,
     /// Why the last step cannot be searched, or what must have been missed in it.
     overlooked: Option<Failure>,
     /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
@@ -195,6 +198,7 @@ impl Instants {
             reported: vec![0; occasions],
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: ContactValues::new(model),
+            contours: ContourValues::new(instants.contours().len()),
             overlooked: None,
             evaluated: 0,
             evaluation: lengths.sum(),

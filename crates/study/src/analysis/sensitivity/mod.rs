@@ -149,6 +149,12 @@ impl Differentiated {
                 part.name
             )));
         }
+        if let Some(part) = formulated.equations.system.mechanism.first_at_profile() {
+            return Err(refused(format!(
+                "`{}` touches a profile, and derivatives of where it goes on from one line or arc to the next are not available; compare runs by `cotree sweep`",
+                part.name
+            )));
+        }
         if program.is_driven() && !program.instants.is_empty() {
             return Err(refused(
                 "drivers determine the motion, and values jump at events: derivatives are not available; compare runs by `cotree sweep`".to_owned(),

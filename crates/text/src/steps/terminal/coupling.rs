@@ -75,6 +75,10 @@ impl TerminalWriter<'_> {
                 Port::Along(_, along) => {
                     (force, self.times(term.factor, times(self.letters.direction(along, element, true))))
                 }
+                Port::Feature(..) => {
+                    let normal = FormulaTree::Call("normal", vec![self.letters.displacement(label)]);
+                    (force, self.times(term.factor, times(normal)))
+                }
                 Port::Length(_) => (force, self.times(term.factor, times(self.unit(label)))),
                 Port::Span(_, tangent) => (force, self.times(term.factor, times(self.unit_tangent(label, tangent)))),
                 Port::Heading(_) => {
@@ -94,6 +98,7 @@ impl TerminalWriter<'_> {
             Port::Angle(_) | Port::Curve(..) => self.letters.angle(label),
             Port::Along(..) if element.translation.is_some() => self.letters.slide(label),
             Port::Along(_, along) => self.letters.projected(self.letters.displacement(label), along, element, true),
+            Port::Feature(..) => FormulaTree::Call("gap", vec![self.letters.displacement(label)]),
             Port::Length(_) => FormulaTree::Call("abs", vec![self.letters.displacement(label)]),
             Port::Heading(_) => FormulaTree::Call("heading", vec![self.letters.displacement(label)]),
             Port::Span(_, tangent) => {
