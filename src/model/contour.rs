@@ -149,6 +149,15 @@ impl Contour {
         self
     }
 
+    /// An outline may end with its first corner once more: what leads there leads to that.
+    pub fn close(&mut self) {
+        let [first, .., last] = &mut self.corners[..] else { return };
+        if first.at == last.at && first.arc.is_none() {
+            (first.arc, first.span) = (last.arc, last.span);
+            self.corners.pop();
+        }
+    }
+
     fn pieces(&self) -> Vec<(Piece, Span)> {
         let count = self.corners.len();
         let first = usize::from(!self.closed);

@@ -114,6 +114,9 @@ impl Resolver<'_> {
             }
         }
         contour.closed = value(values, "closed") == Some(KeyValue::Switch(true));
+        if contour.closed {
+            contour.close();
+        }
         let side = value(values, "side");
         if let Some(KeyValue::Choice(side @ ("outside" | "inside"))) = side {
             let span = fields.get("side").map_or(fields.span, |node| node.span);

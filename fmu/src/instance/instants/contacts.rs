@@ -363,8 +363,12 @@ impl Instance {
         let instants = &self.model.program().instants;
         let turned = instants.contacts().get(event - instants.events.len());
         let sticking = || instants.contacts().iter().filter(|contact| contact.slip.is_some());
+        let at_profile = event.checked_sub(instants.first_at_profiles());
+        let slots = instants.contours().iter().flat_map(|contour| contour.slots.iter().map(move |_| contour));
+        let contour = at_profile.and_then(|place| instants.contours().iter().chain(slots).nth(place));
         let names = match turned {
             Some(contact) => vec![contact.name.clone()],
+            None if contour.is_some() => contour.iter().map(|contour| contour.name.clone()).collect(),
             None => sticking().map(|contact| contact.name.clone()).collect(),
         };
         Failure::Contact { time, names, why: "neither open nor closed is consistent with the motion that follows" }

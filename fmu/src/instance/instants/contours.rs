@@ -15,12 +15,15 @@ use crate::hybrid::contour::{Point, park, write};
 use crate::hybrid::onset::{self, PARTS};
 use crate::math::{largest_between, maximum, minimum};
 use crate::model::State;
+use crate::program::Contacts;
 use crate::program::contour::{Contour, Contours, Feature, Joint, Slot};
 
 /// Steps along a motion near a profile are no shorter than this share of the scale: the way in which a distance has one least value.
 const NEAR: f64 = 1e-6;
 /// The speed between two places of a piece is at most that of the chord and twice what chords beside it change by: six places in any part of it tell its course (see [`onset::fits`]).
 const BENDS: f64 = 2.0;
+/// After so many looks the search asks whether it may go on.
+const LOOKS: u64 = 1024;
 /// Halvings of an interval, to its last bit.
 const HALVINGS: usize = 60;
 
@@ -148,6 +151,12 @@ impl Instance {
         let mut distance = self.distance_from(contour, before);
         let mut last = (0.0, f64::INFINITY);
         while from < limit {
+            if instants.evaluated.is_multiple_of(LOOKS)
+                && let Err(failure) = self.check_search(instants, [between(look.piece, from), look.piece[1]])
+            {
+                instants.overlooked = Some(failure);
+                return None;
+            }
             // What does not move, or is not a number, is looked at where the piece ends.
             let to = from + maximum(distance, near) / way;
             let to = if to < limit { to } else { limit };
@@ -271,7 +280,7 @@ impl Instance {
         instants.overlooked = Some(Failure::Contact { time, names: vec![contour.name.clone()], why });
     }
 
-    /// At an instant: what touches a profile anew gets a slot, what has left a feature goes on with the next one, and a slot whose feature is not touched where its line or circle is has none.
+    /// At an instant: what touches a profile anew gets a slot, what has left a feature goes on with the next one, and an open slot that is beyond its feature has none.
     ///
     /// # Errors
     /// All slots are taken.
@@ -298,11 +307,9 @@ impl Instance {
                 if let Some(feature) = feature_of(slot, state) {
                     let feature = &contour.features[feature];
                     if run.due[number] {
-                        go_on(contour, slot, feature, point, state);
-                        if feature_of(slot, state).is_none() && closed {
-                            state.discrete_mut()[data.all[slot.contact as usize].state.closed as usize] = 0.0;
-                        }
-                    } else if run.due[contact] && !closed && !feature.is_touched(point, NEAR * scale) {
+                        go_on((data, contour), slot, feature, point, state);
+                    } else if !closed && !feature.is_touched(point, NEAR * scale) {
+                        // What is there of its line or circle is no part of the profile.
                         park(slot, state);
                         run.due[contact] = false;
                     }
@@ -335,18 +342,21 @@ impl Instance {
                 return Ok(());
             }
             let state = &mut self.now.state;
-            let is_open = |slot: &&Slot| !is_closed(data, state, slot.contact as usize);
-            let is_far = |slot: &&Slot| {
-                feature_of(slot, state).is_some_and(|held| contour.features[held].gap(point) > NEAR * scale)
+            // One without a feature, else one that is open, the farthest.
+            let farness = |slot: &Slot| match feature_of(slot, state) {
+                None => f64::INFINITY,
+                Some(_) if is_closed(data, state, slot.contact as usize) => f64::NEG_INFINITY,
+                Some(held) => contour.features[held].gap(point),
             };
-            let mut free = contour.slots.iter().filter(|slot| feature_of(slot, state).is_none());
-            let slot = free.next().or_else(|| contour.slots.iter().filter(is_open).find(is_far));
-            let Some(slot) = slot else {
+            let farthest = contour.slots.iter().max_by(|a, b| farness(a).total_cmp(&farness(b)));
+            let Some(slot) = farthest.filter(|slot| farness(slot) > TOUCHING * scale) else {
                 let (time, names) = (state.time(), vec![contour.name.clone()]);
                 return Err(Failure::Contact { time, names, why: TOO_MANY });
             };
+            let contact = events + slot.contact as usize;
             write(slot, index, feature, state);
-            run.due[events + slot.contact as usize] |= found;
+            run.due[contact] |= found;
+            self.now.happened.armed[contact] = false;
             found = false;
         }
     }
@@ -389,12 +399,25 @@ impl Instance {
     }
 }
 
-/// A slot goes on with what follows behind the end of its feature that a disc has come to: with another feature, or with none.
-fn go_on(contour: &Contour, slot: &Slot, feature: &Feature, point: Point, state: &mut State) {
+/// A slot goes on with what follows behind the end of its feature that a disc has come to: with another feature, unless another slot is closed there, or with none.
+fn go_on((data, contour): (&Contacts, &Contour), slot: &Slot, feature: &Feature, point: Point, state: &mut State) {
     let end = usize::from(feature.foot(point) > 0.0);
-    match feature.ends[end].joint {
-        Joint::Smooth(next) => write(slot, next as usize, &contour.features[next as usize], state),
-        Joint::Free => park(slot, state),
-        Joint::Concave => {}
+    let next = match feature.ends[end].joint {
+        Joint::Smooth(next) => Some(next as usize),
+        Joint::Free => None,
+        Joint::Concave => return,
+    };
+    let holds = |other: &&Slot, state: &State| next.is_some() && feature_of(other, state) == next;
+    let other = contour.slots.iter().find(|other| holds(other, state));
+    let is_taken = other.is_some_and(|other| is_closed(data, state, other.contact as usize));
+    match next.filter(|_| !is_taken) {
+        Some(next) => {
+            other.into_iter().for_each(|other| park(other, state));
+            write(slot, next, &contour.features[next], state);
+        }
+        None => {
+            park(slot, state);
+            state.discrete_mut()[data.all[slot.contact as usize].state.closed as usize] = 0.0;
+        }
     }
 }

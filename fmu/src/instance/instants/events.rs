@@ -140,7 +140,7 @@ impl Instance {
     }
 
     /// Fails where a search takes more work than a communication step may, or the time for it is over: a comparison may jump at every place.
-    fn check_search(&self, instants: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
+    pub(super) fn check_search(&self, instants: &Instants, [time, target]: [f64; 2]) -> Result<(), Failure> {
         Settings { deadline: instants.deadline, ..self.settings() }.check_patience(time)?;
         self.check_work_of(instants, [time, target])
     }
