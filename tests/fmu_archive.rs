@@ -69,6 +69,7 @@ fn pendulum() -> Description {
         experiment: Experiment { start: 0.0, stop: 10.0, step: 1e-3, tolerance: 1e-6 },
         exchange: Some(2),
         exchange_with_rates: true,
+        at_profile: None,
         indicators: 2,
         own_steps: true,
         followed: Vec::new(),

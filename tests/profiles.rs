@@ -156,7 +156,8 @@ fn a_hundred_convex_corners_cost_no_energy() {
     let (sine, cosine) = (PI / 12.0).sin_cos();
     let [out, speed] = [apothem + 0.1, 3.0];
     let spring = "[loads.pull]\ntype = \"spring\"\nbetween = [\"ground\", \"ball\"]\nstiffness = 100\nlength = 0\n";
-    let text = disc(&outline, [out * cosine, out * sine], [-speed * sine, speed * cosine], spring).replace("-9.81", "0");
+    let text =
+        disc(&outline, [out * cosine, out * sine], [-speed * sine, speed * cosine], spring).replace("-9.81", "0");
     let model = run::model(&text);
     let mut instance = run::started(&model, None, 30.0, 1e-12);
     let start = run::value(&mut instance, "energy.total");

@@ -85,6 +85,7 @@ fn description() -> Description {
         experiment: Experiment { start: 0.0, stop: 1.0, step: 0.1, tolerance: 1e-9 },
         exchange: None,
         exchange_with_rates: false,
+        at_profile: None,
         indicators: 0,
         own_steps: true,
         followed: Vec::new(),

@@ -44,8 +44,8 @@ pub(super) fn distance(
         rate.accumulate(arena, slope, &of.1);
         second.accumulate(arena, slope, &of.2);
     }
-    let [vx, vy] = [&x.1, &y.1]
-        .map(|form| form.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena));
+    let [vx, vy] =
+        [&x.1, &y.1].map(|form| form.map(arena, |arena, part| part.total(arena, &kinematics.frames)).total(arena));
     let across = build(arena, [vx, vy, gx, gy], |[vx, vy, gx, gy]| gx * vy - gy * vx);
     let square = arena.square(across);
     let turning = arena.multiply(bend, square);

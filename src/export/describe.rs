@@ -27,6 +27,7 @@ pub fn describe(formulated: &Formulated, guid: &str) -> Description {
         experiment: mechanism.experiment,
         exchange: program.offers_exchange().then_some(program.indicators()),
         exchange_with_rates: program.offers_exchange_with_rates(),
+        at_profile: mechanism.first_at_profile().map(|part| part.name.clone()),
         indicators: program.indicators(),
         moves_states: !program.is_driven() && program.constraints.iter().any(|constraint| constraint.is_imposed()),
         own_steps: program.has_own_steps(),

@@ -23,6 +23,8 @@ pub struct Description {
     pub exchange: Option<usize>,
     /// Can somebody else integrate it who also tells the rates of inputs, as FMI 3.0 lets him?
     pub exchange_with_rates: bool,
+    /// The contact with a profile for which there is no Model Exchange.
+    pub at_profile: Option<String>,
     pub indicators: usize,
     /// May an event of Model Exchange move the states? It closes the loops.
     pub moves_states: bool,

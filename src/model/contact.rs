@@ -139,7 +139,8 @@ impl Mechanism {
             if let Some(caught) = place {
                 gap.bound = Formula::Number(gap.sign) * Formula::Discrete(caught);
             }
-            let feature = touches.then(|| FEATURE.map(|(word, value, measure)| hold(word, value, Unit::of(&measure, None))));
+            let feature =
+                touches.then(|| FEATURE.map(|(word, value, measure)| hold(word, value, Unit::of(&measure, None))));
             let state = ContactState { closed, impulse, place, direction: None, signs: Vec::new(), feature };
             self.contacts.push(Contact { owner, name, gap, state, slip: None, span });
         }

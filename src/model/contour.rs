@@ -224,14 +224,20 @@ impl Contour {
         if 2.0 * arc.abs() < chord {
             return Some(Flaw {
                 span,
-                message: format!("has an arc of radius {} m to [{x}, {y}], but its ends are {chord} m apart", arc.abs()),
+                message: format!(
+                    "has an arc of radius {} m to [{x}, {y}], but its ends are {chord} m apart",
+                    arc.abs()
+                ),
                 label: "too small a radius",
                 help: format!("give it at least half of that: {} m", 0.5 * chord),
             });
         }
         (arc > 0.0 && arc <= self.radius).then(|| Flaw {
             span,
-            message: format!("has a concave arc of radius {arc} m to [{x}, {y}], into which the disc of radius {} m does not fit", self.radius),
+            message: format!(
+                "has a concave arc of radius {arc} m to [{x}, {y}], into which the disc of radius {} m does not fit",
+                self.radius
+            ),
             label: "concave",
             help: "make the arc larger, the disc smaller, or write the other `side`".to_owned(),
         })
@@ -310,7 +316,11 @@ impl Contour {
         let mut all = Vec::with_capacity(total);
         let count = pieces.len();
         if has_ends {
-            all.push(self.end(pieces[0].0.from, pieces[0].0.tangents()[0] + PI, [FeatureJoint::Free, FeatureJoint::Smooth(1)]));
+            all.push(self.end(
+                pieces[0].0.from,
+                pieces[0].0.tangents()[0] + PI,
+                [FeatureJoint::Free, FeatureJoint::Smooth(1)],
+            ));
         }
         for (index, (piece, _)) in pieces.iter().enumerate() {
             let before = (index + count - 1) % count;
@@ -369,7 +379,9 @@ impl Contour {
 impl Part {
     /// The profile that it touches, if it has one.
     pub fn contour(&self) -> Option<&Contour> {
-        self.values.iter().find_map(|(_, value)| if let super::KeyValue::Contour(contour) = value { Some(contour) } else { None })
+        self.values
+            .iter()
+            .find_map(|(_, value)| if let super::KeyValue::Contour(contour) = value { Some(contour) } else { None })
     }
 }
 

@@ -14,8 +14,8 @@ use crate::diagnostic::Span;
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::model::translate::translate;
 use crate::model::{
-    Aspect, Axis, Body, BodyId, CourseValue, DiscreteId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part, Place,
-    Variable,
+    Aspect, Axis, Body, BodyId, CourseValue, DiscreteId, DriverId, Formula, InputId, Mechanism, Motion, Owner, Part,
+    Place, Variable,
 };
 
 /// The rows of an element of the scene: its component gives them.

@@ -28,7 +28,8 @@ impl Resolver<'_> {
         };
         if items.len() < 2 || items.len() > MOST {
             let count = items.len();
-            let message = format!("{what} has {count} corner{}, but must have 2 to {MOST}", if count == 1 { "" } else { "s" });
+            let message =
+                format!("{what} has {count} corner{}, but must have 2 to {MOST}", if count == 1 { "" } else { "s" });
             let fault = Fault::new("scene::profile", message, node.span).label(format!("2 to {MOST} are needed"));
             self.faults.push(fault.help(HELP));
             return None;
@@ -91,7 +92,9 @@ impl Resolver<'_> {
             values.iter().find(|(key, _)| *key == wanted).map(|(_, value)| value.clone())
         };
         let Some(KeyValue::Contour(mut contour)) = value(values, "profile") else {
-            if let (Some(span), true) = (fields.key_span("closed"), value(values, "axis").or(value(values, "circle")).is_some()) {
+            if let (Some(span), true) =
+                (fields.key_span("closed"), value(values, "axis").or(value(values, "circle")).is_some())
+            {
                 let message = format!("`closed` of {user} has no effect without a `profile`");
                 let fault = Fault::new("scene::profile", message, span).label("no profile");
                 self.faults.push(fault.help("remove it, or give a `profile` in place of the line or circle"));
@@ -101,7 +104,9 @@ impl Resolver<'_> {
         };
         let mut is_sound = true;
         if let Some(span) = fields.key_span("friction") {
-            let message = format!("{user} has `friction` on a profile, which is not supported: how far a disc has slid is counted along one line or circle");
+            let message = format!(
+                "{user} has `friction` on a profile, which is not supported: how far a disc has slid is counted along one line or circle"
+            );
             let fault = Fault::new("scene::friction", message, span).label("not supported");
             self.faults.push(fault.help("leave it out, or use a contact with a line or a circle"));
             is_sound = false;
@@ -129,7 +134,8 @@ impl Resolver<'_> {
         if let Some(span) = first.map(|corner| corner.span) {
             let message = format!("the profile of {user} begins with an arc, to which no corner leads");
             let fault = Fault::new("scene::profile", message, span).label("no corner before it");
-            self.faults.push(fault.help("write the first corner as two coordinates, or an outline with `closed = true`"));
+            self.faults
+                .push(fault.help("write the first corner as two coordinates, or an outline with `closed = true`"));
             is_sound = false;
         }
         if !is_sound {

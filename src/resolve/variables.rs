@@ -47,7 +47,11 @@ fn of_part(part: &Part, section: Section) -> Option<(String, Vec<Quantity>)> {
     let impulses = [Quantity::Impulse, Quantity::AngularImpulse];
     let is_one_sided =
         !is_free && (limits.is_some() || component.variables.iter().any(|variable| impulses.contains(variable)));
+    // Along a profile no displacement is counted.
+    let at_profile = component.keys.iter().any(|key| matches!(key.form, Form::Profile) && part.get(key.name).is_some());
+    let along = [Quantity::S, Quantity::V, Quantity::A, Quantity::Ft];
     let has = |quantity: &Quantity| match quantity.aspect() {
+        _ if at_profile && along.contains(quantity) => false,
         Aspect::Contact(ContactQuantity::Sliding) => sticks || rubs,
         Aspect::Contact(ContactQuantity::Mode) => sticks || rubs || is_one_sided,
         Aspect::Contact(_) => !is_free,

@@ -129,14 +129,17 @@ fn about(description: &Description, version: FmiVersion) -> String {
         FmiVersion::V2 => description.exchange.is_some(),
         FmiVersion::V3 => description.exchange_with_rates,
     };
-    let interfaces = match (exchange, version) {
-        (true, _) => "for Co-Simulation, with the integrator inside, and for Model Exchange",
-        (false, FmiVersion::V2) => {
-            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver follows an input, whose rate an importer does not provide"
+    const ALONE: &str = "for Co-Simulation, with the integrator inside. No Model Exchange:";
+    let interfaces = match (exchange, &description.at_profile, version) {
+        (true, ..) => "for Co-Simulation, with the integrator inside, and for Model Exchange".to_owned(),
+        (false, Some(name), _) => format!(
+            "{ALONE} <code>{}</code> touches a profile, and where it does is searched for within the solver's own steps",
+            escape(name)
+        ),
+        (false, None, FmiVersion::V2) => {
+            format!("{ALONE} a driver follows an input, whose rate an importer does not provide")
         }
-        (false, FmiVersion::V3) => {
-            "for Co-Simulation, with the integrator inside. No Model Exchange: a driver integrates an input"
-        }
+        (false, None, FmiVersion::V3) => format!("{ALONE} a driver integrates an input"),
     };
     let rates = match version {
         FmiVersion::V2 => "<code>fmi2SetRealInputDerivatives</code>",

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use super::crossing::Crossing;
 use crate::failure::{Failure, Gap, number};
+use crate::program::Program;
 use crate::program::seal::FrameError;
 
 /// Why an instance refuses.
@@ -60,6 +61,14 @@ pub enum InstanceError {
         "no Model Exchange: a driver follows an input whose rate the importer does not provide, or integrates an input; use Co-Simulation"
     )]
     NoExchange,
+    /// Where profiles are touched is searched for in each step of the method.
+    #[error(
+        "no Model Exchange: `{name}` touches a profile, and where it does is searched for within the solver's own steps; use Co-Simulation"
+    )]
+    AtProfile {
+        /// The contact.
+        name: String,
+    },
     /// An array of the wrong length.
     #[error("an array of {found} values instead of {expected}")]
     Count {
@@ -245,6 +254,16 @@ fn bounds(min: Option<f64>, max: Option<f64>) -> String {
         (Some(min), None) => format!("it must be at least {}", number(min)),
         (None, Some(max)) => format!("it must be at most {}", number(max)),
         (None, None) => "it has no bounds".to_owned(),
+    }
+}
+
+impl InstanceError {
+    /// Why nobody else can integrate a program.
+    pub(crate) fn no_exchange(program: &Program) -> Self {
+        match program.instants.contours().first() {
+            Some(contour) => InstanceError::AtProfile { name: contour.name.clone() },
+            None => InstanceError::NoExchange,
+        }
     }
 }
 

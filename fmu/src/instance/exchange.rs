@@ -12,7 +12,7 @@ impl Instance {
     /// Solves for the initial state and hands the integration over to the importer.
     pub fn initialise_exchange(&mut self) -> Result<(), InstanceError> {
         if !self.model.program().offers_exchange() {
-            return Err(InstanceError::NoExchange);
+            return Err(InstanceError::no_exchange(self.model.program()));
         }
         self.initialise_exchange_with_rates()
     }
@@ -20,7 +20,7 @@ impl Instance {
     /// The same for an importer that also tells the rates of inputs.
     pub fn initialise_exchange_with_rates(&mut self) -> Result<(), InstanceError> {
         if !self.model.program().offers_exchange_with_rates() {
-            return Err(InstanceError::NoExchange);
+            return Err(InstanceError::no_exchange(self.model.program()));
         }
         self.initialise()?;
         self.now.phase = Phase::Exchange;

@@ -130,6 +130,11 @@ impl PoseValues<'_> {
 /// The variables that say that it holds, each with its value then.
 fn while_held(mechanism: &Mechanism, contact: &Contact, named: &dyn Fn(Quantity) -> String) -> Vec<(String, f64)> {
     let Some(slip) = &contact.slip else {
+        if contact.state.feature.is_some() {
+            // Its mode is in how many places it touches its profile; one mark of as many shows.
+            let number = mechanism.gaps_of(contact.owner).take_while(|(_, other)| other.name != contact.name).count();
+            return vec![(named(Quantity::Mode), number as f64 + 1.0)];
+        }
         let value = if contact.gap.word.is_empty() { 1.0 } else { -contact.gap.sign };
         return vec![(named(Quantity::Mode), value)];
     };

@@ -2,8 +2,8 @@
 
 mod coupling;
 mod course;
-mod profile;
 mod held;
+mod profile;
 
 use std::collections::HashMap;
 

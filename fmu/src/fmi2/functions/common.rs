@@ -95,7 +95,7 @@ fn instantiate(
         );
     }
     if interface == Interface::ModelExchange && !model.program().offers_exchange() {
-        return Err(InstanceError::NoExchange.into());
+        return Err(InstanceError::no_exchange(model.program()).into());
     }
     Ok((interface, Instance::boxed(model)))
 }

@@ -99,7 +99,7 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
     instantiate(logger, |logger| {
         let loaded = wish.load().and_then(|instance| match instance.model().program().offers_exchange_with_rates() {
             true => Ok(instance),
-            false => Err(InstanceError::NoExchange.into()),
+            false => Err(InstanceError::no_exchange(instance.model().program()).into()),
         });
         match loaded {
             Ok(instance) => Ok(Component::new(logger, Interface::ModelExchange, Fmi3::new(&instance), instance)),

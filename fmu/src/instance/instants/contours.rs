@@ -27,9 +27,10 @@ const LOOKS: u64 = 1024;
 /// Halvings of an interval, to its last bit.
 const HALVINGS: usize = 60;
 
-const FROM_BEHIND: &str = "it comes to its profile from behind, where it is not touched: make it an outline with `closed = true`, or `side` the other one";
-const INSIDE: &str = "it is inside its profile, and where it came in was not found";
-const TOO_MANY: &str = "it touches its profile in more places at once than it can: two, or three if the profile is concave";
+const FROM_BEHIND: &str = "it reaches its profile from behind; if the body can be reached from all sides, write an outline with `closed = true`";
+const INSIDE: &str = "it has entered its outline, and the time of the contact could not be located";
+const TOO_MANY: &str =
+    "it touches its profile in more places at once than are supported: one of a convex profile, three of any other";
 
 /// Storage.
 #[derive(Clone, Debug)]
@@ -109,7 +110,8 @@ impl Instance {
         for (index, contour) in data.all.iter().enumerate() {
             for slot in &contour.slots {
                 let feature = feature_of(slot, &self.now.state).and_then(|feature| contour.features.get(feature));
-                instants.indicators[next] = feature.map_or(-1.0, |feature| feature.left(instants.contours.place(index)));
+                instants.indicators[next] =
+                    feature.map_or(-1.0, |feature| feature.left(instants.contours.place(index)));
                 next += 1;
             }
         }
@@ -163,7 +165,8 @@ impl Instance {
             let now = self.place_at(instants, look, to);
             let next = self.distance_from(contour, now);
             if minimum(next, distance) < 2.0 * near {
-                if let Some(found) = self.touched_between(instants, (contour, look), [(from, before), (to, now)], near) {
+                if let Some(found) = self.touched_between(instants, (contour, look), [(from, before), (to, now)], near)
+                {
                     return Some(found);
                 }
                 if distance <= last.1 && distance <= next {
@@ -235,7 +238,13 @@ impl Instance {
     }
 
     /// The first share between two at which the gap of a feature is negative, which it is at the second.
-    fn turn_of(&mut self, instants: &mut Instants, feature: &Feature, look: &Look, [mut from, mut to]: [f64; 2]) -> f64 {
+    fn turn_of(
+        &mut self,
+        instants: &mut Instants,
+        feature: &Feature,
+        look: &Look,
+        [mut from, mut to]: [f64; 2],
+    ) -> f64 {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (from + to);
             if middle <= from || middle >= to {
@@ -326,7 +335,12 @@ impl Instance {
     }
 
     /// Gives slots to features that are touched: those within rounding errors, and the nearest one if one has been found.
-    fn fill_slots(&mut self, (contour, point): (&Contour, Point), run: &mut Instants, found: bool) -> Result<(), Failure> {
+    fn fill_slots(
+        &mut self,
+        (contour, point): (&Contour, Point),
+        run: &mut Instants,
+        found: bool,
+    ) -> Result<(), Failure> {
         let program = self.model.clone();
         let program = program.program();
         let Some(data) = &program.instants.contacts else { return Ok(()) };
