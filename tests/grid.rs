@@ -125,7 +125,7 @@ const FEATURES: &[Feature] = &[
     Feature(
         "contact with a profile",
         Cart,
-        "[joints.rim]\ntype = \"contact\"\nbetween = [\"ground.floor\", \"arm.tip\"]\nprofile = [[-2, -0.02], [0.4, -0.02], { to = [0.6, 0.18], radius = 0.2 }, [0.6, 2]]\nradius = 0.01",
+        "[joints.rim]\ntype = \"contact\"\nbetween = [\"ground.floor\", \"arm.tip\"]\nprofile = [[-2, -0.02], [0.7, -0.02], { to = [0.9, 0.18], radius = 0.2 }, [0.9, 2]]\nradius = 0.01",
     ),
     Feature("rope", Cart, "[joints.cord]\ntype = \"rope\"\nbetween = [\"ground.peg\", \"arm.tip\"]\nlength = 0.45"),
     Feature(

@@ -163,7 +163,7 @@ fn a_hundred_convex_corners_cost_no_energy() {
     let start = run::value(&mut instance, "energy.total");
     let mut turns = 0;
     let mut before = run::value(&mut instance, "ball.y");
-    for step in 1..=2000 {
+    for step in 1..=3000 {
         instance.step_to(0.01 * f64::from(step)).unwrap();
         let (y, x) = (run::value(&mut instance, "ball.y"), run::value(&mut instance, "ball.x"));
         turns += i32::from(before < 0.0 && y >= 0.0 && x > 0.0);

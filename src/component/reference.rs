@@ -46,7 +46,7 @@ pub fn reference() -> String {
     table(&mut text, "`over`", over, tables::PULLEY);
     push(&mut text, "A drum, which stands in the place of an end in `between`, has these keys:\n");
     rows(&mut text, tables::DRUM);
-    let profile = "`profile` of a contact lists its corners: two coordinates in metres, to which a line leads from the corner before, or a table with these keys, to which an arc leads. See [components.md](components.md#contact).";
+    let profile = "`profile` of a contact lists its corners: two coordinates in metres, to which a line leads from the corner before, or a table with these keys, to which an arc leads. See [contacts.md](contacts.md#profiles).";
     table(&mut text, "`profile`", profile, tables::CORNER);
     let parts = "Each entry includes the mechanism of another file: every name `x` of it becomes `entry_x`, also written `entry.x`. See [parts.md](parts.md).";
     table(&mut text, "`parts`", parts, tables::PART);

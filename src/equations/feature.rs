@@ -56,6 +56,8 @@ pub(super) fn distance(
     ((value, rate, second), grows)
 }
 
+/// A feature ends this share of its half beyond its ends, so that a point just there is not far from both of two that meet.
+const SLACK: f64 = 1e-9;
 /// No feature is as far \[m\].
 const FAR: f64 = 1e9;
 
@@ -82,7 +84,7 @@ impl Equations {
         for feature in contour.features() {
             let gap = build(arena, place, |[x, y]| {
                 let (rx, ry) = (x - x.number(feature.at[0]), y - y.number(feature.at[1]));
-                beside(&feature, contour.radius, rx, ry)
+                gap_within(&feature, contour.radius, rx, ry)
             });
             least = arena.binary(Binary::Min, least, gap);
             for (end, _) in feature.ends.iter().zip(feature.joints).filter(|(_, joint)| is_end(*joint)) {
@@ -103,7 +105,7 @@ fn is_end(joint: FeatureJoint) -> bool {
 }
 
 /// The distance from a feature, on either side of it, where its nearest point is; else far.
-fn beside<'a>(feature: &Feature, radius: f64, rx: ArenaTerm<'a>, ry: ArenaTerm<'a>) -> ArenaTerm<'a> {
+fn gap_within<'a>(feature: &Feature, radius: f64, rx: ArenaTerm<'a>, ry: ArenaTerm<'a>) -> ArenaTerm<'a> {
     let number = |value: f64| rx.number(value);
     let [nx, ny] = feature.normal.map(number);
     let (curvature, one) = (number(feature.curvature), number(1.0));
@@ -114,7 +116,7 @@ fn beside<'a>(feature: &Feature, radius: f64, rx: ArenaTerm<'a>, ry: ArenaTerm<'
         0.0 => along,
         _ => (curvature * along).and(Binary::Atan2, one + curvature * y) / curvature,
     };
-    let within = (number(feature.half) - foot.of(Unary::Abs)).and(Binary::Max, number(0.0));
+    let within = (number(feature.half * (1.0 + SLACK)) - foot.of(Unary::Abs)).and(Binary::Max, number(0.0));
     let other_side = -gap - number(2.0 * radius);
     within.select(gap.and(Binary::Max, other_side), number(FAR))
 }

@@ -132,7 +132,7 @@ impl Resolver<'_> {
         }
         let first = contour.corners.first().filter(|corner| corner.arc.is_some() && !contour.closed);
         if let Some(span) = first.map(|corner| corner.span) {
-            let message = format!("the profile of {user} begins with an arc, to which no corner leads");
+            let message = format!("the profile of {user} begins with an arc, but has no corner before it");
             let fault = Fault::new("scene::profile", message, span).label("no corner before it");
             self.faults
                 .push(fault.help("write the first corner as two coordinates, or an outline with `closed = true`"));

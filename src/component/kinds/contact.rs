@@ -34,7 +34,7 @@ pub(crate) const CONTACT: Component = Component {
         Key::one_of(
             "profile",
             Form::Profile,
-            "`profile = [[0, 0], [0.1, 0], { to = [0.2, 0.1], radius = \"0.1 m\" }]` is a chain of [lines and arcs](#profile) from the first point, in the axes of its body",
+            "`profile = [[0, 0], [0.1, 0], { to = [0.2, 0.1], radius = \"0.1 m\" }]` is a chain of lines and arcs from the first point, in the axes of its body",
         ),
         Key::default("closed", Form::Switch, "true for a `profile` whose last corner leads to the first", "false"),
         Key::optional(

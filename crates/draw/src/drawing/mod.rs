@@ -118,6 +118,13 @@ pub struct DrawnSpring {
     pub(crate) beside: f64,
 }
 
+impl DrawnSpring {
+    /// One without another between the same ends.
+    pub(crate) fn alone(name: String, between: [Option<usize>; 2], ends: [[f64; 2]; 2], glyph: Glyph) -> DrawnSpring {
+        DrawnSpring { name, between, ends, glyph, beside: 0.0 }
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnForce {
     pub name: String,

@@ -50,7 +50,7 @@ impl PoseValues<'_> {
         let mut drawn = Vec::new();
         let mut push = |name: &str, [first, second]: [&Circle; 2], ends: [[f64; 2]; 2], glyph: Glyph| {
             let between = [first.body, second.body];
-            drawn.push(DrawnSpring { name: name.to_owned(), between, ends, glyph, beside: 0.0 });
+            drawn.push(DrawnSpring::alone(name.to_owned(), between, ends, glyph));
         };
         for (number, pair) in circles.windows(2).enumerate() {
             let ends = [&pair[0], &pair[1]].map(|circle| circle.touched(tangents[number]));

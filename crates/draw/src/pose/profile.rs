@@ -39,7 +39,7 @@ impl PoseValues<'_> {
             let between = [body.map(|body| body.0); 2];
             for pair in places.windows(2) {
                 let name = if drawn.is_empty() { part.name.clone() } else { String::new() };
-                drawn.push(DrawnSpring { name, between, ends: [pair[0], pair[1]], glyph: line as Glyph, beside: 0.0 });
+                drawn.push(DrawnSpring::alone(name, between, [pair[0], pair[1]], line as Glyph));
             }
         }
         drawn

@@ -92,7 +92,7 @@ fn counts(contour: &Contour, feature: usize, is_closed: impl Fn(&Slot) -> bool, 
 }
 
 /// Where a search is.
-struct Look {
+struct Search {
     contour: usize,
     piece: [f64; 2],
 }
@@ -131,8 +131,8 @@ impl Instance {
                 continue;
             }
             let limit = first.map_or(1.0, |(at, _)| (at - piece[0]) / (piece[1] - piece[0]));
-            let look = Look { contour: index, piece };
-            if let Some(share) = self.advance_to_profile(instants, contour, &look, limit) {
+            let search = Search { contour: index, piece };
+            if let Some(share) = self.advance_to_profile(instants, contour, &search, limit) {
                 first = Some((between(piece, share), event + index));
             }
         }
@@ -144,17 +144,17 @@ impl Instance {
         &mut self,
         instants: &mut Instants,
         contour: &Contour,
-        look: &Look,
+        search: &Search,
         limit: f64,
     ) -> Option<f64> {
         let near = NEAR * self.model.program().length;
-        let way = instants.contours.way(look.contour);
-        let (mut from, mut before) = (0.0, self.place_at(instants, look, 0.0));
+        let way = instants.contours.way(search.contour);
+        let (mut from, mut before) = (0.0, self.place_at(instants, search, 0.0));
         let mut distance = self.distance_from(contour, before);
         let mut last = (0.0, f64::INFINITY);
         while from < limit {
             if instants.evaluated.is_multiple_of(LOOKS)
-                && let Err(failure) = self.check_search(instants, [between(look.piece, from), look.piece[1]])
+                && let Err(failure) = self.check_search(instants, [between(search.piece, from), search.piece[1]])
             {
                 instants.overlooked = Some(failure);
                 return None;
@@ -162,22 +162,23 @@ impl Instance {
             // What does not move, or is not a number, is looked at where the piece ends.
             let to = from + maximum(distance, near) / way;
             let to = if to < limit { to } else { limit };
-            let now = self.place_at(instants, look, to);
+            let now = self.place_at(instants, search, to);
             let next = self.distance_from(contour, now);
             if minimum(next, distance) < 2.0 * near {
-                if let Some(found) = self.touched_between(instants, (contour, look), [(from, before), (to, now)], near)
+                if let Some(found) =
+                    self.touched_between(instants, (contour, search), [(from, before), (to, now)], near)
                 {
                     return Some(found);
                 }
                 if distance <= last.1 && distance <= next {
-                    let found = self.touched_about(instants, (contour, look), [last.0, from, to], before);
+                    let found = self.touched_about(instants, (contour, search), [last.0, from, to], before);
                     if found.is_some() {
                         return found;
                     }
                 }
             }
             if next < -near {
-                self.fail_at_profile(instants, contour, look, to);
+                self.fail_at_profile(instants, contour, search, to);
                 return None;
             }
             last = (from, distance);
@@ -190,7 +191,7 @@ impl Instance {
     fn touched_between(
         &mut self,
         instants: &mut Instants,
-        (contour, look): (&Contour, &Look),
+        (contour, search): (&Contour, &Search),
         [(from, before), (to, now)]: [(f64, Point); 2],
         near: f64,
     ) -> Option<f64> {
@@ -203,12 +204,12 @@ impl Instance {
             // What begins to be touched where the piece begins is so within errors of the method.
             let comes = gap_before >= 0.0 || from == 0.0 && gap_before > -near && gap < gap_before;
             if gap < 0.0 && comes && feature.is_touched(now, near) {
-                let found = self.turn_of(instants, feature, look, [from, to]);
+                let found = self.turn_of(instants, feature, search, [from, to]);
                 first = Some(first.map_or(found, |first| minimum(first, found)));
             }
             let behind = -2.0 * contour.radius;
             if gap_before < behind.min(-0.0) && gap >= behind && feature.is_touched(now, near) && first.is_none() {
-                self.fail_at_profile(instants, contour, look, to);
+                self.fail_at_profile(instants, contour, search, to);
             }
         }
         first
@@ -218,7 +219,7 @@ impl Instance {
     fn touched_about(
         &mut self,
         instants: &mut Instants,
-        (contour, look): (&Contour, &Look),
+        (contour, search): (&Contour, &Search),
         [from, middle, to]: [f64; 3],
         point: Point,
     ) -> Option<f64> {
@@ -227,14 +228,14 @@ impl Instance {
         let nearest = counting.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         let feature = &contour.features[nearest];
         let (top, value) = largest_between([from, to], SECTIONS, |share| {
-            let point = self.place_at(instants, look, share);
+            let point = self.place_at(instants, search, share);
             -feature.gap(point)
         });
         let is_touched = value > 0.0 && {
-            let point = self.place_at(instants, look, top);
+            let point = self.place_at(instants, search, top);
             feature.is_touched(point, 0.0)
         };
-        is_touched.then(|| self.turn_of(instants, feature, look, [minimum(from, middle), top]))
+        is_touched.then(|| self.turn_of(instants, feature, search, [minimum(from, middle), top]))
     }
 
     /// The first share between two at which the gap of a feature is negative, which it is at the second.
@@ -242,7 +243,7 @@ impl Instance {
         &mut self,
         instants: &mut Instants,
         feature: &Feature,
-        look: &Look,
+        search: &Search,
         [mut from, mut to]: [f64; 2],
     ) -> f64 {
         for _ in 0..HALVINGS {
@@ -250,25 +251,25 @@ impl Instance {
             if middle <= from || middle >= to {
                 break;
             }
-            let point = self.place_at(instants, look, middle);
+            let point = self.place_at(instants, search, middle);
             *(if feature.gap(point) < 0.0 { &mut to } else { &mut from }) = middle;
         }
         to
     }
 
     /// Where a disc is at a share of a piece of the last step.
-    fn place_at(&mut self, instants: &mut Instants, look: &Look, share: f64) -> Point {
+    fn place_at(&mut self, instants: &mut Instants, search: &Search, share: f64) -> Point {
         instants.evaluated += 1;
         let settings = self.settings();
         let Snapshot { run, memory, .. } = &mut self.now;
-        let at = (between(look.piece, share), &mut instants.within);
+        let at = (between(search.piece, share), &mut instants.within);
         // Where the motion is not known the step fails by itself.
         let known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
         self.machine.load(&self.model, &instants.within);
         if let Some(data) = self.model.program().instants.contacts.as_ref().and_then(|data| data.contours.as_ref()) {
             self.machine.evaluate(&data.places, &mut instants.contours.places);
         }
-        if known { instants.contours.place(look.contour) } else { [f64::NAN; 2] }
+        if known { instants.contours.place(search.contour) } else { [f64::NAN; 2] }
     }
 
     fn is_counted(&self, contour: &Contour, feature: usize) -> bool {
@@ -283,9 +284,9 @@ impl Instance {
     }
 
     /// The run ends where a disc is on the wrong side of its profile.
-    fn fail_at_profile(&self, instants: &mut Instants, contour: &Contour, look: &Look, share: f64) {
+    fn fail_at_profile(&self, instants: &mut Instants, contour: &Contour, search: &Search, share: f64) {
         let why = if contour.closed { INSIDE } else { FROM_BEHIND };
-        let time = between(look.piece, share);
+        let time = between(search.piece, share);
         instants.overlooked = Some(Failure::Contact { time, names: vec![contour.name.clone()], why });
     }
 
