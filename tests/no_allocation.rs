@@ -75,3 +75,21 @@ fn no_step_of_the_hard_set_allocates() {
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
+
+/// A point that slides in a notch and rests there, and a disc that goes over a corner: what a profile is touched by is searched for and changes without new storage.
+#[test]
+fn no_step_at_a_profile_allocates() {
+    const NOTCH: &str = "profile = [[-1, 1], [0, 0], [1, 0.5]]";
+    const TABLE: &str = "profile = [[0, -2], [0, 0], [-1, 0]]\nside = \"right\"\nradius = 0.2";
+    for (profile, at, rate) in [(NOTCH, [-0.5, 0.5], 0.0), (TABLE, [-0.3, 0.2], 0.6)] {
+        let [x, y] = at;
+        let text = format!(
+            "name = \"p\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 1\ninertia = 1\n[joints.edge]\ntype = \"contact\"\nbetween = [\"ground\", \"ball\"]\n{profile}\n[initial]\n\"ball.x\" = {x}\n\"ball.y\" = {y}\n\"ball.angle\" = 0\n\"ball.vx\" = {rate}\n\"ball.vy\" = 0\n\"ball.omega\" = 0\n"
+        );
+        let program = sound(Scene::from_toml(&text).and_then(|scene| compile(&scene))).program;
+        let mut instance = Instance::new(Arc::new(Model::new(program).expect("a sound program")));
+        instance.setup(0.0, Some(2.0), None).expect("times");
+        instance.initialise().expect("consistent");
+        assert_eq!(allocating(&mut instance, 0.0, 1.5), [0, 0], "{profile}");
+    }
+}
