@@ -117,10 +117,14 @@ fn away_from_profile(
     let mut equations = formulated.equations.clone();
     let mechanism = &formulated.equations.system.mechanism;
     let is_first = mechanism.gaps_of(contact.owner).next().is_some_and(|(first, _)| first == index);
+    let closed = |(_, other): (usize, &Contact)| point.value(Symbol::Discrete(other.state.closed.0)) != 0.0;
+    if !is_first || mechanism.gaps_of(contact.owner).any(closed) {
+        return None;
+    }
     let Owner::Joint(joint) = contact.owner else { return None };
     let gap = equations.variable(Variable { owner: contact.owner, quantity: Quantity::Gap });
     let gap = equations.system.arena.evaluate(&[gap], point)[0];
-    is_first.then(|| ContactStatus {
+    Some(ContactStatus {
         name: mechanism.joints[joint.0].name.clone(),
         closed: false,
         index,

@@ -357,13 +357,13 @@ impl Instance {
                 return Ok(());
             }
             let state = &mut self.now.state;
-            // One without a feature, else one that is open, the farthest.
+            // The first without a feature, else one that is open, the farthest.
             let farness = |slot: &Slot| match feature_of(slot, state) {
                 None => f64::INFINITY,
                 Some(_) if is_closed(data, state, slot.contact as usize) => f64::NEG_INFINITY,
                 Some(held) => contour.features[held].gap(point),
             };
-            let farthest = contour.slots.iter().max_by(|a, b| farness(a).total_cmp(&farness(b)));
+            let farthest = contour.slots.iter().rev().max_by(|a, b| farness(a).total_cmp(&farness(b)));
             let Some(slot) = farthest.filter(|slot| farness(slot) > TOUCHING * scale) else {
                 let (time, names) = (state.time(), vec![contour.name.clone()]);
                 return Err(Failure::Contact { time, names, why: TOO_MANY });
