@@ -204,7 +204,11 @@ impl Flight {
         let (sine, cosine) = (self.omega * time).sin_cos();
         let fall = [0.0, -0.5 * 9.81 * time * time];
         let [x, y] = [0, 1].map(|axis| self.at[axis] + self.rate[axis] * time + fall[axis]);
-        let [px, py] = [cosine * x + sine * y, cosine * y - sine * x];
+        self.distance([cosine * x + sine * y, cosine * y - sine * x])
+    }
+
+    /// The same where the disc is there in the axes of the polygon.
+    fn distance(&self, [px, py]: [f64; 2]) -> f64 {
         let (mut least, mut inside) = (f64::INFINITY, false);
         for (index, [ax, ay]) in self.corners.iter().enumerate() {
             let [bx, by] = self.corners[(index + 1) % self.corners.len()];
@@ -276,7 +280,7 @@ tooth = {{ type = "contact", between = ["wheel", "ball"], profile = [{corners}],
 [experiment]
 stop = 1
 [outputs]
-variables = ["tooth.gap"]
+variables = ["tooth.gap", "pin.angle", "ball.x", "ball.y"]
 "#,
             at[0], at[1], rate[0], rate[1]
         )
@@ -297,6 +301,30 @@ variables = ["tooth.gap"]
             least = least.min(run::value(&mut instance, "tooth.gap"));
         }
         (None, least)
+    }
+}
+
+/// What happens after the first contact: impacts, sliding, corners. The disc never enters the polygon, and its gap is the distance.
+#[test]
+fn a_disc_never_enters_the_polygon_that_it_touches() {
+    let mut random = Random::new(5);
+    let mut flown = 0;
+    while flown < 30 {
+        let flight = Flight::new(&mut random);
+        if flight.gap(0.0) <= 1e-3 {
+            continue;
+        }
+        flown += 1;
+        let model = run::model(&flight.scene());
+        let mut instance = run::started(&model, None, 2.0, 1e-8);
+        for step in 1..=200 {
+            instance.step_to(0.01 * f64::from(step)).unwrap_or_else(|failure| panic!("{failure}\n{}", flight.scene()));
+            let [gap, angle, x, y] =
+                ["tooth.gap", "pin.angle", "ball.x", "ball.y"].map(|name| run::value(&mut instance, name));
+            let (sine, cosine) = angle.sin_cos();
+            let right = flight.distance([cosine * x + sine * y, cosine * y - sine * x]);
+            assert!(right > -1e-9 && (gap - right).abs() < 1e-9, "{gap}, not {right}: {}", flight.scene());
+        }
     }
 }
 

@@ -256,6 +256,8 @@ class JointKeys(TypedDict, total=False):
     carrier: str
     #: circle = "0.5 m" is the radius of a circle about the first point [m]
     circle: Quantity
+    #: true for a profile whose last corner leads to the first; false if absent
+    closed: bool
     #: what keeps the follower on the cam: a force, or the form of a groove or of a conjugate cam, which also pulls
     closure: Literal['force', 'form']
     #: viscous friction [N.m.s]; viscous friction [N.s/m]
@@ -288,6 +290,8 @@ class JointKeys(TypedDict, total=False):
     limits: Any
     #: the pulleys that it runs over, from the first end to the last
     over: Sequence[Mapping[str, Any]]
+    #: profile = [[0, 0], [0.1, 0], { to = [0.2, 0.1], radius = "0.1 m" }] is a chain of lines and arcs from the first point, in the axes of its body [m]
+    profile: Sequence[Vector | Mapping[str, Any]]
     #: the radius of the disc [m]; the radius of a disc about the second point [m]; the radius of the pinion; negative if the rack goes back when the pinion turns forward [m]
     radius: Quantity
     #: the second wheel's turns for one of the first; negative for external teeth
@@ -302,7 +306,7 @@ class JointKeys(TypedDict, total=False):
     second_radius: Quantity
     #: the revolute joint in which the cam turns on the carrier
     shaft: str
-    #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis, or of the circle, outside by default; where a turning follower touches, seen from the shaft towards its pivot
+    #: on which side of the line the disc rolls, seen along the axis; on which side of the line the point stays, seen along the axis, or of the profile, seen along it; or of the circle, outside by default; where a turning follower touches, seen from the shaft towards its pivot
     side: Literal['left', 'right'] | Literal['left', 'right', 'outside', 'inside']
     #: ratio of the static to the kinetic friction torque limit; 1 if absent
     static: Quantity
