@@ -186,8 +186,12 @@ struct Flight {
 impl Flight {
     fn new(random: &mut Random) -> Flight {
         let count = 12;
-        let mut angles: Vec<f64> = (0..count).map(|_| TAU * random.unit()).collect();
-        angles.sort_by(f64::total_cmp);
+        // Without a gap of half a turn no side passes on the other side of the origin, where it could cross others.
+        let mut angles = vec![0.0, PI];
+        while (0..angles.len()).any(|at| (angles[(at + 1) % angles.len()] - angles[at]).rem_euclid(TAU) > 3.0) {
+            angles = (0..count).map(|_| TAU * random.unit()).collect();
+            angles.sort_by(f64::total_cmp);
+        }
         let corner = |angle: &f64| {
             let out = 0.3 + 0.7 * random.unit();
             [out * angle.cos(), out * angle.sin()]
