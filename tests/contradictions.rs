@@ -31,9 +31,9 @@ struct Watched {
     conserves: bool,
 }
 
-/// Does nothing drive or dissipate?
+/// Does nothing drive or dissipate? What engages takes energy, which tests/engaging.rs compares.
 fn conserves(mechanism: &Mechanism) -> bool {
-    let still = mechanism.drivers.is_empty() && mechanism.inputs.is_empty();
+    let still = mechanism.drivers.is_empty() && mechanism.inputs.is_empty() && !mechanism.has_impulses();
     let stores = mechanism.loads.iter().all(|load| load.energy().is_some());
     let resists = |key: &str| ["damping", "friction", "drag"].iter().any(|word| key.contains(word));
     let parts = || mechanism.joints.iter().chain(&mechanism.loads);
