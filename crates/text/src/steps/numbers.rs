@@ -143,9 +143,11 @@ impl Lesson<'_> {
     /// The start with other rates and everything closed, so that nothing vanishes because it is at rest or open.
     pub fn moving(&self) -> Moment {
         let mut values = self.start();
-        for contact in &self.equations.system.mechanism.contacts {
-            values.discrete[contact.state.closed.0] = 1.0;
-        }
+        let mechanism = &self.equations.system.mechanism;
+        let closed = mechanism.contacts.iter().map(|contact| contact.state.closed);
+        let engaged = mechanism.engaging.iter().map(|engaging| engaging.engaged);
+        let set = mechanism.set_rates.iter().map(|set| set.now);
+        closed.chain(engaged).chain(set).for_each(|holds| values.discrete[holds.0] = 1.0);
         values.rates = (0..values.rates.len()).map(|index| 1.3 + 0.7 * (2.1 * index as f64).sin()).collect();
         values
     }
