@@ -591,3 +591,20 @@ fn a_comparison_that_jumps_everywhere_is_too_much_work() {
     // The step that begins the run has been taken by then: a little less is left to do, so the search comes a little further.
     assert!(again.is_unfinished() && again.to_string().contains("the limit of steps"), "{again}");
 }
+
+/// Nothing accelerates an arm and a part, so that only the search for events limits steps: the 15 mm in which they meet are found whenever the run ends, and if it never does.
+#[test]
+fn a_motion_without_accelerations_is_searched_in_short_steps() {
+    let model = model(&scene_of("gripper"));
+    for stop in [Some(2.0), Some(1e3), Some(1e7), None] {
+        for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
+            let mut instance = Instance::new(model.clone());
+            instance.setup(0.0, stop, Some(1e-9)).unwrap();
+            engine.into_iter().for_each(|engine| instance.set_engine(engine).unwrap());
+            instance.initialise().unwrap();
+            instance.step_to(2.0).unwrap();
+            let found = value(&mut instance, "part.x");
+            assert!((found - 1.0879486232299613).abs() < 1e-8, "{found} with {engine:?} until {stop:?}");
+        }
+    }
+}

@@ -343,8 +343,8 @@ fn only_what_has_modes_prints_them() {
     for name in models().into_iter().filter(|name| name != RUBBING_IN_DRIVEN) {
         let scene = model(&name);
         let text = written::equations(&scene, EquationFormat::Text).unwrap();
-        let has =
-            ["end_stop", "play_train", "valve_train"].contains(&name.as_str()) || RUBBING.contains(&name.as_str());
+        let has = ["chain_hoist", "end_stop", "play_train", "valve_train"].contains(&name.as_str())
+            || RUBBING.contains(&name.as_str());
         assert_eq!(text.contains("\nModes\n"), has, "{name}");
     }
 }

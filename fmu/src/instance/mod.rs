@@ -38,12 +38,11 @@ use crate::integrator::accelerations::Accelerations;
 use crate::integrator::accuracy::Accuracy;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
-use crate::math::maximum;
+use crate::math::{maximum, minimum};
 use crate::model::{Model, State};
 use crate::motion::Passage;
 use crate::pace::MOST_WORK;
-use crate::program::Engine;
-use crate::program::Source;
+use crate::program::{Contact, Engine, Source};
 use crate::singular::dependence::not_singular;
 use crossing::Watch;
 use instants::Instants;
@@ -53,6 +52,9 @@ use snapshot::Phase;
 /// The tolerance of the steps of a driven mechanism: what they leave is closed to rounding errors wherever it is read. Longer steps would be as many, for they end at singular
 /// poses.
 const DRIVEN: f64 = 1e-6;
+
+/// So many of its scales a coordinate moves at most in a step that is searched for events: a turn, of which the places of the search are 18 degrees apart.
+const SEARCHED: f64 = std::f64::consts::TAU;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
@@ -510,11 +512,25 @@ impl Instance {
             automatic: self.now.automatic && moves,
             tolerance: if self.model.is_driven() { DRIVEN } else { self.now.tolerance },
             least_rate: self.model.least_rate(self.now.stop),
-            max_step: self.model.program().experiment.max_step,
+            max_step: self.longest_step(),
             stop: self.limit(),
             most_work: self.most_work,
             deadline: None,
         }
+    }
+
+    /// The longest step [s]. Events and contacts are searched for in some places of a step, and what nothing accelerates has no other limit.
+    fn longest_step(&self) -> f64 {
+        let program = self.model.program();
+        let longest = program.experiment.max_step;
+        let is_gap = |contact: &Contact| contact.slip.is_none() && !contact.of_rate;
+        if program.instants.events.is_empty() && !program.instants.contacts().iter().any(is_gap) {
+            return longest;
+        }
+        let rates = self.now.run.last.end[self.model.coordinates()..].iter().zip(&program.coordinates);
+        let mechanical = rates.take(self.model.mechanical());
+        let fastest = mechanical.fold(0.0, |most, (rate, own)| maximum(most, (rate / own.scale).abs()));
+        minimum(longest, SEARCHED / fastest)
     }
 
     /// No step goes beyond this time, if there is one. A communication point that rounding errors have taken behind the stop is the stop.
