@@ -529,7 +529,7 @@ impl Instance {
         }
         let rates = self.now.run.last.end[self.model.coordinates()..].iter().zip(&program.coordinates);
         let mechanical = rates.take(self.model.mechanical());
-        let fastest = mechanical.fold(0.0, |most, (rate, own)| maximum(most, (rate / own.scale).abs()));
+        let fastest = mechanical.fold(0.0, |most, (rate, coordinate)| maximum(most, (rate / coordinate.scale).abs()));
         minimum(longest, SEARCHED / fastest)
     }
 
