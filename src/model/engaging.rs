@@ -22,7 +22,7 @@ pub struct Engaging {
     pub here: bool,
     /// The impulses of its last engagement: one for each of its loop equations.
     pub impulses: Vec<(Quantity, DiscreteId)>,
-    /// The energy that they took from the mechanism; none before [`Mechanism::add_engaging`].
+    /// The energy that they took from the mechanism; none until the mechanism is complete.
     pub lost: Option<DiscreteId>,
     /// Those of its loop equations that others repeat.
     pub left_out: Vec<Quantity>,
