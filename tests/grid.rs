@@ -282,6 +282,21 @@ const FEATURES: &[Feature] = &[
         Wheels,
         "[joints.shift]\ntype = \"gear\"\nbetween = [\"wheel\", \"drum\"]\nratio = -0.5\nengaged = false\n[events.shifted]\nwhen = \"t > 0.2\"\nengage = [\"shift\"]",
     ),
+    Feature(
+        "belt by an event",
+        Wheels,
+        "[joints.tightened]\ntype = \"belt\"\nbetween = [\"wheel\", \"drum\"]\nfirst_radius = 0.1\nsecond_radius = 0.2\nengaged = false\n[events.tightens]\nwhen = \"t > 0.3\"\nengage = [\"tightened\"]",
+    ),
+    Feature(
+        "rack by an event",
+        Both,
+        "[joints.meshed]\ntype = \"rack\"\nbetween = [\"wheel\", \"box\"]\naxis = [1, 0]\nradius = 0.1\nengaged = false\n[events.meshes]\nwhen = \"t > 0.25\"\nengage = [\"meshed\"]",
+    ),
+    Feature(
+        "screw by an event",
+        Both,
+        "[joints.half_nut]\ntype = \"screw\"\nbetween = [\"drum\", \"box\"]\naxis = [1, 0]\nlead = 0.05\nengaged = false\n[events.closes_nut]\nwhen = \"t > 0.15\"\nengage = [\"half_nut\"]",
+    ),
     Feature("rate by an event", Cart, "[events.kick]\nwhen = \"t > 0.15\"\nset = { \"rail.v\" = 0.5 }"),
     Feature(
         "state by an event",

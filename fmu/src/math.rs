@@ -35,6 +35,11 @@ pub(crate) const COSINE: [f64; 6] = [
     f64::from_bits(0xBDA8_FAE9_BE88_38D4),
 ];
 
+/// The value of a polynomial, whose coefficients begin with the constant one (Horner's scheme).
+pub(crate) fn horner(coefficients: &[f64], at: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * at + coefficient)
+}
+
 /// sin x and cos x, each within 0.8 units in the last place.
 #[inline]
 pub fn sin_cos(x: f64) -> (f64, f64) {

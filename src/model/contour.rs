@@ -137,7 +137,7 @@ impl Piece {
 }
 
 impl Contour {
-    /// The same seen from the other side: its free side is where it was not.
+    /// The profile run through backwards, with its free side on the other side.
     pub fn reversed(mut self) -> Contour {
         let count = self.corners.len();
         let leads: Vec<Option<f64>> = self.corners.iter().map(|corner| corner.arc).collect();

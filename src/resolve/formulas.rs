@@ -37,7 +37,7 @@ pub(super) struct ReadFormula {
 }
 
 impl ReadFormula {
-    /// Of a text that cannot be read.
+    /// The formula of a text that cannot be read.
     const UNKNOWN: ReadFormula = ReadFormula { formula: UNKNOWN, unit: None, known: KnownUnit::Nothing };
 }
 

@@ -86,7 +86,7 @@ pub enum TaskKind {
 /// What else is asked of a linkage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Demands {
-    /// Of the linkage itself.
+    /// Bounds on the linkage itself.
     pub linkage: LinkageLimits,
     /// An error that is small enough \[m or rad\]: what is preferred then decides.
     pub within: Option<f64>,
@@ -175,11 +175,7 @@ const STROKE: &[TaskKey] = &[
     ),
     Key::optional("swing", ValueForm::Number, "angle of swing of a rocker [rad]"),
     Key::optional("stroke", ValueForm::Number, "stroke of a slider [m]"),
-    Key::optional(
-        "offset",
-        ValueForm::Number,
-        "distance distance of the line of the slider from the pivot of the crank [m]",
-    ),
+    Key::optional("offset", ValueForm::Number, "distance of the line of the slider from the pivot of the crank [m]"),
     Key::optional("ground", ValueForm::Number, "the length of the ground [m]; 1 m if absent"),
 ];
 const LIMITS: &[TaskKey] = &[

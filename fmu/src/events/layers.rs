@@ -2,7 +2,7 @@
 
 use super::course::{Course, DEEP, PLACES, ROUGH_PLACES, Suspect, varies};
 use super::switch::first_fall;
-use crate::math;
+use crate::math::{self, horner};
 use crate::program::Steep;
 use crate::program::arm_form::ORDERS;
 
@@ -173,10 +173,6 @@ fn known(kind: Steep, argument: &[f64], h: f64) -> f64 {
 /// By how much a polynomial changes at most within h.
 fn majorant(argument: &[f64], h: f64) -> f64 {
     argument[1..].iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient.abs()) * h)
-}
-
-fn horner(argument: &[f64], time: f64) -> f64 {
-    argument.iter().rev().fold(0.0, |sum, coefficient| sum * time + coefficient)
 }
 
 #[cfg(test)]

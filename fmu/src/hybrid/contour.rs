@@ -60,7 +60,7 @@ impl Feature {
         }
     }
 
-    /// True where a disc that is no further from it than `least` touches it.
+    /// True if a disc within a distance `least` of the feature touches it there, and not one of its neighbours.
     pub fn is_touched(&self, point: Point, least: f64) -> bool {
         let is_near = || self.beyond(point, 2.0 * least).is_none();
         self.beyond(point, 0.0).is_none_or(|end| self.ends[end].joint != Joint::Free && is_near())

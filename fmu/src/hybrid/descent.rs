@@ -69,7 +69,7 @@ fn to_bernstein(b: &mut [f64]) {
     }
 }
 
-/// The same in a part, by its Bernstein coefficients. The margin of a part holds in its halves, where a smaller one may.
+/// Looks through a part, by its Bernstein coefficients. Its margin holds in both halves, which may have smaller ones.
 fn search(b: &[f64], part: [f64; 2], margin: f64, depth: u32, margin_of: &mut impl FnMut([f64; 2]) -> f64) -> Descent {
     let mut found = judge(b, part, margin);
     let mut margin = margin;
@@ -117,8 +117,7 @@ fn judge(b: &[f64], part: [f64; 2], margin: f64) -> Descent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Random;
-    use crate::taylor::horner;
+    use crate::math::{Random, horner};
 
     fn of(polynomial: &[f64]) -> Descent {
         first(polynomial, |_| 0.0)
@@ -186,7 +185,7 @@ mod tests {
         for _ in 0..2000 {
             let mut polynomial: Vec<f64> = (0..8).map(|_| random.symmetric()).collect();
             polynomial[0] = 0.3 * random.unit();
-            // What is left out of the series.
+            // The remainder of the series.
             let rest = 1e-3 * random.symmetric();
             let function = |s: f64| horner(&polynomial, s) + rest * s.powi(8);
             let falls = (0..=20_000).map(|k| f64::from(k) / 20_000.0).find(|&s| function(s) < 0.0);

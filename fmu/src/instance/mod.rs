@@ -53,7 +53,7 @@ use snapshot::Phase;
 /// poses.
 const DRIVEN: f64 = 1e-6;
 
-/// So many of its scales a coordinate moves at most in a step that is searched for events: a turn, of which the places of the search are 18 degrees apart.
+/// The most that a coordinate moves, in its scales, in a step that is searched for events: a turn, of which the places of the search are 18 degrees apart.
 const SEARCHED: f64 = std::f64::consts::TAU;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
@@ -454,7 +454,7 @@ impl Instance {
                 Some(instants) => instants.deadline,
                 None => Deadline::after(self.model.program().experiment.budget),
             };
-            let settings = Settings { deadline, ..self.settings() };
+            let settings = Settings { deadline, max_step: self.longest_step(), ..self.settings() };
             let Snapshot { state, run, memory, .. } = &mut self.now;
             let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);
             if self.now.state.time() == from {
@@ -512,7 +512,7 @@ impl Instance {
             automatic: self.now.automatic && moves,
             tolerance: if self.model.is_driven() { DRIVEN } else { self.now.tolerance },
             least_rate: self.model.least_rate(self.now.stop),
-            max_step: self.longest_step(),
+            max_step: self.model.program().experiment.max_step,
             stop: self.limit(),
             most_work: self.most_work,
             deadline: None,
@@ -527,10 +527,7 @@ impl Instance {
         if program.instants.events.is_empty() && !program.instants.contacts().iter().any(is_gap) {
             return longest;
         }
-        let rates = self.now.run.last.end[self.model.coordinates()..].iter().zip(&program.coordinates);
-        let mechanical = rates.take(self.model.mechanical());
-        let fastest = mechanical.fold(0.0, |most, (rate, coordinate)| maximum(most, (rate / coordinate.scale).abs()));
-        minimum(longest, SEARCHED / fastest)
+        minimum(longest, SEARCHED / self.now.run.speed(&self.model))
     }
 
     /// No step goes beyond this time, if there is one. A communication point that rounding errors have taken behind the stop is the stop.

@@ -499,12 +499,14 @@ impl Passage<'_> {
             }
             for &row in joining {
                 let change = changes[n + row][column];
-                if let Role::Engaging { impulse, .. } | Role::Set { impulse, .. } = program.constraints[row].role {
-                    discrete[impulse as usize] = change;
-                }
-                if let Role::Engaging { lost, .. } = program.constraints[row].role {
-                    let of_rate = impulses[n + row] * rate_changes[row][column];
-                    discrete[lost as usize] += 0.5 * (change * rates[row] + of_rate);
+                match program.constraints[row].role {
+                    Role::Engaging { impulse, lost } => {
+                        let of_rate = impulses[n + row] * rate_changes[row][column];
+                        discrete[impulse as usize] = change;
+                        discrete[lost as usize] += 0.5 * (change * rates[row] + of_rate);
+                    }
+                    Role::Set { impulse, .. } => discrete[impulse as usize] = change,
+                    Role::Imposed | Role::Repeating | Role::LeftOut | Role::Contact => {}
                 }
             }
         }

@@ -6,6 +6,7 @@ use super::last_step::LastStep;
 use super::passage::Passage;
 use super::poses::SingularPoses;
 use super::signals::Signals;
+use crate::math::maximum;
 use crate::model::{Model, State, motion};
 
 /// Series that begin anew next to a pose, converge no further than this share of the way to it, and less and less far, do not pass it: after so many steps they do
@@ -131,6 +132,13 @@ impl Run {
     /// Does the next step pass a singular pose if it ends at this time, as far as is known?
     pub(crate) fn passes(&self, end: f64) -> bool {
         self.singular.ahead > 0.0 && self.last.end_time + self.singular.ahead < end
+    }
+
+    /// The largest rate at the end of the last step, in scales of its coordinate \[1/s\].
+    pub(crate) fn speed(&self, model: &Model) -> f64 {
+        let coordinates = &model.program().coordinates;
+        let rates = coordinates.iter().zip(&self.last.end[coordinates.len()..]).take(model.mechanical());
+        rates.fold(0.0, |largest, (coordinate, rate)| maximum(largest, rate.abs() / coordinate.scale))
     }
 
     /// Is the curve followed by short steps, and how long may the next one be?

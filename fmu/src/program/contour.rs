@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::tape::Tape;
 
-/// So many discrete variables has the feature of a slot.
+/// The number of discrete variables that say which feature a slot has.
 pub const HELD: usize = 7;
 /// What they are in a slot without a feature: the gap is one metre.
 pub const PARKED: [f64; HELD] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];

@@ -47,9 +47,7 @@ pub(crate) struct Search {
 impl Search {
     /// Those to be tried where the step begins, one after the other.
     pub fn all(context: &Context, run: &Run) -> impl Iterator<Item = Self> + use<> {
-        let coordinates = &context.model.program().coordinates;
-        let speeds = coordinates.iter().zip(&run.last.end[coordinates.len()..]).take(context.model.mechanical());
-        let speed = speeds.fold(0.0, |largest, (coordinate, v)| math::maximum(largest, v.abs() / coordinate.scale));
+        let speed = run.speed(context.model);
         let longest = TURN / speed;
         let usual = if run.last.natural > 0.0 { f64::min(run.last.natural, longest) } else { longest };
         let first = usual.min(context.settings.max_step);

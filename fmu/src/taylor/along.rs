@@ -4,6 +4,7 @@
 //! serve for one result alone at one time, where the polynomials of the coordinates are exact and those of the results are truncated.
 
 use super::products::{convolution, inner_square, power, tail, weighted};
+use crate::math::horner;
 use crate::program::Layout;
 use crate::program::arm_form::{MAX_ORDER, ORDERS};
 use crate::tape::{Operation, Tape};
@@ -300,11 +301,6 @@ fn needs(sources: &[(usize, Leaf)], steps: &[Recurrence], moves: &[bool], result
     needs
 }
 
-/// The value of a polynomial.
-pub(crate) fn horner(polynomial: &[f64], at: f64) -> f64 {
-    polynomial.iter().rev().fold(0.0, |sum, coefficient| sum * at + coefficient)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -418,7 +414,7 @@ mod tests {
         assert!(of(MultiplyAdd, [positions, 1, positions]).unwrap().is_linear(0));
         assert!(!of(Multiply, [positions, positions + 1, 0]).unwrap().is_linear(0));
         assert!(!of(Divide, [1, positions, 0]).unwrap().is_linear(0));
-        // Of a number it is a number.
+        // The absolute value of a constant is a constant.
         assert!(of(Absolute, [1, 0, 0]).is_some());
         assert!(of(Absolute, [positions, 0, 0]).is_none());
         assert!(of(Select, [1, positions, positions + 1]).is_none());

@@ -12,6 +12,6 @@ mod jet;
 mod products;
 mod tape;
 
-pub(crate) use along::{TapeAlong, horner};
+pub(crate) use along::TapeAlong;
 pub(crate) use jet::{CLOSED, DIRECTIONS, SAFETY, Tangents, Variations, variations};
 pub use jet::{Changes, Jet, Singular};

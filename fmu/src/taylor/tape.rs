@@ -98,7 +98,7 @@ struct Store<N> {
     /// Factors of the terms.
     factors: Vec<N>,
     coefficients: Vec<N>,
-    /// So many orders of what depends on the given series only are known.
+    /// The number of orders that are known of signals, which depend on the given series only.
     signals_known: usize,
     /// What has been chosen since the series began.
     chosen: Choices,

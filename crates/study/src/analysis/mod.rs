@@ -71,7 +71,7 @@ pub enum AnalysisFailure {
         "no equilibrium was found from the guess: in the one that balances, {why}; start nearer to it in `[initial]`, or let `simulate` come to rest with dampers"
     )]
     OffCourse { why: String },
-    /// Where a disc rests on a profile, events find.
+    /// The features on which a disc rests are found by events, not by an equilibrium.
     #[error(
         "`{name}` touches a profile, and which of its lines and arcs carry a load follows from a motion: no equilibrium is searched for; let `simulate` come to rest with dampers"
     )]

@@ -24,8 +24,6 @@ const NEAR: f64 = 1e-6;
 const BENDS: f64 = 2.0;
 /// After so many looks the search asks whether it may go on.
 const LOOKS: u64 = 1024;
-/// Halvings of an interval, to its last bit.
-const HALVINGS: usize = 60;
 
 const FROM_BEHIND: &str = "it reaches its profile from behind; if the body can be reached from all sides, write an outline with `closed = true`";
 const INSIDE: &str = "it has entered its outline, and the time of the contact could not be located";
@@ -37,7 +35,7 @@ const TOO_MANY: &str =
 pub(super) struct ContourValues {
     /// Where the discs are, x and y.
     places: Vec<f64>,
-    /// The same in the parts of a piece of a step.
+    /// Their places in the parts of a piece of a step.
     samples: Vec<[[f64; PARTS + 1]; 2]>,
 }
 
@@ -239,22 +237,10 @@ impl Instance {
     }
 
     /// The first share between two at which the gap of a feature is negative, which it is at the second.
-    fn turn_of(
-        &mut self,
-        instants: &mut Instants,
-        feature: &Feature,
-        search: &Search,
-        [mut from, mut to]: [f64; 2],
-    ) -> f64 {
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (from + to);
-            if middle <= from || middle >= to {
-                break;
-            }
-            let point = self.place_at(instants, search, middle);
-            *(if feature.gap(point) < 0.0 { &mut to } else { &mut from }) = middle;
-        }
-        to
+    fn turn_of(&mut self, instants: &mut Instants, feature: &Feature, search: &Search, shares: [f64; 2]) -> f64 {
+        let mut depth = |share: f64| -feature.gap(self.place_at(instants, search, share));
+        let [before, after] = shares.map(|share| (share, depth(share)));
+        onset::turn(&|depth| depth > 0.0, before, after, 0.0, &mut depth)
     }
 
     /// Where a disc is at a share of a piece of the last step.

@@ -39,7 +39,7 @@ pub struct Taylor {
     residuals: Vec<f64>,
     guard: Guard,
     changes: Changes,
-    /// Of each loop equation of the series: the discrete variable that is 0 while it does not hold.
+    /// The discrete variables that are 0 while a loop equation does not hold, one for each loop equation of the series; none where it always holds.
     masks: Vec<Option<u32>>,
     /// Does what the jet holds begin at the end of the last step?
     known: Start,

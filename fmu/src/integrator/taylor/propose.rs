@@ -202,7 +202,7 @@ impl Taylor {
         self.expand_from(2, run, room, (order, tolerance));
     }
 
-    /// The same where the orders up to one are known.
+    /// Expands the series from an order on; those before it are known.
     fn expand_from(&mut self, known: usize, run: &mut Run, room: f64, (order, tolerance): (usize, f64)) {
         // Only a step much shorter than its natural length needs fewer terms.
         let cut = run.last.natural == 0.0 || room < CUT * run.last.natural;

@@ -3,6 +3,7 @@
 use super::{Jet, vectors};
 use crate::events::TOGETHER;
 use crate::events::switch::{Choices, Side, first_fall, known};
+use crate::math::horner;
 use crate::program::arm_form::Slot;
 use crate::taylor::products::move_start;
 
@@ -94,8 +95,4 @@ impl Jet {
         let chosen = self.scalars.switches(0).filter(|(switch, _)| choices.get(*switch).is_some());
         chosen.fold(0, |bits, (switch, _)| bits | self.scalars.pieces(switch).later)
     }
-}
-
-fn horner(series: &[f64], time: f64) -> f64 {
-    series.iter().rev().fold(0.0, |sum, coefficient| sum * time + coefficient)
 }

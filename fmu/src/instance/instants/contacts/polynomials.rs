@@ -9,9 +9,9 @@ use crate::hybrid::contact::{TOUCHING, is_closed};
 use crate::hybrid::descent::{self, Descent};
 use crate::hybrid::onset::{HALVINGS, Reach, turn};
 use crate::linalg::SPACINGS;
-use crate::math::{maximum, minimum};
+use crate::math::{horner, maximum, minimum};
 use crate::program::arm_form::ORDERS;
-use crate::taylor::{TapeAlong, horner};
+use crate::taylor::TapeAlong;
 
 /// So often a root of a polynomial is improved: Newton's method doubles the digits.
 const IMPROVEMENTS: usize = 8;
@@ -186,7 +186,7 @@ fn root(polynomial: &[f64], [mut from, mut to]: [f64; 2], spacing: f64, function
     turn(&|value| value > 0.0, ends[0], ends[1], spacing, &mut excess)
 }
 
-/// The same of the polynomial itself: a step of Newton's method that leaves the interval is replaced by its middle.
+/// A root of the polynomial itself, likewise: a step of Newton's method that leaves the interval is replaced by its middle.
 fn within(polynomial: &[f64], [mut from, mut to]: [f64; 2], is_found: impl Fn(f64, f64) -> bool) -> f64 {
     let mut at = 0.5 * (from + to);
     for _ in 0..HALVINGS {
