@@ -3,6 +3,7 @@
 mod counting;
 mod support;
 
+mod batch;
 mod call_sequences;
 mod communication;
 mod derivatives;

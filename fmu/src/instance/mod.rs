@@ -4,6 +4,7 @@
 //! again. Values can be read as soon as setup is done; the initial state is solved for when it is first needed and again after a
 //! change. A failure leaves the instance as it was: other values may be tried.
 
+mod batch;
 mod crossing;
 mod derivatives;
 mod differences;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 
 pub(crate) use crate::failure::number;
 pub use crate::integrator::accuracy::Inaccuracy;
+pub use batch::Batch;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
@@ -446,27 +448,44 @@ impl Instance {
     /// The same as long as nothing happens on the way.
     fn advance(&mut self, time: f64) -> Result<(), InstanceError> {
         let from = self.time();
-        self.computed = Computed::default();
-        if self.now.interpolate(time) {
-            self.behind = true;
-        } else {
-            let deadline = match &self.instants {
-                Some(instants) => instants.deadline,
-                None => Deadline::after(self.model.program().experiment.budget),
-            };
-            let settings = Settings { deadline, max_step: self.longest_step(), ..self.settings() };
-            let Snapshot { state, run, memory, .. } = &mut self.now;
-            let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);
-            if self.now.state.time() == from {
-                return done.map_err(|failure| self.explained(failure));
-            }
-            self.now.at_start = false;
-            self.behind = false;
-            self.now.derivatives.fill(false);
-            return done.map_err(InstanceError::Solver);
+        if self.follow_last_step(time) {
+            return Ok(());
         }
+        let settings = self.settings_of_step();
+        let Snapshot { state, run, memory, .. } = &mut self.now;
+        let done = self.stepper.step_to(&self.model, &mut self.machine, state, (run, memory), time, &settings);
+        self.note_advance(from, done)
+    }
+
+    /// Moves time on along the last step's polynomial, if that reaches so far.
+    fn follow_last_step(&mut self, time: f64) -> bool {
+        self.computed = Computed::default();
+        let known = self.now.interpolate(time);
+        if known {
+            self.behind = true;
+            self.now.derivatives.fill(false);
+        }
+        known
+    }
+
+    /// The settings of the steps to the next communication point.
+    fn settings_of_step(&self) -> Settings {
+        let deadline = match &self.instants {
+            Some(instants) => instants.deadline,
+            None => Deadline::after(self.model.program().experiment.budget),
+        };
+        Settings { deadline, max_step: self.longest_step(), ..self.settings() }
+    }
+
+    /// After the steps from that time on.
+    fn note_advance(&mut self, from: f64, done: Result<(), Failure>) -> Result<(), InstanceError> {
+        if self.now.state.time() == from {
+            return done.map_err(|failure| self.explained(failure));
+        }
+        self.now.at_start = false;
+        self.behind = false;
         self.now.derivatives.fill(false);
-        Ok(())
+        done.map_err(InstanceError::Solver)
     }
 
     /// Where the last step of the method ended \[s\], not before the present time: so far the motion is known.

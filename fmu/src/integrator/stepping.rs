@@ -16,13 +16,13 @@ use crate::constraints::initial::ASTRAY;
 use crate::constraints::projection::Projection;
 use crate::context::{Context, Settings, Statistics};
 use crate::failure::Failure;
-use crate::integrator::stiffness::Engines;
+use crate::integrator::stiffness::{Advance, Engines};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
 use crate::motion::Run;
 use crate::program::Engine;
 use crate::singular::dependence::is_singular;
-use crate::taylor::CLOSED;
+use crate::taylor::{CLOSED, Jet};
 
 /// Shortest part of a change that is followed.
 const SHORTEST_PART: f64 = 1e-4;
@@ -298,6 +298,24 @@ impl Stepper {
         target: f64,
         settings: &Settings,
     ) -> Result<(), Failure> {
+        let mut advance = self.set_out(model, machine, state, (run, memory), target, settings)?;
+        let mut advanced = Ok(());
+        while advanced.is_ok() && run.last.end_time < target {
+            advanced = self.take_one(model, machine, (run, memory), settings, &mut advance);
+        }
+        self.arrive(model, machine, state, (run, memory), settings, (target, advanced))
+    }
+
+    /// Prepares the steps to a later time. On failure the state stays as it was.
+    pub(crate) fn set_out(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        state: &State,
+        (run, memory): (&mut Run, &mut Memory),
+        target: f64,
+        settings: &Settings,
+    ) -> Result<Advance, Failure> {
         let Self { explicit, implicit, taylor, projection, work, reprojection, statistics, masses, accuracy, .. } =
             self;
         let context = &mut Context { model, machine, projection, statistics, settings };
@@ -325,8 +343,41 @@ impl Stepper {
         }
         let limit = if exact { target } else { settings.limit().max(target) };
         context.machine.load(model, &run.signals.origin);
+        Ok(engines.set_out(context, run, Horizon { target, limit }))
+    }
+
+    /// Takes one of these steps.
+    pub(crate) fn take_one(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        (run, memory): (&mut Run, &mut Memory),
+        settings: &Settings,
+        advance: &mut Advance,
+    ) -> Result<(), Failure> {
+        let Self { explicit, implicit, taylor, projection, statistics, masses, accuracy, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        let mut engines =
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory };
+        engines.take_one(context, run, advance)
+    }
+
+    /// Reads the state at the time that the steps lead to, unless they have failed.
+    pub(crate) fn arrive(
+        &mut self,
+        model: &Model,
+        machine: &mut Machine,
+        state: &mut State,
+        (run, memory): (&mut Run, &mut Memory),
+        settings: &Settings,
+        (target, advanced): (f64, Result<(), Failure>),
+    ) -> Result<(), Failure> {
+        let Self { explicit, implicit, taylor, projection, work, statistics, masses, accuracy, .. } = self;
+        let context = &mut Context { model, machine, projection, statistics, settings };
+        let mut engines =
+            Engines { taylor: taylor.as_deref_mut(), explicit, implicit, masses: masses.as_mut(), accuracy, memory };
         // What is done so far is kept where the computer may not do more.
-        let (target, unfinished) = match engines.advance(context, run, Horizon { target, limit }) {
+        let (target, unfinished) = match advanced {
             Err(failure) if failure.is_unfinished() && run.last.end_time > work.time() => {
                 (run.last.end_time, Err(failure))
             }
@@ -349,6 +400,12 @@ impl Stepper {
         state.copy_from(work);
         run.signals.pass();
         unfinished
+    }
+
+    /// The series that the next step of a run begins with, and its order, if it takes one.
+    pub(crate) fn begun(&mut self, run: &Run, memory: &Memory, settings: &Settings) -> Option<(&mut Jet, usize)> {
+        let is_series = settings.engine == Engine::Taylor && !memory.is_stiff();
+        self.taylor.as_deref_mut().filter(|_| is_series)?.begun(run, settings.tolerance)
     }
 }
 

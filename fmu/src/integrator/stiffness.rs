@@ -250,41 +250,52 @@ pub(crate) struct Engines<'a> {
     pub memory: &'a mut Memory,
 }
 
+/// Steps to a communication point.
+pub(crate) struct Advance {
+    horizon: Horizon,
+    pace: Pace,
+    /// What an implicit step costs, and one of the engine that the settings name.
+    costs: [f64; 2],
+}
+
 impl Engines<'_> {
-    /// Takes steps until the run has reached the target.
-    pub fn advance(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<(), Failure> {
-        let mut pace = Pace::new(context, run.last.end_time);
-        let [implicit, other] = self.costs(context);
-        while run.last.end_time < horizon.target {
-            if run.last.undefined
-                && let Some(failure) = undefined(context, run)
-            {
-                return Err(failure);
-            }
-            pace.check(context, run.last.end_time, horizon.target)
-                .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
-            let is_implicit = context.settings.engine == Engine::Radau || self.memory.choice.stiff;
-            let each = if is_implicit { implicit } else { other };
-            pace.spend(context, [run.last.end_time, horizon.target], each)?;
-            context.settings.check_patience(run.last.end_time)?;
-            if context.settings.engine == Engine::Radau {
-                if self.implicit_step(context, run, horizon)? == Progress::Declined {
-                    return Err(singular_ahead(context, run));
-                }
-            } else if self.memory.choice.stiff {
-                self.stiff_step(context, run, horizon)?;
-            } else {
-                self.other_step(context, run, horizon)?;
-            }
-            let Self { taylor, masses, accuracy, .. } = self;
-            accuracy.note(context, run, |context, run| match taylor {
-                Some(taylor) => taylor.amplification(context, run),
-                None => masses.as_mut()?.amplification(context, run),
-            });
-            pace.count(context, each);
-            note_end(context, run)?;
+    /// Before the first step.
+    pub fn set_out(&self, context: &Context, run: &Run, horizon: Horizon) -> Advance {
+        Advance { horizon, pace: Pace::new(context, run.last.end_time), costs: self.costs(context) }
+    }
+
+    /// Takes one step.
+    #[inline]
+    pub fn take_one(&mut self, context: &mut Context, run: &mut Run, advance: &mut Advance) -> Result<(), Failure> {
+        let Advance { horizon, pace, costs: [implicit, other] } = advance;
+        let horizon = *horizon;
+        if run.last.undefined
+            && let Some(failure) = undefined(context, run)
+        {
+            return Err(failure);
         }
-        Ok(())
+        pace.check(context, run.last.end_time, horizon.target)
+            .map_err(|too_many| end_of_reach(context, run).unwrap_or_else(|| because(context, run, too_many)))?;
+        let is_implicit = context.settings.engine == Engine::Radau || self.memory.choice.stiff;
+        let each = if is_implicit { *implicit } else { *other };
+        pace.spend(context, [run.last.end_time, horizon.target], each)?;
+        context.settings.check_patience(run.last.end_time)?;
+        if context.settings.engine == Engine::Radau {
+            if self.implicit_step(context, run, horizon)? == Progress::Declined {
+                return Err(singular_ahead(context, run));
+            }
+        } else if self.memory.choice.stiff {
+            self.stiff_step(context, run, horizon)?;
+        } else {
+            self.other_step(context, run, horizon)?;
+        }
+        let Self { taylor, masses, accuracy, .. } = self;
+        accuracy.note(context, run, |context, run| match taylor {
+            Some(taylor) => taylor.amplification(context, run),
+            None => masses.as_mut()?.amplification(context, run),
+        });
+        pace.count(context, each);
+        note_end(context, run)
     }
 
     /// The next step begins elsewhere than the last one ended.

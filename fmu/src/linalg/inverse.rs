@@ -104,10 +104,15 @@ impl Inverse {
         [row * count + column, column * count + row]
     }
 
+    /// An entry, by equations.
+    #[inline]
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        self.rows.as_flattened()[self.places[row] * self.width * WIDTH + self.places[column]]
+    }
+
     /// An entry of the diagonal.
     pub fn diagonal(&self, equation: usize) -> f64 {
-        let place = self.places[equation];
-        self.rows.as_flattened()[place * self.width * WIDTH + place]
+        self.entry(equation, equation)
     }
 
     /// Adds the sizes of the entries of an equation's row, times a factor, to sums by places.

@@ -7,7 +7,7 @@
 //! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
 //! * [`least_squares`], [`singular_values`], `spectrum`: minimum-norm solutions, the decomposition of a matrix, and the ends of a spectrum.
 //! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`, `varied`: numbers alone, numbers and matrices with their
-//!   derivatives.
+//!   derivatives; `quad`: numbers and inverses of four motions.
 
 pub(crate) mod chain;
 pub(crate) mod columns;
@@ -20,6 +20,7 @@ pub(crate) mod lane;
 pub mod least_squares;
 pub(crate) mod matrix;
 pub(crate) mod number;
+pub(crate) mod quad;
 pub mod singular_values;
 pub mod sparse;
 pub(crate) mod spectrum;

@@ -97,6 +97,11 @@ impl<N: Number, const L: usize> Coupling<N, L> {
         self.chain.as_ref().filter(|chain| chain.holds())
     }
 
+    /// Can forces be sums along a tree or a chain, whatever the coefficients are?
+    pub fn may_have_sums(&self) -> bool {
+        self.tree.is_some() || self.rest.is_some()
+    }
+
     /// Is there a chain, and so long that forces are sums along it?
     pub fn is_long(&self) -> bool {
         self.sums().is_some()

@@ -5,6 +5,7 @@ use super::products::{convolution, inner_square, power, square, tail, weighted, 
 use crate::events::switch::{Choices, Side};
 use crate::linalg::lane::{WIDTH, by_width};
 use crate::linalg::number::{Elementary, Number};
+use crate::linalg::quad::Quad;
 use crate::model::Model;
 use crate::program::FollowerOrder;
 use crate::program::arm_form::ORDERS;
@@ -162,13 +163,18 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
     /// Writes the given series, as polynomials, and what depends on them only, up to an order: see [`Self::signals`] for more.
     pub fn begin(&mut self, order: usize, polynomial: impl Fn(Given) -> [N; GIVEN]) {
         let store = &mut self.store;
-        store.chosen = self.forced;
         for &(slot, given) in &store.tape.given {
             let values = &mut store.values[slot as usize];
             values.fill(N::ZERO);
             values[..GIVEN].copy_from_slice(&polynomial(given));
         }
-        store.signals_known = 0;
+        self.restart(order);
+    }
+
+    /// Finds what depends on the given series only, up to an order, after these have changed.
+    pub fn restart(&mut self, order: usize) {
+        self.store.chosen = self.forced;
+        self.store.signals_known = 0;
         self.signals(order);
     }
 
@@ -238,6 +244,18 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
     #[inline(always)]
     fn rates_any(&mut self, order: usize, vectors: Vectors<N, L>) {
         self.store.run(&mut self.rates, order, vectors);
+    }
+}
+
+impl Scalars<Quad, 1> {
+    /// Takes the given series of one motion over.
+    pub fn take_given(&mut self, member: usize, alone: &Scalars) {
+        for &(slot, _) in &self.store.tape.given {
+            let values = &mut self.store.values[slot as usize][..GIVEN];
+            for (place, value) in values.iter_mut().zip(alone.series(slot)) {
+                place.set(member, *value);
+            }
+        }
     }
 }
 

@@ -21,6 +21,7 @@ use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
 use crate::taylor::{Changes, Jet};
 pub(crate) use memory::Memory;
+use propose::order_of;
 pub(crate) use propose::{order_for, share};
 
 /// Storage for Taylor series.
@@ -210,6 +211,11 @@ impl Taylor {
     pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &Memory) {
         self.memory = *memory;
         self.begin(context, run);
+    }
+
+    /// The series that the next step begins with, and the order that it will have, if it is known to be regular.
+    pub(crate) fn begun(&mut self, run: &Run, tolerance: f64) -> Option<(&mut Jet, usize)> {
+        (self.known == Start::Regular).then_some((&mut self.jet, order_of(run, tolerance)))
     }
 
     fn begin(&mut self, context: &mut Context, run: &Run) {

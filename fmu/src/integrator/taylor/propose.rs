@@ -170,7 +170,7 @@ impl Taylor {
     /// The rest of the series, as far as a step within the room may need it; returns its order.
     fn expand(&mut self, context: &mut Context, run: &mut Run, room: f64) -> usize {
         let tolerance = context.settings.tolerance;
-        let order = if is_near(run) { order_near(tolerance) } else { order_for(tolerance) };
+        let order = order_of(run, tolerance);
         context.statistics.evaluations += 1;
         let longest = if run.last.natural > 0.0 { room.min(GROW * run.last.natural) } else { room };
         let has_contacts = context.model.program().instants.contacts.is_some();
@@ -295,6 +295,11 @@ fn rounding(model: &Model, positions: &[f64]) -> f64 {
 /// What one step may be wrong by at a tolerance.
 pub(crate) fn share(tolerance: f64) -> f64 {
     (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
+}
+
+/// The order of the next step.
+pub(super) fn order_of(run: &Run, tolerance: f64) -> usize {
+    if is_near(run) { order_near(tolerance) } else { order_for(tolerance) }
 }
 
 /// Orders that cost least at a tolerance: two more for each decade. The optimum is flat; with fewer of them steps stay away from the radius of

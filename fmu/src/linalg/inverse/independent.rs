@@ -93,10 +93,6 @@ impl Inverse {
         true
     }
 
-    fn entry(&self, row: usize, column: usize) -> f64 {
-        self.rows.as_flattened()[self.places[row] * self.width * WIDTH + self.places[column]]
-    }
-
     fn clear_equation(&mut self, equation: usize) {
         let (place, width) = (self.places[equation], self.width);
         self.rows[place * width..][..width].fill(ZERO);

@@ -8,6 +8,7 @@
 //! and the loop equations are constant combinations of the b_k themselves. At every order the newest coefficients enter linearly, with the
 //! matrix \[M J^T; J 0\] of the start: see McPhee's Eq. (22).
 
+mod batch;
 mod clearance;
 mod curves;
 mod frames;
@@ -32,6 +33,7 @@ use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Cause, Factor, Link, Load, LoopEquation, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
+pub(crate) use batch::{Batch, MEMBERS};
 pub use clearance::Changes;
 use curves::CurveSlope;
 use response::Response;
@@ -201,6 +203,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     matrix: N::Matrix,
     /// Is it laid out for masses that are alike, and for a chain?
     layout: Option<Layout>,
+    /// The last order of the unknowns that a batch has found already; 0 if none.
+    ahead: usize,
     /// Of a mechanism of frames only.
     response: Response,
     /// The joint of each loop equation.
@@ -294,6 +298,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             present: present(&shape),
             matrix: N::Matrix::none(),
             layout: None,
+            ahead: 0,
             response: Response::default(),
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),

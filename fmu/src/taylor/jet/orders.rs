@@ -15,6 +15,12 @@ impl Jet {
 
     #[inline(always)]
     fn advance_all(&mut self, first: usize, last: usize) {
+        if first > 0 && last + 2 <= self.ahead {
+            return;
+        }
+        // A batch knows unknowns only: what else is needed for further orders follows from the beginning.
+        let first = if self.ahead > 0 { first.min(1) } else { first };
+        self.ahead = 0;
         self.scalars.signals(last + 2);
         let done = match self.frames {
             [1, 1] => self.advance_frames::<1, 1>(first, last),
@@ -31,6 +37,11 @@ impl Jet {
                 self.advance_general(k);
             }
         }
+    }
+
+    /// Are the orders found by [`Jet::advance_frames`]?
+    pub(super) fn has_kernel(&self) -> bool {
+        matches!(self.frames, [1, 1..=3] | [2, 2..=4] | [3, 3])
     }
 }
 

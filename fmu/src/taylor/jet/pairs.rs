@@ -8,6 +8,7 @@
 use super::terms::{Plan, Slope};
 use crate::linalg::matrix::{Entries, Places};
 use crate::linalg::number::Elementary;
+use crate::linalg::quad::Quad;
 use crate::program::arm_form::ArmForm;
 
 /// All of them.
@@ -151,6 +152,18 @@ impl<N: Elementary> Pairs<N> {
             solution[*place] = (*gap - moved).over(*size);
             solution[first + row] = *dx * *reaction - *dy * across;
             solution[first + row + 1] = *dy * *reaction + *dx * across;
+        }
+    }
+}
+
+impl Pairs<Quad> {
+    /// Takes the pose of one motion over.
+    pub(super) fn take(&mut self, member: usize, alone: &Pairs) {
+        for (own, pair) in self.pairs.iter_mut().zip(&alone.pairs) {
+            let places = own.direction.iter_mut().chain([&mut own.size]).chain(&mut own.along);
+            for (place, value) in places.zip(pair.direction.iter().chain([&pair.size]).chain(&pair.along)) {
+                place.set(member, *value);
+            }
         }
     }
 }
