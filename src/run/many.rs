@@ -1,14 +1,16 @@
-//! Many runs of one program: each with its own settings, in as many threads as are wanted.
+//! Many runs of one program: each with its own settings, in as many threads as are wanted, and in each thread some of them side by side.
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cotree_fmu::instance::Instance;
+use cotree_fmu::instance::{Batch, Instance};
 use cotree_fmu::model::Model;
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::ParallelIterator;
+use rayon::slice::ParallelSlice;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
+use super::journey::{Journey, travel};
 use super::{FailedRun, Finish, Run, points};
 
 /// More threads than this only cost memory.
@@ -73,32 +75,73 @@ impl<'a> Ensemble<'a> {
         begin: impl Fn() -> C + Sync,
         point: impl Fn(&mut C, f64, &[f64]) + Sync,
     ) -> Vec<(C, Ended)> {
-        let one = |settings: &Settings| self.run_one(settings, begin(), &point);
+        let some =
+            |batch: &mut Option<Batch>, members: &[Settings]| self.run_some(batch.as_mut(), members, &begin, &point);
+        let batch = || Batch::new(&self.model);
+        // No thread is to be idle while another one runs several.
+        let together =
+            members.len().div_ceil(self.threads()).clamp(1, if batch().is_some() { Batch::MEMBERS } else { 1 });
+        let groups = members.par_chunks(together);
         match &self.threads {
-            Some(threads) => threads.install(|| members.par_iter().map(one).collect()),
-            None => members.iter().map(one).collect(),
+            Some(threads) => threads.install(|| groups.map_init(batch, some).flatten_iter().collect()),
+            None => {
+                let mut batch = batch();
+                members.chunks(together).flat_map(|members| some(&mut batch, members)).collect()
+            }
         }
     }
 
-    fn run_one<C>(&self, settings: &Settings, mut collected: C, point: &impl Fn(&mut C, f64, &[f64])) -> (C, Ended) {
+    /// Runs some members, side by side if there is a batch.
+    fn run_some<C>(
+        &self,
+        batch: Option<&mut Batch>,
+        members: &[Settings],
+        begin: impl Fn() -> C,
+        point: impl Fn(&mut C, f64, &[f64]),
+    ) -> Vec<(C, Ended)> {
+        let with_settings = |settings: &Settings| {
+            let mut run = self.run.clone();
+            run.settings.extend_from_slice(settings);
+            run
+        };
+        let runs: Vec<Run> = members.iter().map(with_settings).collect();
+        let mut collected: Vec<C> = members.iter().map(|_| begin()).collect();
         if self.is_stopped() {
-            let error = io::Error::from(io::ErrorKind::Interrupted).into();
-            return (collected, Err(FailedRun { error, log: Vec::new() })); // a start takes its time, too
+            // A start takes its time, too.
+            let stopped = |collected| (collected, Err(FailedRun { error: interrupted().into(), log: Vec::new() }));
+            return collected.into_iter().map(stopped).collect();
         }
-        let mut run = self.run.clone();
-        run.settings.extend_from_slice(settings);
-        let report = |time, values: &[f64]| {
-            if self.is_stopped() {
-                return Err(io::ErrorKind::Interrupted.into());
-            }
-            point(&mut collected, time, values);
-            Ok(())
-        };
-        let mut instance = Instance::new(Arc::clone(&self.model));
-        let ended = match self.times {
-            Some(times) => run.start_at(&mut instance, times.iter().copied(), report),
-            None => run.start_at(&mut instance, points(run.experiment), report),
-        };
-        (collected, ended)
+        let mut instances: Vec<Instance> = members.iter().map(|_| Instance::new(Arc::clone(&self.model))).collect();
+        let mut journeys: Vec<_> = runs
+            .iter()
+            .zip(&mut instances)
+            .zip(&mut collected)
+            .map(|((run, instance), collected)| Journey::new(run, instance, self.report(collected, &point)))
+            .collect();
+        match self.times {
+            Some(times) => travel(&mut journeys, times.iter().copied(), batch),
+            None => travel(&mut journeys, points(self.run.experiment), batch),
+        }
+        let ended: Vec<Ended> = journeys.into_iter().map(Journey::end).collect();
+        collected.into_iter().zip(ended).collect()
     }
+
+    /// What a member does at a communication point.
+    fn report<C>(
+        &self,
+        collected: &mut C,
+        point: &impl Fn(&mut C, f64, &[f64]),
+    ) -> impl FnMut(f64, &[f64]) -> io::Result<()> {
+        move |time, values| {
+            if self.is_stopped() {
+                return Err(interrupted());
+            }
+            point(collected, time, values);
+            Ok(())
+        }
+    }
+}
+
+fn interrupted() -> io::Error {
+    io::ErrorKind::Interrupted.into()
 }

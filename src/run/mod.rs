@@ -1,6 +1,7 @@
 //! A simulation from the outside: parameters, inputs over time, results at regular times.
 
 mod gaps;
+mod journey;
 mod log;
 mod many;
 mod measure;
@@ -18,6 +19,7 @@ use crate::export::description::Description;
 use crate::model::Experiment;
 use crate::report::csv::CsvTable;
 pub use gaps::Gaps;
+use journey::{Journey, travel};
 pub use log::{Logged, What};
 pub use many::{Ended, Ensemble, Settings};
 pub use measure::{Measure, MeasureError, Statistic};
@@ -117,50 +119,10 @@ impl Run<'_> {
         times: impl IntoIterator<Item = f64>,
         report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Finish, FailedRun> {
-        let mut log = Vec::new();
-        let ended = self.go_through(instance, times, &mut log, report);
-        log.extend(Logged::taken(instance));
-        match ended {
-            Ok(ended) => Ok(finish(instance, (log, ended))),
-            Err(error) => Err(FailedRun { error, log }),
-        }
-    }
-
-    /// Goes from one communication point to the next; the event that ends the run before the last one, and when.
-    fn go_through(
-        &self,
-        instance: &mut Instance,
-        times: impl IntoIterator<Item = f64>,
-        log: &mut Vec<Logged>,
-        mut report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
-    ) -> Result<Option<(String, f64)>, RunError> {
-        self.begin(instance)?;
-        let Experiment { start, stop, .. } = self.experiment;
-        let knots = self.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
-        let (mut knots, mut values) = (knots.peekable(), vec![0.0; self.reported.len()]);
-        log.extend(Logged::taken(instance));
-        for time in times {
-            let mut ended = None;
-            while ended.is_none()
-                && let Some(knot) = knots.next_if(|knot| *knot <= time)
-            {
-                ended = reach(instance, knot)?;
-                self.set_inputs(instance, knot)?;
-            }
-            if ended.is_none() {
-                ended = reach(instance, time)?;
-            }
-            log.extend(Logged::taken(instance));
-            let time = ended.as_ref().map_or(time, |(_, time)| *time);
-            for (value, &variable) in values.iter_mut().zip(&self.reported) {
-                *value = instance.reading(variable)?;
-            }
-            report(time, &values)?;
-            if ended.is_some() {
-                return Ok(ended);
-            }
-        }
-        Ok(None)
+        let mut journeys = [Journey::new(self, instance, report)];
+        travel(&mut journeys, times, None);
+        let [journey] = journeys;
+        journey.end()
     }
 
     /// The initial state.
@@ -182,22 +144,6 @@ impl Run<'_> {
         let Some((table, variables)) = &self.inputs else { return Ok(()) };
         Ok(set_inputs(instance, (table, variables), time, time > start && time == stop)?)
     }
-}
-
-/// Moves on to a time; the event that ends the run before it, and when.
-fn reach(instance: &mut Instance, time: f64) -> Result<Option<(String, f64)>, InstanceError> {
-    if time <= instance.time() {
-        return Ok(None);
-    }
-    match instance.step_to(time) {
-        Err(InstanceError::Ended { event, time }) => Ok(Some((event, time))),
-        done => done.map(|()| None),
-    }
-}
-
-fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f64)>)) -> Finish {
-    let events = instance.events().map(|(name, count)| (name.to_owned(), count)).collect();
-    Finish { inaccuracy: instance.take_inaccuracy(), events, log, ended }
 }
 
 /// Sets inputs and their rates to the table's: of each column one variable. They are constant until the next row, so this is done at the rows only

@@ -51,9 +51,9 @@ impl Batch {
     pub fn take(&mut self, member: usize, jet: &Jet) -> bool {
         let Matrix::Whole(inverse) = &jet.matrix else { return false };
         let Self { series, places, changed } = self;
-        for (own, value) in series.coefficients.iter_mut().zip(&jet.coefficients) {
-            *changed |= own.get(member).to_bits() != value.to_bits();
-            own.set(member, *value);
+        for (place, value) in series.coefficients.iter_mut().zip(&jet.coefficients) {
+            *changed |= place.get(member).to_bits() != value.to_bits();
+            place.set(member, *value);
         }
         series.matrix.take(member, inverse);
         series.terms.pairs.take(member, &jet.terms.pairs);
@@ -72,8 +72,8 @@ impl Batch {
         for order in begin..end {
             let values = series.values[order * places.len()..].as_flattened_mut();
             let alone = jet.values[order * jet.shape.all()..].as_flattened();
-            for (own, &place) in values.iter_mut().zip(places.iter()) {
-                own.set(member, alone[place]);
+            for (value, &place) in values.iter_mut().zip(places.iter()) {
+                value.set(member, alone[place]);
             }
         }
         true
@@ -85,8 +85,8 @@ impl Batch {
         let (found, alone) = (self.series.values.as_flattened(), jet.values.as_flattened_mut());
         let mut finite = true;
         for k in POSITIONS[1]..=order {
-            for (own, place) in found[k * count..].iter().zip(&self.places) {
-                let value = own.get(member);
+            for (value, place) in found[k * count..].iter().zip(&self.places) {
+                let value = value.get(member);
                 finite &= value.is_finite();
                 alone[k * all + place] = value;
             }
@@ -127,9 +127,9 @@ fn take(
     [begin, end]: [usize; 2],
 ) {
     let (lanes, alone) = (lanes.as_flattened_mut(), alone.as_flattened());
-    for (own, place) in places.enumerate() {
+    for (index, place) in places.enumerate() {
         for order in begin..end {
-            lanes[flat::<1>(own, order)].set(member, alone[flat::<WIDTH>(place, order)]);
+            lanes[flat::<1>(index, order)].set(member, alone[flat::<WIDTH>(place, order)]);
         }
     }
 }

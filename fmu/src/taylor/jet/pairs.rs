@@ -159,9 +159,9 @@ impl<N: Elementary> Pairs<N> {
 impl Pairs<Quad> {
     /// Takes the pose of one motion over.
     pub(super) fn take(&mut self, member: usize, alone: &Pairs) {
-        for (own, pair) in self.pairs.iter_mut().zip(&alone.pairs) {
-            let places = own.direction.iter_mut().chain([&mut own.size]).chain(&mut own.along);
-            for (place, value) in places.zip(pair.direction.iter().chain([&pair.size]).chain(&pair.along)) {
+        for (all, one) in self.pairs.iter_mut().zip(&alone.pairs) {
+            let places = all.direction.iter_mut().chain([&mut all.size]).chain(&mut all.along);
+            for (place, value) in places.zip(one.direction.iter().chain([&one.size]).chain(&one.along)) {
                 place.set(member, *value);
             }
         }

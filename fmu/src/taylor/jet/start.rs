@@ -207,6 +207,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// The unknowns of coordinates.
     #[inline(always)]
     pub(super) fn load(&mut self, order: usize, values: &[N]) {
+        // What a batch has found does not belong to this pose.
         self.ahead = 0;
         let first = order * self.shape.places();
         let unknowns = &mut self.values.as_flattened_mut()[first..];
