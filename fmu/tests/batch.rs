@@ -70,7 +70,8 @@ fn compare(name: &str, model: &Arc<Model>, seed: u64) -> u64 {
     let mut batch = Batch::new(model).expect("a model whose motions can take their steps together");
     let mut numbers = Numbers(seed);
     let tolerance = [1e-4, 1e-6, 1e-8, 1e-10][(seed % 4) as usize];
-    let members = (0..Batch::MEMBERS).filter_map(|_| begun(model, &mut numbers, tolerance));
+    // One more than can be together.
+    let members = (0..=Batch::MEMBERS).filter_map(|_| begun(model, &mut numbers, tolerance));
     let mut alone: Vec<Instance> = members.collect();
     let mut together = alone.clone();
     let experiment = &model.program().experiment;

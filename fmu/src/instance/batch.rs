@@ -1,16 +1,19 @@
 //! Simulations of one model side by side: the series of their steps are found together, which takes about as long as those of one or two of them. Each keeps its own steps
 //! and its own end, and has the bits that it has alone.
 
+use std::sync::Arc;
+
 use super::{Instance, InstanceError};
 use crate::context::Settings;
 use crate::failure::Failure;
 use crate::integrator::stiffness::Advance;
 use crate::model::Model;
-use crate::taylor::{self, MEMBERS};
+use crate::taylor::{self, Jet, MEMBERS};
 
 /// What simulations of one model share.
 #[derive(Debug)]
 pub struct Batch {
+    model: Arc<Model>,
     series: Box<taylor::Batch>,
     /// Series that have been found together with others.
     found: u64,
@@ -30,11 +33,11 @@ impl Batch {
     pub const MEMBERS: usize = MEMBERS;
 
     /// Storage, if motions of the model can take their steps together: there must be series without switches, and neither time events nor state events.
-    pub fn new(model: &Model) -> Option<Self> {
+    pub fn new(model: &Arc<Model>) -> Option<Self> {
         let program = model.program();
         let is_smooth = program.instants.is_empty() && program.discrete.is_empty();
         let series = taylor::Batch::new(model).filter(|_| is_smooth && model.coordinates() > 0)?;
-        Some(Self { series: Box::new(series), found: 0 })
+        Some(Self { model: Arc::clone(model), series: Box::new(series), found: 0 })
     }
 
     /// How many series have been found together with others.
@@ -42,7 +45,7 @@ impl Batch {
         self.found
     }
 
-    /// Moves instances of the model on to a later time, as [`Instance::step_to`] does each of them: at most [`Batch::MEMBERS`].
+    /// Moves instances on to a later time, as [`Instance::step_to`] does each of them. The first [`Batch::MEMBERS`] take their steps together if they are of the model.
     pub fn step_to(&mut self, members: &mut [&mut Instance], time: f64) -> Vec<Result<(), InstanceError>> {
         let mut journeys: Vec<_> = members.iter_mut().map(|member| Journey::new(member, time)).collect();
         while self.find_series(members, &journeys) {
@@ -66,22 +69,24 @@ impl Batch {
         journeys: &[Result<Option<Journey>, InstanceError>],
     ) -> bool {
         let (mut taken, mut highest, mut goes_on) = ([false; MEMBERS], 0, false);
-        for (index, (member, journey)) in members.iter_mut().zip(journeys).enumerate().take(MEMBERS) {
+        for (index, (member, journey)) in members.iter_mut().zip(journeys).enumerate() {
             let Ok(Some(journey)) = journey else { continue };
             if !journey.goes_on(member) {
                 continue;
             }
             goes_on = true;
-            if let Some((jet, order)) = member.stepper.begun(&member.now.run, &member.now.memory, &journey.settings) {
+            let may_join = index < MEMBERS && Arc::ptr_eq(&member.model, &self.model);
+            if let Some((jet, order)) = journey.begun(member).filter(|_| may_join) {
                 taken[index] = self.series.take(index, jet);
                 highest = highest.max(if taken[index] { order } else { 0 });
             }
         }
         if taken.iter().filter(|taken| **taken).count() > 1 {
             self.series.expand(highest);
-            for (index, (member, journey)) in members.iter_mut().zip(journeys).enumerate().take(MEMBERS) {
-                if let (true, Ok(Some(journey))) = (taken[index], journey)
-                    && let Some((jet, _)) = member.stepper.begun(&member.now.run, &member.now.memory, &journey.settings)
+            let members = members.iter_mut().zip(journeys).enumerate().zip(taken);
+            for ((index, (member, journey)), _) in members.filter(|(_, taken)| *taken) {
+                if let Ok(Some(journey)) = journey
+                    && let Some((jet, _)) = journey.begun(member)
                 {
                     self.series.give(index, jet, highest);
                     self.found += 1;
@@ -114,11 +119,19 @@ impl Journey {
         self.failure.is_none() && member.now.run.last.end_time < self.target
     }
 
+    /// The series that the next step begins with, and its order, if it takes one.
+    fn begun<'a>(&self, member: &'a mut Instance) -> Option<(&'a mut Jet, usize)> {
+        let Instance { stepper, now, .. } = member;
+        stepper.begun(&now.run, &now.memory, &self.settings)
+    }
+
     fn take_one(&mut self, member: &mut Instance) {
         if self.goes_on(member) {
             let Instance { model, machine, stepper, now, .. } = member;
             let run = (&mut now.run, &mut now.memory);
-            self.failure = stepper.take_one(model, machine, run, &self.settings, &mut self.advance).err();
+            if let Err(failure) = stepper.take_one(model, machine, run, &self.settings, &mut self.advance) {
+                self.failure = Some(failure);
+            }
         }
     }
 

@@ -300,8 +300,11 @@ impl Stepper {
     ) -> Result<(), Failure> {
         let mut advance = self.set_out(model, machine, state, (run, memory), target, settings)?;
         let mut advanced = Ok(());
-        while advanced.is_ok() && run.last.end_time < target {
-            advanced = self.take_one(model, machine, (run, memory), settings, &mut advance);
+        while run.last.end_time < target {
+            if let Err(failure) = self.take_one(model, machine, (run, memory), settings, &mut advance) {
+                advanced = Err(failure);
+                break;
+            }
         }
         self.arrive(model, machine, state, (run, memory), settings, (target, advanced))
     }

@@ -8,19 +8,23 @@ use crate::program::arm_form::Factor;
 use crate::taylor::tape::Scalars;
 
 impl Jet {
+    /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
+    pub fn advance(&mut self, first: usize, last: usize) {
+        if self.ahead == 0 {
+            self.advance_alone(first, last);
+        } else if first == 0 || last + 2 > self.ahead {
+            // A batch finds the unknowns only: what else further orders need follows from the beginning.
+            self.ahead = 0;
+            self.advance_alone(first.min(1), last);
+        }
+    }
+
     by_width! {
-        /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
-        pub fn advance(&mut self: Jet, first: usize, last: usize) = advance_all
+        fn advance_alone(&mut self: Jet, first: usize, last: usize) = advance_all
     }
 
     #[inline(always)]
     fn advance_all(&mut self, first: usize, last: usize) {
-        if first > 0 && last + 2 <= self.ahead {
-            return;
-        }
-        // A batch knows unknowns only: what else is needed for further orders follows from the beginning.
-        let first = if self.ahead > 0 { first.min(1) } else { first };
-        self.ahead = 0;
         self.scalars.signals(last + 2);
         let done = match self.frames {
             [1, 1] => self.advance_frames::<1, 1>(first, last),
