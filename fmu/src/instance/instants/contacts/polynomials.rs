@@ -74,8 +74,8 @@ impl Instance {
         let first = first.map(|(share, event)| (step[0] + share * whole, event));
         if let Some((_, event)) = first {
             instants.armed[event] = false;
-        } else {
-            // Where the loops are closed again gaps are not quite those of the polynomial.
+        } else if self.model.program().constraints.len() > instants.indicators.len() {
+            // Where other loops are closed again gaps are not quite those of the polynomial.
             self.evaluate_sides(instants, (step, step), 1.0);
             let is_open = instants.contacts.gaps.iter().all(|gap| *gap > 0.0);
             is_open.then_some(())?;
