@@ -219,6 +219,9 @@ fn recurrence(operation: Operation, [a, b]: [&Coefficients; 2], lower: &Coeffici
         Operation::SquareRoot => (a[k] - inner_square(lower, k)) / (2.0 * lower[0]),
         Operation::Power if k == 0 => libm::pow(a[0], b[0]),
         Operation::Power => power(a, lower, b[0], k),
+        // Steps end where a law goes on with the next integer.
+        Operation::Floor if k == 0 => libm::floor(a[0]),
+        Operation::Floor => 0.0,
         // None of these has been admitted.
         _ => f64::NAN,
     }
@@ -287,6 +290,7 @@ fn has_recurrence(operation: Operation, moves: [bool; 3]) -> bool {
         | Operation::SubtractProduct
         | Operation::SquareRoot
         | Operation::SinCos
+        | Operation::Floor
         | Operation::Copy => true,
         Operation::Power => !moves[1],
         _ => false,
@@ -441,6 +445,8 @@ mod tests {
         assert!(of(Absolute, [positions, 0, 0]).is_none());
         assert!(of(Select, [1, positions, positions + 1]).is_none());
         assert!(of(Power, [1, positions, 0]).is_none());
+        // Steps end at the next integer.
+        assert!(of(Floor, [positions, 0, 0]).is_some());
         let rates = layout().rates() as u32;
         assert!(of(Add, [positions, rates, 0]).is_none());
     }

@@ -18,7 +18,7 @@ const IMPROVEMENTS: usize = 8;
 /// A gap is looked at so many times as far ahead as it seems to stay open, before the rest of the step.
 const AHEAD: f64 = 2.0;
 /// Where reactions are compared with their polynomials, in shares of a step.
-const LOOKS: [f64; 2] = [CHECKS[1], 1.0];
+const COMPARED: [f64; 2] = [CHECKS[1], 1.0];
 
 /// What becomes of a gap or a reaction in a step.
 enum Course {
@@ -106,7 +106,7 @@ impl Instance {
             return Some(());
         }
         (0..instants.armed.len()).filter(closed).all(|event| self.now.happened.armed[event]).then_some(())?;
-        for (place, share) in LOOKS.into_iter().enumerate() {
+        for (place, share) in COMPARED.into_iter().enumerate() {
             self.evaluate_sides(instants, (step, step), share);
             for event in 0..instants.armed.len() {
                 instants.excesses[event][place] = instants.excess(event);
@@ -126,7 +126,7 @@ impl Instance {
         }
         // Positive as long as it presses.
         let polynomial = &scaled(&reaction.map(|coefficient| -coefficient), step[1] - step[0]);
-        let errors = LOOKS.iter().zip(&instants.excesses[event]);
+        let errors = COMPARED.iter().zip(&instants.excesses[event]);
         let error =
             errors.fold(0.0, |most, (share, excess)| maximum(most, (horner(polynomial, *share) + excess).abs()));
         let mut force = |share: f64| {
