@@ -109,7 +109,7 @@ fn train(play: f64, restitution: f64) -> String {
 fn valve(rate: f64) -> String {
     format!(
         "format = 1\nname = \"valve\"\n[bodies]\ncamshaft = {{ mass = 1.0, inertia = 2e-3 }}\nvalve = {{ mass = 0.12 }}\n\
-         [joints.bearing]\ntype = \"revolute\"\nbetween = [\"ground\", \"camshaft\"]\n\
+         [joints.bearing]\ntype = \"revolute\"\nbetween = [\"ground\", \"camshaft\"]\ndamping = \"0.004 N.m.s/rad\"\n\
          [joints.guide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"valve\"]\naxis = [0, 1]\ndamping = \"4 N.s/m\"\n\
          [joints.cam]\ntype = \"cam\"\nbetween = [\"camshaft\", \"valve\"]\nshaft = \"bearing\"\nguide = \"guide\"\nbase = \"25 mm\"\nroller = \"8 mm\"\n\
          law = \"9[mm]*(1 - cos(angle))/2\"\nunilateral = {{ restitution = 0.35 }}\n\

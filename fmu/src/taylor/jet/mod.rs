@@ -346,7 +346,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.rows.fill(c);
         self.reactions.fill(c);
         self.scalars.fill(c);
-        self.reactions_kept.look(&self.form, c);
+        self.reactions_kept.detect_closed(&self.form, c);
         for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
             *place = c[frame.inertia as usize];
         }

@@ -25,8 +25,8 @@ impl<N: Number, const L: usize> Reactions<N, L> {
         Self { lanes, series: vec![splat(N::ZERO); ORDERS * lanes], wanted: false }
     }
 
-    /// Looks whether any contact is closed: the reactions of the others are zero.
-    pub fn look(&mut self, form: &ArmForm, coefficients: &[N]) {
+    /// Detects whether any contact is closed: the reactions of the others are zero.
+    pub fn detect_closed(&mut self, form: &ArmForm, coefficients: &[N]) {
         let is_closed = |&(_, open): &(u32, Coefficient)| coefficients[open as usize] == N::ZERO;
         self.wanted = self.lanes > 0 && form.contacts.iter().any(is_closed);
     }

@@ -42,7 +42,7 @@ impl Instance {
 
     fn search_contacts(&mut self, instants: &mut Instants, gaps: &mut TapeAlong, step: [f64; 2]) -> Option<Searched> {
         self.expand_gaps(gaps, step[0])?;
-        self.look_at_reactions(instants, step)?;
+        self.test_reactions(instants, step)?;
         let whole = step[1] - step[0];
         let mut flights = std::mem::take(&mut instants.contacts.flights);
         flights.iter_mut().enumerate().for_each(|(event, flight)| *flight = self.guess(gaps, event) / whole);
@@ -100,7 +100,7 @@ impl Instance {
     }
 
     /// Evaluates the reactions in two places of a step, which tell how good their polynomials are; none if one of them began at zero.
-    fn look_at_reactions(&mut self, instants: &mut Instants, step: [f64; 2]) -> Option<()> {
+    fn test_reactions(&mut self, instants: &mut Instants, step: [f64; 2]) -> Option<()> {
         let closed = |event: &usize| !self.is_open(*event);
         if !(0..instants.armed.len()).any(|event| closed(&event)) {
             return Some(());
