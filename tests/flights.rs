@@ -105,6 +105,20 @@ fn train(play: f64, restitution: f64) -> String {
     )
 }
 
+/// A valve that its cam throws off: its law counts turns, and the cam presses most of the time.
+fn valve(rate: f64) -> String {
+    format!(
+        "format = 1\nname = \"valve\"\n[bodies]\ncamshaft = {{ mass = 1.0, inertia = 2e-3 }}\nvalve = {{ mass = 0.12 }}\n\
+         [joints.bearing]\ntype = \"revolute\"\nbetween = [\"ground\", \"camshaft\"]\ndamping = \"0.004 N.m.s/rad\"\n\
+         [joints.guide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"valve\"]\naxis = [0, 1]\ndamping = \"4 N.s/m\"\n\
+         [joints.cam]\ntype = \"cam\"\nbetween = [\"camshaft\", \"valve\"]\nshaft = \"bearing\"\nguide = \"guide\"\nbase = \"25 mm\"\nroller = \"8 mm\"\n\
+         law = \"9[mm]*(1 - cos(angle))/2\"\nunilateral = {{ restitution = 0.35 }}\n\
+         [loads.motor]\ntype = \"torque\"\non = \"camshaft\"\nvalue = \"2 N.m\"\n\
+         [loads.spring]\ntype = \"force\"\non = \"valve\"\nvector = [0, \"2500[N/m]*(26[mm] - valve.y)\"]\n\
+         [initial]\n\"camshaft.angle\" = 0.0\n\"camshaft.omega\" = {rate:?}\n\"guide.s\" = \"33 mm\"\n\"guide.v\" = 0.0\n[outputs]\nvariables = [\"guide.s\"]\n[experiment]\nstop = 3\n"
+    )
+}
+
 /// The same motion and the same events, whichever way they are found: to rounding errors, which impacts multiply.
 #[test]
 fn polynomials_find_what_places_find() {
@@ -115,6 +129,7 @@ fn polynomials_find_what_places_find() {
     );
     scenes.extend([0.4, 0.6].map(rope));
     scenes.extend([(0.02, 0.4), (0.05, 0.7), (0.01, 0.0)].map(|(play, restitution)| train(play, restitution)));
+    scenes.push(valve(260.0));
     for text in scenes {
         let models = [model(&text), model(&(text.clone() + NEVER))];
         for tolerance in [1e-5, 1e-9] {

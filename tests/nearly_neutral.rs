@@ -11,6 +11,7 @@ use cotree_fmu::instance::Instance;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
+use cotree_fmu::program::arm_form::MAX_ORDER;
 use cotree_fmu::taylor::Jet;
 
 const STOP: f64 = 1.2;
@@ -253,7 +254,10 @@ fn a_pose_is_clear_of_another_until_arms_have_turned_as_far() {
         let unknowns = |jet: &mut Jet, angles: [f64; 3]| {
             let motion: Vec<f64> = angles.into_iter().chain([0.0; 3]).collect();
             let regular = jet.begin(&model, machine.registers(), &motion).is_ok();
-            (regular, jet.polynomial(0).to_vec())
+            let form = model.program().arms.as_ref().expect("an arm form");
+            let mut values = vec![0.0; Jet::room(&model, form) / (MAX_ORDER + 1)];
+            jet.write_polynomial(0, &mut values);
+            (regular, values)
         };
         let [coupler, rocker] = bars.angles();
         let turn = |from: f64, to: f64| from + (to - from - TAU * ((to - from) / TAU).round());

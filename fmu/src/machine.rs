@@ -42,7 +42,7 @@ impl Machine {
     pub fn load_constant(&mut self, model: &Model, state: &State) {
         let constant = state.constant_between_instants();
         let place = &mut self.registers[model.layout().constant_between_instants()];
-        if self.staged && place == constant {
+        if self.staged && have_same_bits(place, constant) {
             return;
         }
         place.copy_from_slice(constant);
@@ -122,4 +122,9 @@ impl Machine {
     pub fn registers(&self) -> &[f64] {
         &self.registers
     }
+}
+
+/// True if two lists of the same length have the same bits. All are compared, several at a time: they hardly ever differ.
+fn have_same_bits(one: &[f64], other: &[f64]) -> bool {
+    one.iter().zip(other).fold(0, |bits, (one, other)| bits | (one.to_bits() ^ other.to_bits())) == 0
 }

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contact, Contacts, Coordinate, Slip};
+use crate::program::{Contact, Contacts, Coordinate, Instants, Slip};
 use crate::taylor::TapeAlong;
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion. A rate is zero within the same share of the rates before an impact, and
@@ -152,6 +152,9 @@ impl ContactValues {
     /// What is held wherever it stands would be held where it stands now.
     fn follow(&mut self, model: &Model, machine: &mut Machine, state: &mut State) {
         let Some(data) = &model.program().instants.contacts else { return };
+        if data.all.iter().all(|contact| contact.state.place.is_none()) {
+            return;
+        }
         machine.load(model, state);
         machine.evaluate(&data.gaps, &mut self.gaps);
         for (index, contact) in data.all.iter().enumerate() {
@@ -314,6 +317,9 @@ impl ContactValues {
         self.ask_joining(context);
         self.apply_impulses(context);
         let Place { model, data, machine, .. } = context;
+        if self.sums.is_empty() {
+            return;
+        }
         let n = model.coordinates();
         for (values, factor) in [(&mut self.at_rest, 0.0), (&mut self.sums, 1.0)] {
             self.solved.iter_mut().zip(&self.change).for_each(|(solved, change)| *solved = factor * change);
@@ -922,6 +928,15 @@ impl Place<'_> {
 /// Freewheels that are open in a state.
 fn open_freewheels(data: &Contacts, state: &State) -> impl Iterator<Item = usize> {
     (0..data.all.len()).filter(|&index| data.all[index].of_rate && !is_closed(data, state, index))
+}
+
+impl Instants {
+    /// True if nothing can happen but that contacts without friction close and open.
+    pub(crate) fn has_gaps_only(&self) -> bool {
+        let is_gap = |contact: &Contact| contact.slip.is_none() && !contact.of_rate;
+        let contacts = self.contacts();
+        !contacts.is_empty() && self.occasions() == contacts.len() && contacts.iter().all(is_gap)
+    }
 }
 
 /// True while a contact is closed in a state, or something sticks.

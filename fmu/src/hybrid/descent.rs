@@ -38,6 +38,10 @@ pub(crate) fn first(polynomial: &[f64], mut error: impl FnMut(f64) -> f64) -> De
     let polynomial = &polynomial[..=degree];
     let whole = [0.0, 1.0];
     let margin = margin(whole, size, &mut error);
+    // Mostly it is so far from zero that no signs are needed.
+    if 2.0 * polynomial[0] - size > margin {
+        return Descent::None;
+    }
     let falls: f64 = polynomial[1..].iter().map(|coefficient| minimum(*coefficient, 0.0)).sum();
     if polynomial[0] + falls > margin {
         return Descent::None;

@@ -158,57 +158,82 @@ impl TapeAlong {
         };
     }
 
-    /// One instruction on polynomials.
+    /// One instruction on polynomials. A place is written once, after those that it is found from.
     fn expand(&mut self, step: Recurrence) {
-        let order = self.order;
-        let (mut target, mut cosine) = ([0.0; ORDERS], [0.0; ORDERS]);
-        let [a, b, c] = step.operands.map(|operand| &self.polynomials[operand]);
-        let [moves_a, moves_b, _] = step.operands.map(|operand| self.moves[operand]);
-        let product = |k: usize| match (moves_a, moves_b) {
-            (true, true) => convolution(a, b, k),
-            (true, false) => a[k] * b[0],
-            (false, true) => a[0] * b[k],
-            (false, false) => {
-                if k == 0 {
-                    a[0] * b[0]
-                } else {
-                    0.0
+        let length = self.order + 1;
+        let (known, written) = self.polynomials.split_at_mut(step.second.min(step.target));
+        let [a, b, c] = step.operands.map(|operand| &known[operand]);
+        let moves = step.operands.map(|operand| self.moves[operand]);
+        let target = &mut written[step.target - known.len()];
+        match step.operation {
+            Operation::Add => fill(target, length, |k| a[k] + b[k]),
+            Operation::Subtract => fill(target, length, |k| a[k] - b[k]),
+            Operation::Multiply => product([a, b], moves, target, length, |_, product| product),
+            Operation::Divide if !moves[1] => fill(target, length, |k| a[k] / b[0]),
+            Operation::Negate => fill(target, length, |k| -a[k]),
+            Operation::MultiplyAdd => product([a, b], moves, target, length, |k, product| product + c[k]),
+            Operation::MultiplySubtract => product([a, b], moves, target, length, |k, product| product - c[k]),
+            Operation::SubtractProduct => product([a, b], moves, target, length, |k, product| c[k] - product),
+            Operation::Copy => fill(target, length, |k| a[k]),
+            Operation::SinCos => sine_and_cosine(a, &mut written[..2], length),
+            operation => {
+                for k in 0..length {
+                    target[k] = recurrence(operation, [a, b], target, k);
                 }
             }
-        };
-        for k in 0..=order {
-            target[k] = match step.operation {
-                Operation::Add => a[k] + b[k],
-                Operation::Subtract => a[k] - b[k],
-                Operation::Multiply => product(k),
-                Operation::Divide if !moves_b => a[k] / b[0],
-                Operation::Divide => (a[k] - tail(b, &target, k)) / b[0],
-                Operation::Negate => -a[k],
-                Operation::MultiplyAdd => product(k) + c[k],
-                Operation::MultiplySubtract => product(k) - c[k],
-                Operation::SubtractProduct => c[k] - product(k),
-                Operation::SquareRoot if k == 0 => a[0].sqrt(),
-                Operation::SquareRoot => (a[k] - inner_square(&target, k)) / (2.0 * target[0]),
-                Operation::SinCos if k == 0 => {
-                    let (sine, start) = crate::math::sin_cos(a[0]);
-                    cosine[0] = start;
-                    sine
-                }
-                Operation::SinCos => {
-                    cosine[k] = -weighted(a, &target, k) / k as f64;
-                    weighted(a, &cosine, k) / k as f64
-                }
-                Operation::Power if k == 0 => libm::pow(a[0], b[0]),
-                Operation::Power => power(a, &target, b[0], k),
-                Operation::Copy => a[k],
-                // None of these has been admitted.
-                _ => f64::NAN,
-            };
         }
-        if step.operation == Operation::SinCos {
-            self.polynomials[step.second] = cosine;
-        }
-        self.polynomials[step.target] = target;
+    }
+}
+
+/// The first coefficients of a polynomial, each by itself.
+#[inline(always)]
+fn fill(target: &mut Coefficients, length: usize, value: impl Fn(usize) -> f64) {
+    for k in 0..length.min(ORDERS) {
+        target[k] = value(k);
+    }
+}
+
+/// The same from those of the product of two polynomials, of which one may be a number.
+#[inline(always)]
+fn product(
+    [a, b]: [&Coefficients; 2],
+    moves: [bool; 3],
+    target: &mut Coefficients,
+    length: usize,
+    value: impl Fn(usize, f64) -> f64,
+) {
+    match moves {
+        [true, true, _] => fill(target, length, |k| value(k, convolution(a, b, k))),
+        [true, false, _] => fill(target, length, |k| value(k, a[k] * b[0])),
+        [false, true, _] => fill(target, length, |k| value(k, a[0] * b[k])),
+        [false, false, _] => fill(target, length, |k| value(k, if k == 0 { a[0] * b[0] } else { 0.0 })),
+    }
+}
+
+/// One coefficient of an operation that needs the lower ones of its result.
+#[inline(always)]
+fn recurrence(operation: Operation, [a, b]: [&Coefficients; 2], lower: &Coefficients, k: usize) -> f64 {
+    match operation {
+        Operation::Divide => (a[k] - tail(b, lower, k)) / b[0],
+        Operation::SquareRoot if k == 0 => a[0].sqrt(),
+        Operation::SquareRoot => (a[k] - inner_square(lower, k)) / (2.0 * lower[0]),
+        Operation::Power if k == 0 => libm::pow(a[0], b[0]),
+        Operation::Power => power(a, lower, b[0], k),
+        // Steps end where a law goes on with the next integer.
+        Operation::Floor if k == 0 => libm::floor(a[0]),
+        Operation::Floor => 0.0,
+        // None of these has been admitted.
+        _ => f64::NAN,
+    }
+}
+
+/// The cosine, then the sine, of a polynomial.
+fn sine_and_cosine(a: &Coefficients, written: &mut [Coefficients], length: usize) {
+    let [cosine, sine] = written else { return };
+    (sine[0], cosine[0]) = crate::math::sin_cos(a[0]);
+    for k in 1..length {
+        let next = [weighted(a, cosine, k), -weighted(a, sine, k)];
+        [sine[k], cosine[k]] = next.map(|sum| sum / k as f64);
     }
 }
 
@@ -265,6 +290,7 @@ fn has_recurrence(operation: Operation, moves: [bool; 3]) -> bool {
         | Operation::SubtractProduct
         | Operation::SquareRoot
         | Operation::SinCos
+        | Operation::Floor
         | Operation::Copy => true,
         Operation::Power => !moves[1],
         _ => false,
@@ -419,6 +445,8 @@ mod tests {
         assert!(of(Absolute, [positions, 0, 0]).is_none());
         assert!(of(Select, [1, positions, positions + 1]).is_none());
         assert!(of(Power, [1, positions, 0]).is_none());
+        // Steps end at the next integer.
+        assert!(of(Floor, [positions, 0, 0]).is_some());
         let rates = layout().rates() as u32;
         assert!(of(Add, [positions, rates, 0]).is_none());
     }

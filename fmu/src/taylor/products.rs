@@ -66,7 +66,14 @@ pub(super) fn tail<N: Number>(b: &[N], q: &[N], k: usize) -> N {
 /// sum of j a_j b_(k-j) over 1 <= j <= k
 #[inline(always)]
 pub(super) fn weighted<N: Number>(a: &[N], b: &[N], k: usize) -> N {
-    weighted_dot(&a[1..=k], &b[..k])
+    weighted_up_to(k, a, b, k)
+}
+
+/// The same of an a that has no coefficients beyond a degree.
+#[inline(always)]
+pub(super) fn weighted_up_to<N: Number>(degree: usize, a: &[N], b: &[N], k: usize) -> N {
+    let count = degree.min(k);
+    weighted_dot(&a[1..=count], &b[k - count..k])
 }
 
 /// The same without j = k.

@@ -1,7 +1,7 @@
 //! Scalar series: signals of time and the laws of loads, one order at a time.
 
 use super::fused::{Task, tasks};
-use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail};
+use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail, weighted_up_to};
 use crate::events::switch::{Choices, Side};
 use crate::linalg::lane::{WIDTH, by_width};
 use crate::linalg::number::{Elementary, Number};
@@ -9,7 +9,7 @@ use crate::linalg::quad::Quad;
 use crate::model::Model;
 use crate::program::FollowerOrder;
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source};
+use crate::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
 
 /// What linear steps read besides scalar series: the k-th coefficients of arms and unknowns.
 #[derive(Clone, Copy)]
@@ -90,6 +90,23 @@ fn pieces(tape: &SeriesTape) -> Vec<Pieces> {
     pieces
 }
 
+/// The degrees of given series and of their linear combinations; of the others the highest.
+fn degrees(tape: &SeriesTape) -> Vec<usize> {
+    let mut degrees = vec![ORDERS; tape.slots as usize];
+    for &(slot, given) in &tape.given {
+        degrees[slot as usize] = if given == Given::Time { 1 } else { GIVEN - 1 };
+    }
+    for step in &tape.signals {
+        if let Operation::Linear { first, count, .. } = step.operation {
+            let degree =
+                |term: &Term| if let Source::Slot(slot) = term.source { degrees[slot as usize] } else { ORDERS };
+            let terms = &tape.terms[first as usize..][..count as usize];
+            degrees[step.target as usize] = terms.iter().map(degree).max().unwrap_or(0);
+        }
+    }
+    degrees
+}
+
 /// The coefficients of all series, and what finds them one by one.
 #[derive(Clone, Debug)]
 struct Store<N> {
@@ -99,6 +116,8 @@ struct Store<N> {
     /// Factors of the terms.
     factors: Vec<N>,
     coefficients: Vec<N>,
+    /// No series has coefficients beyond its degree.
+    degrees: Vec<usize>,
     /// The number of orders that are known of signals, which depend on the given series only.
     signals_known: usize,
     /// What has been chosen since the series began.
@@ -130,6 +149,7 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
                 values: vec![[N::ZERO; ORDERS]; tape.slots as usize],
                 factors: vec![N::ZERO; tape.terms.len()],
                 coefficients: vec![N::ZERO; coefficients],
+                degrees: degrees(&tape),
                 signals_known: 0,
                 chosen: Choices::default(),
                 tape,
@@ -313,13 +333,13 @@ impl<N: Elementary> Store<N> {
                 if k == 0 { a[0].root() } else { (a[k] - inner_square(root, k)).over(root[0] + root[0]) }
             }
             Operation::SineCosine(a, cosine) => self.sine_cosine(a, step.target, cosine, k),
-            Operation::Exponential(a) => {
-                let (a, exponential) = (self.series(a), self.series(step.target));
+            Operation::Exponential(slot) => {
+                let exponential = self.series(step.target);
                 match k {
-                    0 => a[0].exponential(),
+                    0 => self.get(slot, 0).exponential(),
                     // 1/(1 + exp a) is zero there, and all its coefficients with it.
                     _ if exponential[0].value() == f64::INFINITY => N::ZERO,
-                    _ => weighted(a, exponential, k).over(N::all(k as f64)),
+                    _ => self.weighted(slot, exponential, k).over(N::all(k as f64)),
                 }
             }
             Operation::Logarithm(a) => {
@@ -367,14 +387,20 @@ impl<N: Elementary> Store<N> {
         sum
     }
 
+    /// sum of j a_j b_(k-j) over 1 <= j <= k: one term where a is a time.
+    #[inline(always)]
+    fn weighted(&self, a: Slot, b: &Numbers<N>, k: usize) -> N {
+        weighted_up_to(self.degrees[a as usize], self.series(a), b, k)
+    }
+
     /// s' = c a', c' = -s a'
     #[inline(always)]
     fn sine_cosine(&mut self, a: Slot, sine: Slot, cosine: Slot, k: usize) -> N {
         let [next, value] = if k == 0 {
             self.get(a, 0).cosine_and_sine()
         } else {
-            let (a, s, c) = (self.series(a), self.series(sine), self.series(cosine));
-            [-weighted(a, s, k), weighted(a, c, k)].map(|sum| sum.over(N::all(k as f64)))
+            let (s, c) = (self.series(sine), self.series(cosine));
+            [-self.weighted(a, s, k), self.weighted(a, c, k)].map(|sum| sum.over(N::all(k as f64)))
         };
         self.values[cosine as usize][k] = next;
         value

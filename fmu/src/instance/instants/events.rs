@@ -19,8 +19,9 @@ impl Instance {
         if self.model.program().instants.occasions() == 0 {
             return Ok(None);
         }
-        while self.time() < target {
-            let now = self.time();
+        // The state itself is read where something happens: the method goes on from the end of its last step.
+        let mut now = self.time();
+        while now < target {
             if self.now.run.is_changed() || self.now.run.step_end() <= now {
                 self.leave_step();
                 // Only the steps of the method count, wherever the communication points are.
@@ -42,8 +43,8 @@ impl Instance {
                 return Ok(None);
             }
             // Each step has a measure of its own; together they may not do more than a communication step may.
-            self.check_work([self.time(), target])?;
-            self.reach(self.now.run.step_end())?;
+            self.check_work([now, target])?;
+            now = self.now.run.step_end();
         }
         Ok(None)
     }

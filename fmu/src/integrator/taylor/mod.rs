@@ -119,7 +119,7 @@ impl Taylor {
 
     /// Numbers in the dense output of a step.
     pub fn dense_length(model: &Model) -> usize {
-        model.program().arms.as_ref().map_or(0, Jet::room)
+        model.program().arms.as_ref().map_or(0, |form| Jet::room(model, form))
     }
 
     /// To be called when the next step does not begin where this method left the last one.
@@ -205,6 +205,11 @@ impl Taylor {
     /// The polynomial of one coordinate in the last step, up to its order.
     pub(crate) fn coordinate(&self, run: &Run, index: usize, coefficients: &mut [f64]) {
         self.jet.coordinate(&run.last.dense, run.last.order as usize, index, coefficients);
+    }
+
+    /// The polynomial of the reaction of a loop equation in the last step; false if none is kept.
+    pub(crate) fn reaction(&self, run: &Run, constraint: u32, coefficients: &mut [f64]) -> bool {
+        self.jet.reaction(&run.last.dense, run.last.order as usize, constraint, coefficients)
     }
 
     /// Begins a series at the end of the last step, on the loops, if that has not been done.

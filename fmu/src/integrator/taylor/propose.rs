@@ -218,8 +218,7 @@ impl Taylor {
     /// The polynomial of the step is the series up to an order.
     fn keep(&mut self, run: &mut Run, last: usize) {
         run.last.order = last as u32;
-        let polynomial = self.jet.polynomial(last);
-        run.last.dense[..polynomial.len()].copy_from_slice(polynomial);
+        self.jet.write_polynomial(last, &mut run.last.dense);
     }
 
     /// Orders until two terms in a row are negligible in a step; returns the last one.

@@ -96,6 +96,9 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// Keeps the reactions just found.
     #[inline(always)]
     pub(super) fn keep_reactions(&mut self, k: usize) {
+        if self.reactions_kept.are_kept() {
+            self.reactions_kept.keep(k, &self.solution[self.shape.all()..]);
+        }
         let reactions = &self.solution.as_flattened()[self.shape.places()..];
         for curve in &mut self.curves {
             curve.reaction[k] = reactions[curve.row];

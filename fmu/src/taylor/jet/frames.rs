@@ -83,6 +83,7 @@ impl Jet {
             force: [all_orders(force_x)?, all_orders(force_y)?],
             values: self.values.as_chunks_mut().0.first_chunk_mut()?,
         };
+        let keeps = self.reactions_kept.are_kept();
         for k in first..last + 1 {
             if !self.scalars.is_steady() {
                 self.scalars.rates(k, frames.vectors());
@@ -105,11 +106,17 @@ impl Jet {
             if F == 1 {
                 let h = [second[0][0], second[1][0]];
                 let solution: [Lane; N] = view.solve(moment[0], h);
+                if keeps {
+                    self.reactions_kept.keep(k, &solution[F..]);
+                }
                 let [x, y] = view.force(h, &solution, [applied[0][0], applied[1][0]]);
                 frames.turn(k, solution.first_chunk()?, second);
                 frames.push(k, [[x; F], [y; F]]);
             } else {
                 let solution: [Lane; N] = fixed.solve::<F, N>(&moment, &second);
+                if keeps {
+                    self.reactions_kept.keep(k, &solution[F..]);
+                }
                 let second = frames.turn(k, solution.first_chunk()?, second);
                 let reacting = match fixed.equations[1] {
                     0 => applied,

@@ -15,6 +15,7 @@ mod frames;
 mod orders;
 mod pairs;
 mod pieces;
+mod reactions;
 mod response;
 mod start;
 mod step;
@@ -36,6 +37,7 @@ use crate::taylor::tape::{Scalars, Vectors};
 pub(crate) use batch::{Batch, MEMBERS};
 pub use clearance::Changes;
 use curves::CurveSlope;
+use reactions::Reactions;
 use response::Response;
 pub(crate) use start::CLOSED;
 use step::Read;
@@ -195,6 +197,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     coupling: Coupling<N, L>,
     rows: Columns<N, L>,
     reactions: Columns<N, L>,
+    /// Series of reactions.
+    reactions_kept: Reactions<N, L>,
     scalars: Scalars<N, L>,
     coefficients: Vec<N>,
     inertia: Vec<Lane<N, L>>,
@@ -292,6 +296,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             coupling,
             rows: Columns::new(row_lanes, &arms_of_rows),
             reactions: Columns::new(all, &transposed),
+            reactions_kept: Reactions::new(model, &form),
             scalars: Scalars::new(&form.tape, count, place, |arm| flat::<L>(place(arm), 0)),
             coefficients: vec![N::all(f64::NAN); count],
             inertia: zeros(shape.lanes[0]),
@@ -346,6 +351,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.rows.fill(c);
         self.reactions.fill(c);
         self.scalars.fill(c);
+        self.reactions_kept.detect_closed(&self.form, c);
         for (place, frame) in self.inertia.as_flattened_mut().iter_mut().zip(&self.form.frames) {
             *place = c[frame.inertia as usize];
         }

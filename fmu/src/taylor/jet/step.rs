@@ -5,8 +5,7 @@ use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, mul
 use crate::linalg::number::Number;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
-use crate::program::arm_form::{ArmForm, Place};
-use crate::taylor::products::move_start;
+use crate::program::arm_form::Place;
 
 /// Where the value of a coordinate lies.
 #[derive(Clone, Copy, Debug)]
@@ -84,28 +83,16 @@ fn read<N: Number>(reads: &[Read], from: &[N], values: &mut [N]) {
 }
 
 impl Jet {
-    /// Numbers in a polynomial of the highest order.
-    pub fn room(form: &ArmForm) -> usize {
-        (MAX_ORDER + 1) * Shape::new(form, WIDTH).all() * WIDTH
-    }
-
-    /// The polynomial of all unknowns, by orders.
-    pub fn polynomial(&self, order: usize) -> &[f64] {
-        self.values[..(order + 1) * self.shape.all()].as_flattened()
-    }
-
     /// One coordinate along a polynomial.
     pub fn coordinate(&self, polynomial: &[f64], order: usize, index: usize, coefficients: &mut [f64]) {
-        let count = self.shape.all() * WIDTH;
-        for (coefficient, values) in coefficients.iter_mut().zip(polynomial.chunks_exact(count)).take(order + 1) {
-            *coefficient = self.reads[index].value(values);
+        let (read, count) = (self.reads[index], self.shape.places());
+        let orders = 0..(order + 1).min(coefficients.len());
+        match read.from {
+            None if !read.reversed => {
+                orders.for_each(|k| coefficients[k] = polynomial[k * count + read.place]);
+            }
+            _ => orders.for_each(|k| coefficients[k] = read.value(&polynomial[k * count..])),
         }
-    }
-
-    /// The same polynomial about a time so long after its start.
-    pub fn move_start(&self, polynomial: &mut [f64], order: usize, dt: f64) {
-        let count = self.shape.all() * WIDTH;
-        move_start(&mut polynomial[..(order + 1) * count], count, dt);
     }
 
     /// By how much the rates at the end of a step are wrong, judging by its accelerations there, as last evaluated, and those of the

@@ -1,0 +1,98 @@
+//! Series of reactions: a contact ceases to press at a root of one.
+
+use super::{Jet, Shape};
+use crate::linalg::lane::{Lane, WIDTH, splat};
+use crate::linalg::number::Number;
+use crate::model::Model;
+use crate::program::arm_form::{ArmForm, Coefficient, ORDERS};
+use crate::taylor::products::move_start;
+
+/// Those of all loop equations, if any is kept.
+#[derive(Clone, Debug)]
+pub(super) struct Reactions<N, const L: usize> {
+    /// Lanes of one order.
+    lanes: usize,
+    /// By orders.
+    series: Vec<Lane<N, L>>,
+    /// Is any contact closed?
+    wanted: bool,
+}
+
+impl<N: Number, const L: usize> Reactions<N, L> {
+    /// Storage.
+    pub fn new(model: &Model, form: &ArmForm) -> Self {
+        let lanes = lanes(model, form, L);
+        Self { lanes, series: vec![splat(N::ZERO); ORDERS * lanes], wanted: false }
+    }
+
+    /// Detects whether any contact is closed: the reactions of the others are zero.
+    pub fn detect_closed(&mut self, form: &ArmForm, coefficients: &[N]) {
+        let is_closed = |&(_, open): &(u32, Coefficient)| coefficients[open as usize] == N::ZERO;
+        self.wanted = self.lanes > 0 && form.contacts.iter().any(is_closed);
+    }
+
+    /// Is any kept?
+    #[inline(always)]
+    pub fn are_kept(&self) -> bool {
+        self.wanted
+    }
+
+    /// Keeps those of order k.
+    #[inline(always)]
+    pub fn keep(&mut self, k: usize, found: &[Lane<N, L>]) {
+        for (place, found) in self.series.iter_mut().skip(k * self.lanes).zip(found) {
+            *place = *found;
+        }
+    }
+}
+
+/// Lanes of one order: none unless reactions are searched for roots.
+fn lanes(model: &Model, form: &ArmForm, width: usize) -> usize {
+    if model.program().instants.has_gaps_only() { form.rows.len().div_ceil(width) } else { 0 }
+}
+
+impl Jet {
+    /// Numbers in a polynomial of the highest order, with reactions behind it.
+    pub fn room(model: &Model, form: &ArmForm) -> usize {
+        ORDERS * (Shape::new(form, WIDTH).all() + lanes(model, form, WIDTH)) * WIDTH
+    }
+
+    /// Where reactions begin in a polynomial, and how many numbers are those of one order.
+    fn reactions_in(&self) -> [usize; 2] {
+        [ORDERS * self.shape.places(), self.reactions_kept.lanes * WIDTH]
+    }
+
+    /// Writes the polynomial of all unknowns, by orders, and behind it those of reactions, which have two orders less.
+    pub fn write_polynomial(&self, order: usize, polynomial: &mut [f64]) {
+        let unknowns = self.values[..(order + 1) * self.shape.all()].as_flattened();
+        polynomial[..unknowns.len()].copy_from_slice(unknowns);
+        if !self.reactions_kept.wanted {
+            return;
+        }
+        let [first, count] = self.reactions_in();
+        let reactions = &self.reactions_kept.series.as_flattened()[..(order - 1) * count];
+        polynomial[first..first + reactions.len()].copy_from_slice(reactions);
+    }
+
+    /// The reaction of a loop equation of the program along a polynomial; false if it is not kept.
+    pub fn reaction(&self, polynomial: &[f64], order: usize, constraint: u32, coefficients: &mut [f64]) -> bool {
+        let [first, count] = self.reactions_in();
+        let row = self.form.rows.iter().position(|row| row.constraint == constraint);
+        let Some(row) = row.filter(|_| count > 0) else { return false };
+        coefficients.fill(0.0);
+        let orders = polynomial[first..].chunks_exact(count).take(order - 1);
+        for (coefficient, reactions) in coefficients.iter_mut().zip(orders) {
+            *coefficient = reactions[row] * self.form.unit_of_mass;
+        }
+        true
+    }
+
+    /// The same polynomial about a time so long after its start.
+    pub fn move_start(&self, polynomial: &mut [f64], order: usize, dt: f64) {
+        let (places, [first, count]) = (self.shape.places(), self.reactions_in());
+        move_start(&mut polynomial[..(order + 1) * places], places, dt);
+        if count > 0 {
+            move_start(&mut polynomial[first..][..(order - 1) * count], count, dt);
+        }
+    }
+}
