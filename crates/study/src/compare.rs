@@ -13,7 +13,7 @@ use cotree::scene::{Faults, Scene};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use cotree_fmu::program::check::Fault;
+use cotree_fmu::program::check::ProgramError;
 use cotree_fmu::tape::{Operation, Tape};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -108,7 +108,7 @@ fn figures(mechanism: &Mechanism, outputs: &[Output]) -> CostOrFault {
     }
 }
 
-fn cost(mut formulated: Formulated) -> Result<ChoiceCost, Fault> {
+fn cost(mut formulated: Formulated) -> Result<ChoiceCost, ProgramError> {
     let model = Model::new(formulated.lowered.program.clone())?;
     let kernel = &model.program().tapes.acceleration;
     let mut machine = Machine::new(&model);
