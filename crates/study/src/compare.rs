@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use cotree::expr::Expr;
 use cotree::formulate::{Formulated, formulate_written};
-use cotree::model::{Coordinates, Experiment, Mechanism, Output};
+use cotree::model::{CoordinateChoice, Experiment, Mechanism, Output};
 use cotree::report::data::{Cell, Report, Table};
 use cotree::row;
 use cotree::scene::{Faults, Scene};
@@ -23,8 +23,11 @@ use crate::bench;
 use crate::bench::runs::{BenchSubject, Budget, POINTS};
 
 /// The choices that every scene has; the scene's own is added if it is another one.
-const CHOICES: [(&str, Coordinates); 3] =
-    [("absolute", Coordinates::Absolute), ("joint", Coordinates::Joint), ("recommended", Coordinates::Recommended)];
+const CHOICES: [(&str, CoordinateChoice); 3] = [
+    ("absolute", CoordinateChoice::Absolute),
+    ("joint", CoordinateChoice::Joint),
+    ("recommended", CoordinateChoice::Recommended),
+];
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CoordinateComparison {

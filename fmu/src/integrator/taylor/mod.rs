@@ -20,7 +20,7 @@ use crate::motion::Run;
 use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
 use crate::taylor::{Changes, Jet};
-pub(crate) use memory::Memory;
+pub(crate) use memory::TaylorMemory;
 pub(crate) use propose::{order_for, share};
 
 /// Storage for Taylor series.
@@ -46,7 +46,7 @@ pub struct Taylor {
     /// Has it been begun with the loops closed tightly?
     tight: bool,
     /// That of the run whose step is being taken.
-    memory: Memory,
+    memory: TaylorMemory,
 }
 
 /// Whether there is a series at the end of the last step.
@@ -102,7 +102,7 @@ impl Taylor {
             masks,
             known: Start::Unknown,
             tight: false,
-            memory: Memory::default(),
+            memory: TaylorMemory::default(),
         })
     }
 
@@ -142,7 +142,7 @@ impl Taylor {
     pub fn advance(
         &mut self,
         context: &mut Context,
-        (run, memory): (&mut Run, &mut Memory),
+        (run, memory): (&mut Run, &mut TaylorMemory),
         horizon: Horizon,
     ) -> Result<Progress, Failure> {
         self.memory = *memory;
@@ -178,7 +178,7 @@ impl Taylor {
     pub fn read(
         &mut self,
         context: &mut Context,
-        (run, memory): (&Run, &Memory),
+        (run, memory): (&Run, &TaylorMemory),
         target: f64,
         motion: &mut [f64],
     ) -> Reading {
@@ -207,7 +207,7 @@ impl Taylor {
     }
 
     /// Begins a series at the end of the last step, on the loops, if that has not been done.
-    pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &Memory) {
+    pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &TaylorMemory) {
         self.memory = *memory;
         self.begin(context, run);
     }
