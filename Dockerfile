@@ -5,7 +5,7 @@ FROM rust:1.95-slim-bookworm AS build
 RUN rustup target add wasm32-unknown-unknown && apt-get update && apt-get install -y --no-install-recommends python3 && rm -rf /var/lib/apt/lists/*
 WORKDIR /cotree
 COPY . .
-RUN tools/build-runtimes.sh web && cargo build --release --locked --bin cotree \
+RUN tools/build-runtimes.sh web && CARGO_PROFILE_RELEASE_LTO=false cargo build --release --locked --bin cotree \
     && cargo metadata --locked --format-version 1 --filter-platform "$(rustc -vV | sed -n 's/^host: //p')" | python3 tools/licences.py target/licences
 
 FROM debian:bookworm-slim

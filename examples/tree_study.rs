@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use cotree::equations::Equations;
 use cotree::formulate::{formulate, formulate_with};
-use cotree::model::{Coordinates, Mechanism};
+use cotree::model::{CoordinateChoice, Mechanism};
 use cotree::network::{Origin, System, Trees};
 use cotree::scene::Scene;
 use cotree::solve::MotionSystem;
@@ -71,7 +71,7 @@ fn chains() {
 
 fn in_branches(mechanism: &Mechanism) -> Option<f64> {
     let system = System::new(mechanism);
-    let trees = Trees::select(&system, &Coordinates::Recommended).ok()?;
+    let trees = Trees::select(&system, &CoordinateChoice::Recommended).ok()?;
     cost(&system, &trees)
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use cotree_fmu::program::Program;
-use cotree_fmu::program::check;
+use cotree_fmu::program::check::ProgramError;
 
 use crate::diagnostic::suggest;
 use crate::export::archive::{self, Extra, Package};
@@ -137,9 +137,9 @@ fn guid(bytes: &[u8]) -> String {
 }
 
 /// What the runtime would refuse.
-fn impossible(fault: &check::Fault) -> Fault {
-    let check::Fault::Value { what } = fault else {
-        return internal(&fault.to_string());
+fn impossible(error: &ProgramError) -> Fault {
+    let ProgramError::Value { what } = error else {
+        return internal(&error.to_string());
     };
     let message = format!("{what} is not finite: values of this scene are too large or too small for double precision");
     Fault::new("scene::out_of_range", message, Span::default())
@@ -153,26 +153,12 @@ fn internal(what: &str) -> Fault {
 
 /// Why a text is no value of a variable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum QuantityError {
-    /// Not two numbers.
-    #[error("must be two numbers")]
-    NotTwo,
-    /// Numbers that are written together have units of different kinds.
-    #[error("`{other}` and `{last}` are of different kinds")]
-    DifferentKinds {
-        /// One of them.
-        other: String,
-        /// The last of them.
-        last: String,
-    },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct QuantityError(pub String);
 
 impl From<Fault> for QuantityError {
     fn from(fault: Fault) -> Self {
-        QuantityError::Other(fault.message)
+        QuantityError(fault.message)
     }
 }
 
@@ -186,11 +172,9 @@ pub fn quantity(text: &str, unit: &Unit) -> Result<f64, QuantityError> {
         QuantityReading::Number(value) => Ok(value),
         QuantityReading::Measure(value, given) if given.exponents == unit.exponents || unit.si.is_empty() => Ok(value),
         QuantityReading::Measure(..) => {
-            Err(QuantityError::Other(format!("`{text}` is not in {si} or a unit of the same kind", si = unit.si)))
+            Err(QuantityError(format!("`{text}` is not in {si} or a unit of the same kind", si = unit.si)))
         }
-        QuantityReading::Expression => {
-            Err(QuantityError::Other(format!("`{text}` is not a number, alone or with a unit")))
-        }
+        QuantityReading::Expression => Err(QuantityError(format!("`{text}` is not a number, alone or with a unit"))),
     }
 }
 
@@ -209,7 +193,7 @@ pub fn quantities(texts: &[&str], unit: &Unit) -> Result<Vec<f64>, QuantityError
 /// # Errors
 /// As above.
 pub fn both(low: &str, high: &str, unit: &Unit) -> Result<[f64; 2], QuantityError> {
-    quantities(&[low, high], unit)?.try_into().map_err(|_| QuantityError::NotTwo)
+    quantities(&[low, high], unit)?.try_into().map_err(|_| QuantityError("must be two numbers".to_owned()))
 }
 
 /// The same numbers, each with its unit: those that have none have that of the last.
@@ -223,14 +207,14 @@ pub fn with_units(texts: &[&str]) -> Result<Vec<String>, QuantityError> {
         texts.iter().zip(&units).filter_map(|(text, unit)| Some((*text, unit.as_ref()?))).collect();
     let Some((last, unit)) = known.last() else { return Ok(texts.into_iter().map(str::to_owned).collect()) };
     if let Some((other, _)) = known.iter().find(|(_, other)| other.exponents != unit.exponents) {
-        return Err(QuantityError::DifferentKinds { other: (*other).to_owned(), last: (*last).to_owned() });
+        return Err(QuantityError(format!("`{other}` and `{last}` are of different kinds")));
     }
     let is_last = units.last().is_some_and(Option::is_some);
     let is_clear = is_last && known.iter().all(|(_, other)| other.display == unit.display);
     let named = |(text, with_unit): (&&str, &Option<Unit>)| match with_unit {
         None if text.parse::<f64>().is_err() => Ok((*text).to_owned()), // no number
         None if is_clear => Ok(format!("{text} {}", unit.shown())),
-        None => Err(QuantityError::Other(format!(
+        None => Err(QuantityError(format!(
             "`{text}` has no unit, but `{last}` has one: write a unit after each number, or one after the last",
             text = (*text),
             last = (*last)

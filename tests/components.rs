@@ -8,7 +8,7 @@ use crate::support::run::resolved;
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Symbol};
 use cotree::formulate::formulate;
-use cotree::model::Coordinates;
+use cotree::model::CoordinateChoice;
 use cotree::network::{ElementId, LinearGraph, Origin, System, Trees};
 use cotree::scene::{Resolved, Span};
 use cotree_fmu::instance::Instance;
@@ -36,13 +36,16 @@ fn random_trees(system: &System, random: &mut Random) -> Trees {
 }
 
 /// The same trees in the words of the scene.
-fn chosen(system: &System, trees: &Trees) -> Coordinates {
+fn chosen(system: &System, trees: &Trees) -> CoordinateChoice {
     let named = |branches: &[ElementId]| {
         let elements = branches.iter().map(|id| system.element(*id));
         let real = elements.filter(|element| !matches!(element.origin, Origin::Arm(..) | Origin::GroundVector(_)));
         Some(real.map(|element| (element.name.clone(), Span::default())).collect())
     };
-    Coordinates::Chosen { translation: named(&trees.translation.branches), rotation: named(&trees.rotation.branches) }
+    CoordinateChoice::Chosen {
+        translation: named(&trees.translation.branches),
+        rotation: named(&trees.rotation.branches),
+    }
 }
 
 #[test]
@@ -54,7 +57,7 @@ fn random_mechanisms_agree_with_absolute_coordinates_for_random_trees() {
         for tree in 0..=TREES {
             let system = System::new(&mechanism);
             let coordinates = chosen(&system, &random_trees(&system, &mut random));
-            mechanism.coordinates = if tree == 0 { Coordinates::Recommended } else { coordinates };
+            mechanism.coordinates = if tree == 0 { CoordinateChoice::Recommended } else { coordinates };
             let formulated =
                 formulate(&mechanism, &outputs).unwrap_or_else(|faults| panic!("{seed} {tree}: {faults:?}"));
             let model = Model::new(formulated.lowered.program).unwrap();

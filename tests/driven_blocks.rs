@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotree::formulate::{Formulated, formulate};
-use cotree::model::{Coordinates, Mechanism};
+use cotree::model::{CoordinateChoice, Mechanism};
 use cotree::scene::{Body, Driver, Resolved, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
@@ -72,7 +72,7 @@ fn leg() -> Scene {
 
 const OUTPUTS: [&str; 4] = ["foot.f.x", "foot.f.y", "foot.omega", "foot.alpha"];
 
-fn with(mechanism: &Mechanism, coordinates: Coordinates) -> Mechanism {
+fn with(mechanism: &Mechanism, coordinates: CoordinateChoice) -> Mechanism {
     Mechanism { coordinates, ..mechanism.clone() }
 }
 
@@ -99,7 +99,7 @@ fn block_sizes(formulated: &Formulated) -> Vec<usize> {
 fn a_leg_keeps_its_three_pairs_apart_where_absolute_coordinates_tie_more_together_and_move_alike() {
     let Resolved { mechanism, outputs, .. } = leg().resolve().unwrap();
     let formulate = |mechanism: &Mechanism| formulate(mechanism, &outputs);
-    let absolute = with(&mechanism, Coordinates::Absolute);
+    let absolute = with(&mechanism, CoordinateChoice::Absolute);
     let [fine, coarse] = [&mechanism, &absolute].map(|mechanism| block_sizes(&formulate(mechanism).unwrap()));
     assert_eq!(fine, [2, 2, 2]);
     let work = |sizes: &[usize]| sizes.iter().map(|size| size.pow(3)).sum::<usize>();

@@ -6,12 +6,12 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
+use cotree::export::FmiVersion;
 use cotree::export::archive::{Package, pack, write};
 use cotree::export::description::{Causality, Description, ScalarVariable, StartValue, Type, Variability};
 use cotree::export::runtime::{LIBRARY, Platform, Runtime};
 use cotree::export::scene_text::SceneText;
 use cotree::export::xml::fmi2 as xml;
-use cotree::export::{ExportError, FmiVersion};
 use cotree::model::{DisplayUnit, Experiment, Exponents, Unit};
 use cotree::scene::{Scene, Source};
 use cotree_draw::drawing::{Drawing, DrawnBody};
@@ -574,8 +574,8 @@ fn a_missing_folder_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("missing/pendulum.fmu");
     let error = write(&Parts::new().package(), &path).unwrap_err();
-    assert!(matches!(error, ExportError::Write { .. }));
-    assert!(error.to_string().contains("pendulum.fmu"), "{error}");
+    let told = error.to_string();
+    assert!(told.starts_with("cannot write `") && told.contains("pendulum.fmu"), "{told}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 

@@ -4,12 +4,12 @@ use crate::support::ROOT;
 use std::path::Path;
 
 use cotree::equations::Equations;
-use cotree::model::Coordinates;
+use cotree::model::CoordinateChoice;
 use cotree::network::{Origin, System, Trees};
 use cotree::scene::Scene;
 
 /// Coordinates, loop equations of joints, and those of drivers. What holds by itself is no equation.
-fn counts(model: &str, choice: Coordinates) -> [usize; 3] {
+fn counts(model: &str, choice: CoordinateChoice) -> [usize; 3] {
     let path = Path::new(ROOT).join("models").join(model).join("scene.toml");
     let mechanism = Scene::read(&path).and_then(|scene| scene.resolve()).unwrap().mechanism;
     let system = System::new(&mechanism);
@@ -23,14 +23,14 @@ fn counts(model: &str, choice: Coordinates) -> [usize; 3] {
 
 #[test]
 fn slider_crank() {
-    assert_eq!(counts("slider_crank", Coordinates::Recommended), [2, 1, 0]);
-    assert_eq!(counts("slider_crank", Coordinates::Joint), [3, 2, 0]);
-    assert_eq!(counts("slider_crank", Coordinates::Absolute), [9, 8, 0]);
+    assert_eq!(counts("slider_crank", CoordinateChoice::Recommended), [2, 1, 0]);
+    assert_eq!(counts("slider_crank", CoordinateChoice::Joint), [3, 2, 0]);
+    assert_eq!(counts("slider_crank", CoordinateChoice::Absolute), [9, 8, 0]);
 }
 
 #[test]
 fn quick_return() {
-    assert_eq!(counts("quick_return", Coordinates::Recommended), [2, 2, 0]);
-    assert_eq!(counts("quick_return", Coordinates::Joint), [5, 4, 1]);
-    assert_eq!(counts("quick_return", Coordinates::Absolute), [15, 14, 1]);
+    assert_eq!(counts("quick_return", CoordinateChoice::Recommended), [2, 2, 0]);
+    assert_eq!(counts("quick_return", CoordinateChoice::Joint), [5, 4, 1]);
+    assert_eq!(counts("quick_return", CoordinateChoice::Absolute), [15, 14, 1]);
 }

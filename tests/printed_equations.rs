@@ -9,7 +9,7 @@ use crate::support::run::{RUBBING_IN_DRIVEN, models};
 use cotree::equations::Equations;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
-use cotree::model::{Coordinates, JointId, Mechanism, Owner, Quantity, Variable};
+use cotree::model::{CoordinateChoice, JointId, Mechanism, Owner, Quantity, Variable};
 use cotree::scene::Scene;
 use cotree_text::written::{self, EquationFormat};
 use cotree_text::{self as text, Prose};
@@ -273,8 +273,12 @@ fn what_is_printed_has_the_value_of_the_equations() {
     let mut count = 0;
     for name in models() {
         let mechanism = mechanism(&model(&name));
-        let choices =
-            [mechanism.coordinates.clone(), Coordinates::Absolute, Coordinates::Joint, Coordinates::Recommended];
+        let choices = [
+            mechanism.coordinates.clone(),
+            CoordinateChoice::Absolute,
+            CoordinateChoice::Joint,
+            CoordinateChoice::Recommended,
+        ];
         for choice in choices {
             let mut equations = equations(&mechanism, &choice).unwrap();
             count += check_values(&format!("{name}, {choice:?}"), &mut equations);

@@ -4,7 +4,7 @@ use crate::support::run;
 
 use cotree::expr::{Binary, Function, Unary};
 use cotree::model::{
-    BodyId, Coordinates, Dimension, Exponents, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
+    BodyId, CoordinateChoice, Dimension, Exponents, Formula, InputId, JointId, LoadId, Mechanism, Motion, Owner,
     ParameterId, Place, Quantity, Unit, Variable,
 };
 use cotree::scene::{Body, Driver, InputAs, Joint, Load, Parameter, Resolved, Scene};
@@ -295,9 +295,11 @@ fn every_variable_of_the_naming_table_exists() {
 #[test]
 fn trees_can_be_chosen() {
     let chosen = mechanism(&crank("[coordinates]\ntranslation = [\"pin\", \"block\"]\n"));
-    let Coordinates::Chosen { translation: Some(translation), rotation: None } = chosen.coordinates else { panic!() };
+    let CoordinateChoice::Chosen { translation: Some(translation), rotation: None } = chosen.coordinates else {
+        panic!()
+    };
     assert_eq!(translation.len(), 2);
-    assert_eq!(mechanism(&crank("[coordinates]\npreset = \"absolute\"\n")).coordinates, Coordinates::Absolute);
+    assert_eq!(mechanism(&crank("[coordinates]\npreset = \"absolute\"\n")).coordinates, CoordinateChoice::Absolute);
 }
 
 /// Time is a number of seconds, and bare numbers go with everything.

@@ -6,7 +6,7 @@ use crate::support::hanging::{self, ROOTS};
 use crate::support::random::{Family, random_case};
 use crate::support::run::{file, mechanism, models, scene_of};
 use cotree::formulate::formulate;
-use cotree::model::{Coordinates, Mechanism};
+use cotree::model::{CoordinateChoice, Mechanism};
 use cotree::scene::Body;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
@@ -86,7 +86,7 @@ fn ladder(loops: usize) -> String {
     text + &rest + &guesses + "[experiment]\nstop = 1\n"
 }
 
-fn check(name: &str, mechanism: &mut Mechanism, coordinates: Coordinates) -> bool {
+fn check(name: &str, mechanism: &mut Mechanism, coordinates: CoordinateChoice) -> bool {
     mechanism.coordinates = coordinates;
     let Ok(formulated) = formulate(mechanism, &[]) else { return false };
     let program = formulated.lowered.program.clone();
@@ -116,7 +116,7 @@ fn series_of_all_models_solve_the_equations() {
     let mut checked = 0;
     for name in models() {
         let text = scene_of(&name);
-        for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
+        for coordinates in [CoordinateChoice::Recommended, CoordinateChoice::Absolute, CoordinateChoice::Joint] {
             checked += usize::from(check(&name, &mut mechanism(&text), coordinates));
         }
     }
@@ -130,7 +130,7 @@ fn series_of_random_mechanisms_solve_the_equations() {
         for seed in 0..40 {
             let case = random_case(seed, family);
             let name = format!("{family:?} {seed}");
-            for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
+            for coordinates in [CoordinateChoice::Recommended, CoordinateChoice::Absolute, CoordinateChoice::Joint] {
                 checked += usize::from(check(&name, &mut mechanism(&case.scene), coordinates));
             }
         }
@@ -142,7 +142,7 @@ fn series_of_random_mechanisms_solve_the_equations() {
 fn series_of_many_loops_solve_the_equations() {
     for loops in [5, 12, 25] {
         let name = format!("ladder of {loops}");
-        for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
+        for coordinates in [CoordinateChoice::Recommended, CoordinateChoice::Absolute] {
             assert!(check(&name, &mut mechanism(&ladder(loops)), coordinates));
         }
     }
@@ -158,7 +158,7 @@ fn series_of_random_cams_solve_the_equations() {
         let (angle, omega) = (random.between(0.1, 6.1), random.between(-20.0, 20.0));
         let start = format!("[initial]\n\"cam.angle\" = {angle}\n\"cam.omega\" = {omega}\n[experiment]\nstop = 1\n");
         let text = cam.scene(["left", "right"][case / 4 % 2], &start);
-        for coordinates in [Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint] {
+        for coordinates in [CoordinateChoice::Recommended, CoordinateChoice::Absolute, CoordinateChoice::Joint] {
             assert!(check(&format!("cam {case}"), &mut mechanism(&text), coordinates));
         }
     }
@@ -168,9 +168,11 @@ fn series_of_random_cams_solve_the_equations() {
 #[test]
 fn a_slide_between_two_bodies_is_one_loop_equation() {
     let text = file("tests/scenes/excavator.toml");
-    for (coordinates, unknowns) in
-        [(Coordinates::Recommended, [4, 0, 2]), (Coordinates::Joint, [6, 0, 4]), (Coordinates::Absolute, [6, 12, 16])]
-    {
+    for (coordinates, unknowns) in [
+        (CoordinateChoice::Recommended, [4, 0, 2]),
+        (CoordinateChoice::Joint, [6, 0, 4]),
+        (CoordinateChoice::Absolute, [6, 12, 16]),
+    ] {
         let mut mechanism = mechanism(&text);
         assert!(check("excavator", &mut mechanism, coordinates));
         let formulated = formulate(&mechanism, &[]).expect("a sound scene");
@@ -182,7 +184,7 @@ fn a_slide_between_two_bodies_is_one_loop_equation() {
 #[test]
 fn a_light_body_among_many_loops_asks_for_pivots() {
     let light = ladder(12).replacen("mass = 1\ninertia = 0.05", "mass = 1e-6\ninertia = 1e-8", 1);
-    assert!(check("ladder with a light body", &mut mechanism(&light), Coordinates::Recommended));
+    assert!(check("ladder with a light body", &mut mechanism(&light), CoordinateChoice::Recommended));
 }
 
 /// Bars that hang from each other, none in line with the one before; some carry another one besides.
@@ -199,14 +201,14 @@ fn hanging(bars: usize, mass: impl Fn(usize) -> f64, branches: &[usize]) -> Mech
 #[test]
 fn series_of_chains_solve_the_equations() {
     for bars in [13, 16, 30] {
-        for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
+        for coordinates in [CoordinateChoice::Recommended, CoordinateChoice::Absolute] {
             let mut chain = hanging(bars, |bar| 1.3 - 0.02 * bar as f64, &[]);
             assert!(check(&format!("chain of {bars}"), &mut chain, coordinates));
         }
     }
     let masses = |bar: usize| if bar.is_multiple_of(3) { 1e-2 } else { 1.0 };
-    assert!(check("chain of light and heavy bars", &mut hanging(20, masses, &[]), Coordinates::Recommended));
-    assert!(check("branched chain", &mut hanging(14, |_| 1.0, &[3, 9]), Coordinates::Recommended));
+    assert!(check("chain of light and heavy bars", &mut hanging(20, masses, &[]), CoordinateChoice::Recommended));
+    assert!(check("branched chain", &mut hanging(14, |_| 1.0, &[3, 9]), CoordinateChoice::Recommended));
 }
 
 /// Has the arm form of a scene its arms as a tree?
@@ -224,7 +226,7 @@ fn series_of_bars_that_hang_from_each_other_solve_the_equations() {
         for (seed, (bars, spread)) in [(16, 1), (21, 1), (40, 2), (30, 4), (60, 3), (90, 2)].into_iter().enumerate() {
             let text = hanging::hanging(seed as u64, bars, spread, root);
             let name = format!("{bars} bars on {root:?}, the last {spread}");
-            for coordinates in [Coordinates::Recommended, Coordinates::Absolute] {
+            for coordinates in [CoordinateChoice::Recommended, CoordinateChoice::Absolute] {
                 assert!(check(&name, &mut mechanism(&text), coordinates), "{name}");
             }
             trees += usize::from(is_tree(&text));

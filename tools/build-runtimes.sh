@@ -23,7 +23,7 @@ build_front() {
     say "web, front"
     local options=(--config 'profile.release.panic="abort"' --config 'profile.release.lto=true' --config 'profile.release.codegen-units=1') small
     options+=(--config 'profile.release.opt-level="z"')
-    for small in cotree-fmu cotree-runtime cotree-synthesis libm matrixmultiply nalgebra zlib-rs; do
+    for small in cotree-fmu cotree-runtime cotree-synthesis libm matrixmultiply nalgebra wide zlib-rs; do
         options+=(--config "profile.release.package.$small.opt-level=\"z\"")
     done
     build_for web tools/front/Cargo.toml "${options[@]}"

@@ -8,7 +8,7 @@ use crate::program::domain::{Domain, Limit};
 
 /// A loop equation that does not hold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gap {
+pub struct LoopGap {
     /// The joint or driver.
     pub owner: String,
     /// How much is missing [m or rad].
@@ -17,7 +17,7 @@ pub struct Gap {
     pub angular: bool,
 }
 
-impl fmt::Display for Gap {
+impl fmt::Display for LoopGap {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (size, unit) = if self.angular { (self.size, "rad") } else { (1e3 * self.size, "mm") };
         write!(formatter, "{size:.3e} {unit} at `{}`", self.owner)
@@ -81,7 +81,7 @@ pub enum Failure {
     )]
     LoopsOpen {
         /// The largest gap.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// No assembly was found with a relation that the joints imply only with the parameters of the export.
     #[error(
@@ -91,7 +91,7 @@ pub enum Failure {
         /// What is implied, such as `beam.angle`.
         relation: String,
         /// The largest gap.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// The loops close, but not with these values.
     #[error("the initial {} contradict each other{}: {}; give fewer, or make one a guess", if *.velocity { "velocities" } else { "positions" }, if *.loops { " or the loops" } else { "" }, list(.conditions))]
@@ -124,7 +124,7 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// The contradiction.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// A joint engages beside the pose that it is to hold.
     #[error(
@@ -134,7 +134,7 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// By how much.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// What is held on one side only cannot be opened or closed so that everything fits.
     #[error("at t = {time} s {}: {why}", list(.names))]
@@ -326,7 +326,7 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// The largest gap.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// The motion has come to the end of what the loops permit.
     #[error(
@@ -354,7 +354,7 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// By how much.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// What drives the mechanism is not a number.
     #[error(
@@ -372,7 +372,7 @@ pub enum Failure {
         /// When [s].
         time: f64,
         /// The largest gap.
-        gap: Gap,
+        gap: LoopGap,
     },
 }
 

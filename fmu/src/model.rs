@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::math;
-use crate::program::check::Fault;
+use crate::program::check::ProgramError;
 use crate::program::{Constraint, FollowerOrder, Layout, Program, Role, time_switches};
 
 /// In runs that last longer, slow rates count as well [s].
@@ -29,14 +29,14 @@ pub struct Model {
 
 impl Model {
     /// Checks a program and prepares it.
-    pub fn new(program: Program) -> Result<Self, Fault> {
+    pub fn new(program: Program) -> Result<Self, ProgramError> {
         program.check()?;
         Ok(Self::prepare(program))
     }
 
     /// For the exporter: a model whose kernels of the motion need not exist yet. It serves the search
     /// for a consistent start, and for what each loop equation restricts, only.
-    pub fn of_positions(program: Program) -> Result<Self, Fault> {
+    pub fn of_positions(program: Program) -> Result<Self, ProgramError> {
         program.check_positions()?;
         Ok(Self::prepare(program))
     }

@@ -1,8 +1,7 @@
 //! The program file: what is written can be read, and nothing else can.
 
 use crate::support::*;
-use cotree_fmu::program::check::Fault;
-use cotree_fmu::program::storage::LoadError;
+use cotree_fmu::program::check::ProgramError;
 use cotree_fmu::program::{Program, Source};
 use cotree_fmu::tape::{Instruction, Operation};
 
@@ -37,8 +36,10 @@ fn every_truncation_and_addition_is_noticed() {
         assert!(Program::from_bytes(&bytes[..length]).is_err(), "{length} bytes");
     }
     let longer = [bytes, vec![0]].concat();
-    assert!(matches!(Program::from_bytes(&longer), Err(LoadError::Frame(_))));
-    assert!(matches!(Program::from_bytes(b"PK\x03\x04 something else"), Err(LoadError::Frame(_))));
+    for foreign in [&longer[..], b"PK\x03\x04 something else"] {
+        let why = Program::from_bytes(foreign).expect_err("refused").to_string();
+        assert!(why.starts_with("the program cannot be read: "), "{why}");
+    }
 }
 
 /// Damage behind a correct checksum: whatever decodes either passes every check and can be run, or is refused.
@@ -68,7 +69,7 @@ fn damage_with_a_correct_checksum_never_crashes() {
     }
 }
 
-fn fault(change: impl FnOnce(&mut Program)) -> Fault {
+fn fault(change: impl FnOnce(&mut Program)) -> ProgramError {
     let mut program = slider_crank();
     change(&mut program);
     program.check().expect_err("must be refused")
@@ -76,42 +77,45 @@ fn fault(change: impl FnOnce(&mut Program)) -> Fault {
 
 #[test]
 fn check_finds_what_would_go_wrong() {
-    let is = |fault: Fault, expected: &str| assert!(format!("{fault:?}").starts_with(expected), "{fault:?}");
+    let is = |error: ProgramError, expected: &str| assert!(error.to_string().contains(expected), "{error}");
     let program = slider_crank();
     let (layout, last) = (program.layout(), program.registers - 1);
     let constraint = |change: fn(&mut [Instruction], u32), to| {
         fault(move |p| edit(&mut p.tapes.constraint, |code| change(code, to)))
     };
-    is(constraint(|code, to| code[0].a = to, 9999), "Register {");
-    is(constraint(|code, to| code[0].c = to, 9999), "Register {");
-    is(constraint(|code, to| code[1].target = to, 0), "Register {");
-    is(constraint(|code, to| code[1].target = to, layout.constants() as u32), "Register {");
-    is(fault(|p| p.tapes.constraint.results[0] = 9999), "Register {");
-    is(constraint(|code, to| code[2].a = to, last), "Undefined");
-    is(constraint(|code, to| code[2].a = to, layout.rates() as u32), "Undefined");
-    is(fault(|p| edit(&mut p.tapes.parameters, |code| code[0].a = 0)), "Undefined");
+    is(constraint(|code, to| code[0].a = to, 9999), "uses register");
+    is(constraint(|code, to| code[0].c = to, 9999), "uses register");
+    is(constraint(|code, to| code[1].target = to, 0), "uses register");
+    is(constraint(|code, to| code[1].target = to, layout.constants() as u32), "uses register");
+    is(fault(|p| p.tapes.constraint.results[0] = 9999), "uses register");
+    is(constraint(|code, to| code[2].a = to, last), "before it is written");
+    is(constraint(|code, to| code[2].a = to, layout.rates() as u32), "before it is written");
+    is(fault(|p| edit(&mut p.tapes.parameters, |code| code[0].a = 0)), "before it is written");
 }
 
 #[test]
 fn check_finds_wrong_counts_values_and_names() {
-    let is = |fault: Fault, expected: &str| assert!(format!("{fault:?}").starts_with(expected), "{fault:?}");
-    is(fault(|p| p.tapes.acceleration.results.truncate(2)), "Results");
-    is(fault(|p| p.tapes.project_position.results.clear()), "Results");
-    is(fault(|p| p.initial.position.results.truncate(3)), "Results");
-    is(fault(|p| p.tapes.jacobian.entries[0].0 = 1), "Entry");
-    is(fault(|p| p.tapes.jacobian.entries[0].1 = 2), "Entry");
-    is(fault(|p| p.tapes.jacobian.entries[0] = (0, 1)), "Entry");
-    is(fault(|p| p.registers = u32::MAX), "RegisterFile");
-    is(fault(|p| p.registers = 5), "RegisterFile");
-    is(fault(|p| p.constants[0] = f64::NAN), "Value");
-    is(fault(|p| p.coordinates[0].scale = 0.0), "Value");
-    is(fault(|p| p.parameters[0].min = Some(1.0)), "Value");
-    is(fault(|p| p.experiment.max_step = f64::NAN), "Value");
-    is(fault(|p| p.experiment.stop = -1.0), "Value");
-    is(fault(|p| p.coordinates[0].name = "rod.angle".into()), "Name");
-    is(fault(|p| p.constraints[0].owner.clear()), "Name");
-    is(fault(|p| p.variables[1].source = Source::Coordinate(2)), "Reference");
-    is(fault(|p| p.variables[1].source = Source::Output { result: 9, accelerated: false }), "Reference");
+    let is = |error: ProgramError, expected: &str| assert!(error.to_string().contains(expected), "{error}");
+    is(fault(|p| p.tapes.acceleration.results.truncate(2)), "results instead of");
+    is(fault(|p| p.tapes.project_position.results.clear()), "results instead of");
+    is(fault(|p| p.initial.position.results.truncate(3)), "results instead of");
+    is(fault(|p| p.tapes.jacobian.entries[0].0 = 1), "a wrong matrix entry");
+    is(fault(|p| p.tapes.jacobian.entries[0].1 = 2), "a wrong matrix entry");
+    is(fault(|p| p.tapes.jacobian.entries[0] = (0, 1)), "a wrong matrix entry");
+    is(fault(|p| p.registers = u32::MAX), "a register file of");
+    is(fault(|p| p.registers = 5), "a register file of");
+    is(fault(|p| p.constants[0] = f64::NAN), "has an impossible value");
+    is(fault(|p| p.coordinates[0].scale = 0.0), "has an impossible value");
+    is(fault(|p| p.parameters[0].min = Some(1.0)), "has an impossible value");
+    is(fault(|p| p.experiment.max_step = f64::NAN), "has an impossible value");
+    is(fault(|p| p.experiment.stop = -1.0), "has an impossible value");
+    is(fault(|p| p.coordinates[0].name = "rod.angle".into()), "is empty or used twice");
+    is(fault(|p| p.constraints[0].owner.clear()), "is empty or used twice");
+    is(fault(|p| p.variables[1].source = Source::Coordinate(2)), "refers to something that is not there");
+    is(
+        fault(|p| p.variables[1].source = Source::Output { result: 9, accelerated: false }),
+        "refers to something that is not there",
+    );
 }
 
 #[test]
@@ -126,5 +130,6 @@ fn the_parameter_stage_must_survive() {
         last.target = needed;
     });
     program.tapes.outputs.results[1] = needed;
-    assert_eq!(program.check(), Err(Fault::Stage { register: needed }));
+    let told = program.check().expect_err("must be refused").to_string();
+    assert_eq!(told, format!("register {needed} of the parameter stage is overwritten by another tape"));
 }

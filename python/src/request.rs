@@ -111,7 +111,7 @@ pub fn settings(description: &Description, values: &[(String, Value)]) -> PyResu
         let index = settings::settable(description, name)?;
         let variable = &description.variables[index];
         let value = value.read(&variable.unit)?;
-        settings::permitted(variable, value).map_err(|cause| SettingError::Value { value, cause })?;
+        settings::permitted(variable, value).map_err(|cause| SettingError::of_value(value, &cause))?;
         Ok((index, value))
     };
     let settings = values.iter().map(|value| setting(value).map_err(|message| format!("{}: {message}", value.0)));

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cotree_fmu::program::arm_form;
 use cotree_fmu::program::arm_form::{
-    ArmForm, Cause, Coefficient, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot, Source,
+    ArmForm, Cause, Coefficient, CoordinatePlace, Factor as FactorData, Frame, MassCoupling, Product, Push,
+    SeriesOperation, Slot, Source,
 };
 
 use super::linear::conjugate_product;
@@ -204,12 +205,12 @@ impl Lowering<'_> {
 
     /// The unknown of the arm form behind each coordinate, and the inverse.
     fn places(&mut self, angular: &[bool]) -> Result<(), NoSeries> {
-        let mut places: Vec<Option<Place>> = angular
+        let mut places: Vec<Option<CoordinatePlace>> = angular
             .iter()
             .enumerate()
             .map(|(index, angular)| {
                 let arm = *self.displacements.get(&index)?;
-                (!angular).then_some(Place::Displacement { arm })
+                (!angular).then_some(CoordinatePlace::Displacement { arm })
             })
             .collect();
         let mut known: BTreeMap<Vec<usize>, u32> = BTreeMap::new();
@@ -227,7 +228,8 @@ impl Lowering<'_> {
                 }
             };
             known.insert(all, frame as u32);
-            places[first] = Some(Place::Angle { arm: frame as u32, parent, reversed: coordinates[&first] < 0.0 });
+            places[first] =
+                Some(CoordinatePlace::Angle { arm: frame as u32, parent, reversed: coordinates[&first] < 0.0 });
         }
         for (index, place) in places.into_iter().enumerate() {
             let place = place.ok_or_else(|| NoSeries("a coordinate does not turn any body".to_owned()))?;
@@ -237,10 +239,10 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    fn define_coordinate(&mut self, index: usize, place: Place) {
+    fn define_coordinate(&mut self, index: usize, place: CoordinatePlace) {
         let terms: Vec<(u32, f64)> = match place {
-            Place::Displacement { arm } => vec![(arm, 1.0)],
-            Place::Angle { arm, parent, reversed } => {
+            CoordinatePlace::Displacement { arm } => vec![(arm, 1.0)],
+            CoordinatePlace::Angle { arm, parent, reversed } => {
                 let sign = if reversed { -1.0 } else { 1.0 };
                 [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
             }
@@ -312,7 +314,7 @@ impl Lowering<'_> {
         for (&(k, l), mass) in &self.arms.coupling {
             if *mass != [Expr::ZERO; 2] {
                 let mass = mass.map(|part| self.mass(part));
-                self.form.coupling.push(Coupling { on: self.numbers[&k], from: self.numbers[&l], mass });
+                self.form.coupling.push(MassCoupling { on: self.numbers[&k], from: self.numbers[&l], mass });
             }
         }
         for link in &self.arms.links {
@@ -408,11 +410,11 @@ impl Lowering<'_> {
                 continue;
             }
             let [x, y] = self.vector(across);
-            let square = self.builder.operate(Operation::SquareSum(x, y));
-            let slot = self.builder.operate(Operation::SquareRoot(square));
+            let square = self.builder.operate(SeriesOperation::SquareSum(x, y));
+            let slot = self.builder.operate(SeriesOperation::SquareRoot(square));
             self.builder.assign(*length, slot);
             if used.contains(rate) && rate != length {
-                let slot = self.builder.operate(Operation::Rate(slot));
+                let slot = self.builder.operate(SeriesOperation::Rate(slot));
                 self.builder.assign(*rate, slot);
             }
         }
@@ -461,7 +463,7 @@ impl Lowering<'_> {
                     }),
                     (false, value) => {
                         let value = self.builder.slot(self.arena, &mut self.coefficients, value)?;
-                        [x, y].map(|part| self.builder.operate(Operation::Multiply(value, part)))
+                        [x, y].map(|part| self.builder.operate(SeriesOperation::Multiply(value, part)))
                     }
                 };
                 self.apply(load, Some(x), [Expr::ONE, Expr::ZERO]);

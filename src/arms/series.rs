@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use cotree_fmu::program::arm_form::MAX_SWITCHES;
-use cotree_fmu::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
+use cotree_fmu::program::arm_form::{Given, SeriesOperation, SeriesStep, SeriesTape, Slot, Source, Term};
 
 use super::NoSeries;
 use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
@@ -142,16 +142,16 @@ impl SeriesBuilder {
         self.linear(c, constant, terms, level)
     }
 
-    pub fn operate(&mut self, operation: Operation) -> Slot {
+    pub fn operate(&mut self, operation: SeriesOperation) -> Slot {
         let mut level = SeriesLevel::Signals;
         self.tape.each_read(&SeriesStep { target: 0, operation }, |slot| level = level.max(self.levels[slot as usize]));
-        if matches!(operation, Operation::Rate(_)) {
+        if matches!(operation, SeriesOperation::Rate(_)) {
             level = SeriesLevel::Rates;
         }
         self.push(operation, level)
     }
 
-    fn push(&mut self, operation: Operation, level: SeriesLevel) -> Slot {
+    fn push(&mut self, operation: SeriesOperation, level: SeriesLevel) -> Slot {
         let target = self.allocate(level);
         let steps = match level {
             SeriesLevel::Signals => &mut self.tape.signals,
@@ -168,7 +168,7 @@ impl SeriesBuilder {
         self.tape.slots - 1
     }
 
-    fn operate_twice(&mut self, a: Slot, operation: impl Fn(Slot, Slot) -> Operation) -> [Slot; 2] {
+    fn operate_twice(&mut self, a: Slot, operation: impl Fn(Slot, Slot) -> SeriesOperation) -> [Slot; 2] {
         let second = self.allocate(self.levels[a as usize]);
         [self.operate(operation(a, second)), second]
     }
@@ -179,7 +179,7 @@ impl SeriesBuilder {
             .terms
             .extend(terms.iter().map(|&(source, coefficient)| Term { source, factor: c.place(coefficient) }));
         let constant = (constant != Expr::ZERO).then(|| c.place(constant));
-        self.push(Operation::Linear { first, count: terms.len() as u32, constant }, level)
+        self.push(SeriesOperation::Linear { first, count: terms.len() as u32, constant }, level)
     }
 
     fn level(&self, source: Source) -> SeriesLevel {
@@ -261,7 +261,7 @@ impl SeriesBuilder {
         function: Unary,
         a: Expr,
     ) -> Result<ArmSeries, NoSeries> {
-        let direct: fn(Slot) -> Operation = match function {
+        let direct: fn(Slot) -> SeriesOperation = match function {
             Unary::Negate => {
                 let minus = arena.constant(-1.0);
                 return self.scaled(arena, c, a, minus);
@@ -273,7 +273,7 @@ impl SeriesBuilder {
             }
             Unary::Sin | Unary::Cos => {
                 let angle = self.slot(arena, c, a)?;
-                let [sine, cosine] = self.operate_twice(angle, Operation::SineCosine);
+                let [sine, cosine] = self.operate_twice(angle, SeriesOperation::SineCosine);
                 for (function, slot) in [(Unary::Sin, sine), (Unary::Cos, cosine)] {
                     let expr = arena.unary(function, a);
                     self.series.insert(expr, self.of_slot(slot));
@@ -282,12 +282,12 @@ impl SeriesBuilder {
             }
             Unary::Tanh => {
                 let a = self.slot(arena, c, a)?;
-                let [slot, _] = self.operate_twice(a, Operation::HyperbolicTangent);
+                let [slot, _] = self.operate_twice(a, SeriesOperation::HyperbolicTangent);
                 return Ok(self.of_slot(slot));
             }
-            Unary::Sqrt => Operation::SquareRoot,
-            Unary::Exp => Operation::Exponential,
-            Unary::Log => Operation::Logarithm,
+            Unary::Sqrt => SeriesOperation::SquareRoot,
+            Unary::Exp => SeriesOperation::Exponential,
+            Unary::Log => SeriesOperation::Logarithm,
             _ => {
                 let composed = arena.series_of_unary(function, a).ok_or_else(|| {
                     NoSeries(format!("`{name}` has no Taylor series", name = function.definition().name))
@@ -329,7 +329,7 @@ impl SeriesBuilder {
         let [above, equal, below] =
             [self.slot(arena, c, first)?, self.slot(arena, c, second)?, self.slot(arena, c, third)?];
         let switch = self.switch(function)?;
-        let slot = self.operate(Operation::Choose { switch, above, equal, below });
+        let slot = self.operate(SeriesOperation::Choose { switch, above, equal, below });
         Ok(self.of_slot(slot))
     }
 
@@ -338,7 +338,7 @@ impl SeriesBuilder {
         let argument = self.slot(arena, c, a)?;
         let function = self.allocate(self.levels[argument as usize]);
         let switch = self.switch(function)?;
-        let slot = self.operate(Operation::Floor { argument, switch, function });
+        let slot = self.operate(SeriesOperation::Floor { argument, switch, function });
         Ok(self.of_slot(slot))
     }
 
@@ -362,8 +362,8 @@ impl SeriesBuilder {
         x: Expr,
     ) -> Result<ArmSeries, NoSeries> {
         let (y, x) = (self.slot(arena, c, y)?, self.slot(arena, c, x)?);
-        let square = self.operate(Operation::SquareSum(x, y));
-        let slot = self.operate(Operation::ArcTangent(y, x, square));
+        let square = self.operate(SeriesOperation::SquareSum(x, y));
+        let slot = self.operate(SeriesOperation::ArcTangent(y, x, square));
         Ok(self.of_slot(slot))
     }
 
@@ -386,13 +386,14 @@ impl SeriesBuilder {
             }
             Binary::Multiply | Binary::Divide => {
                 let (a, b) = (self.slot(arena, c, a)?, self.slot(arena, c, b)?);
-                let operation = if function == Binary::Multiply { Operation::Multiply } else { Operation::Divide };
+                let operation =
+                    if function == Binary::Multiply { SeriesOperation::Multiply } else { SeriesOperation::Divide };
                 let slot = self.operate(operation(a, b));
                 Ok(self.of_slot(slot))
             }
             Binary::Power if self.is_constant(arena, b) => {
                 let a = self.slot(arena, c, a)?;
-                let slot = self.operate(Operation::Power(a, c.place(b)));
+                let slot = self.operate(SeriesOperation::Power(a, c.place(b)));
                 Ok(self.of_slot(slot))
             }
             Binary::Atan2 => self.arc_tangent(arena, c, a, b),

@@ -39,26 +39,8 @@ pub struct ElementColumn {
 
 /// Why masses on a line have no matrices of a linear vibrating system.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NonlinearLoad {
-    /// A load that may be there or not.
-    #[error("an event can remove `{load}`")]
-    Removable {
-        /// The load.
-        load: String,
-    },
-    /// A law that is not linear in the length and the rate of its load: a cubic stiffness, a spring on one side of its free length only.
-    #[error("the law of `{load}` is not linear")]
-    Own {
-        /// The load.
-        load: String,
-    },
-    /// A law of the motion.
-    #[error("the law of `{load}` depends on the motion; if it is linear, write it as a spring")]
-    Law {
-        /// The load.
-        load: String,
-    },
-}
+#[error("{0}")]
+pub struct NonlinearLoad(pub String);
 
 impl Equations {
     /// The matrices of Eq. (33) for these trees, for masses on a line with linear loads.
@@ -116,7 +98,7 @@ impl Equations {
                 column.force = arena.multiply(column.mass, net);
             }
             Origin::Load(load) if mechanism.there(Owner::Load(load)).is_some() => {
-                return Err(NonlinearLoad::Removable { load: mechanism.loads[load.0].name.clone() });
+                return Err(NonlinearLoad(format!("an event can remove `{}`", mechanism.loads[load.0].name)));
             }
             Origin::Load(load) => {
                 let name = &mechanism.loads[load.0].name;
@@ -128,7 +110,7 @@ impl Equations {
                     OwnLaw::Centred | OwnLaw::Linear => self.linear_law(load),
                     OwnLaw::Nonlinear => None,
                 };
-                let nonlinear = || NonlinearLoad::Own { load: name.clone() };
+                let nonlinear = || NonlinearLoad(format!("the law of `{name}` is not linear"));
                 let LinearLaw { stiffness, damping, rest } = linear.ok_or_else(nonlinear)?;
                 (column.stiffness, column.damping) = (stiffness, damping);
                 let arena = &mut self.system.arena;
@@ -146,7 +128,9 @@ impl Equations {
         let force = self.formula(&law);
         let symbols = self.system.arena.symbols([force]);
         match symbols.iter().any(|symbol| matches!(symbol, Symbol::Coordinate(..))) {
-            true => Err(NonlinearLoad::Law { load: name.to_owned() }),
+            true => Err(NonlinearLoad(format!(
+                "the law of `{name}` depends on the motion; if it is linear, write it as a spring"
+            ))),
             false => Ok(force),
         }
     }

@@ -46,7 +46,7 @@ pub struct Extra {
 /// Packs an FMU and writes it to a file: all of it or nothing.
 pub fn write(package: &Package, path: &Path) -> Result<(), ExportError> {
     let bytes = pack(package)?;
-    files::write(path, &bytes).map_err(|error| ExportError::Write { path: path.display().to_string(), error })
+    files::write(path, &bytes).map_err(|error| ExportError(format!("cannot write `{}`: {error}", path.display())))
 }
 
 /// The bytes of an FMU.
@@ -154,7 +154,7 @@ fn libraries<'a>(package: &'a Package) -> Result<Vec<(String, MemberContent<'a>)
 fn for_all_macs(macs: &[&Runtime]) -> Result<Vec<u8>, ExportError> {
     let libraries: Vec<Cow<[u8]>> = macs.iter().map(|runtime| runtime.packed_library()).collect();
     let libraries: Vec<&[u8]> = libraries.iter().map(|library| &**library).collect();
-    let failed = || ExportError::Other("the runtimes for macOS cannot be put into one library".to_owned());
+    let failed = || ExportError("the runtimes for macOS cannot be put into one library".to_owned());
     universal(&libraries).ok_or_else(failed)
 }
 
@@ -193,5 +193,5 @@ fn described(package: &Package) -> Result<Vec<(&'static str, Vec<u8>)>, ExportEr
 }
 
 fn no_description(error: impl std::fmt::Display) -> ExportError {
-    ExportError::Other(format!("cannot write the model description: {error}"))
+    ExportError(format!("cannot write the model description: {error}"))
 }

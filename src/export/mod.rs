@@ -35,26 +35,19 @@ impl FmiVersion {
 
 /// Why no FMU could be made.
 #[derive(Debug, thiserror::Error)]
-pub enum ExportError {
-    #[error("cannot draw model.png: {0}")]
-    Picture(String),
-    #[error("cannot write `{path}`: {error}")]
-    Write { path: String, error: std::io::Error },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct ExportError(pub String);
 
-crate::diagnostic::from_messages!(ExportError as ExportError::Other: runtime::RuntimeError);
+crate::diagnostic::from_messages!(ExportError as ExportError: runtime::RuntimeError);
 
 impl From<cotree_fmu::program::storage::LoadError> for ExportError {
     fn from(error: cotree_fmu::program::storage::LoadError) -> Self {
-        ExportError::Other(format!("cannot write the program: {error}"))
+        ExportError(format!("cannot write the program: {error}"))
     }
 }
 
 impl From<zip::result::ZipError> for ExportError {
     fn from(error: zip::result::ZipError) -> Self {
-        ExportError::Other(format!("cannot pack the FMU: {error}"))
+        ExportError(format!("cannot pack the FMU: {error}"))
     }
 }

@@ -98,7 +98,10 @@ impl Platform {
     /// There is no such platform.
     pub fn named(name: &str) -> Result<Self, RuntimeError> {
         let known = PLATFORMS.iter().copied().find(|platform| [platform.folder, platform.tuple].contains(&name));
-        known.ok_or_else(|| RuntimeError::Unknown { name: name.to_owned() })
+        known.ok_or_else(|| {
+            let folders = PLATFORMS.map(|platform| platform.folder).join(", ");
+            RuntimeError(format!("there is no platform `{name}`; there are: {folders}"))
+        })
     }
 
     /// Where its runtime lies in a folder of runtimes.
@@ -156,28 +159,41 @@ pub struct Runtime {
 
 /// Why there is no runtime for a platform.
 #[derive(Debug, thiserror::Error)]
-pub enum RuntimeError {
+#[error("{0}")]
+pub struct RuntimeError(pub String);
+
+impl RuntimeError {
     /// FMI has no name for the platform, so no importer would find the shared library.
-    #[error("FMI has no folder name for this platform ({} on {})", std::env::consts::OS, std::env::consts::ARCH)]
-    Host,
-    /// There is no platform of that name.
-    #[error("there is no platform `{name}`; there are: {}", PLATFORMS.map(|platform| platform.folder).join(", "))]
-    Unknown { name: String },
-    /// No folder of runtimes has it.
-    #[error(
-        "there is no runtime for {platform}: `{}` does not exist\nBuild it with tools/build-runtimes.sh, and name its folder with \
-         --runtimes or in COTREE_RUNTIMES",
-        file.display()
-    )]
-    Missing { platform: &'static str, file: PathBuf },
-    #[error("cannot read the runtime `{}`: {error}", file.display())]
-    Read { file: PathBuf, error: std::io::Error },
+    pub fn host() -> Self {
+        let (system, processor) = (std::env::consts::OS, std::env::consts::ARCH);
+        RuntimeError(format!("FMI has no folder name for this platform ({system} on {processor})"))
+    }
+
     /// It reads other programs than this cotree writes.
-    #[error("`{}` is the runtime of another version of cotree\nBuild it again with tools/build-runtimes.sh", file.display())]
-    Version { file: PathBuf },
+    fn version(file: &Path) -> Self {
+        let file = file.display();
+        RuntimeError(format!(
+            "`{file}` is the runtime of another version of cotree\nBuild it again with tools/build-runtimes.sh"
+        ))
+    }
+
     /// The file is for another platform, or no shared library at all.
-    #[error("`{}` is not a shared library for {platform}", file.display())]
-    Foreign { platform: &'static str, file: PathBuf },
+    fn foreign(file: &Path, platform: &str) -> Self {
+        RuntimeError(format!("`{}` is not a shared library for {platform}", file.display()))
+    }
+
+    /// No folder of runtimes has it.
+    fn missing(file: &Path, platform: &str) -> Self {
+        let file = file.display();
+        RuntimeError(format!(
+            "there is no runtime for {platform}: `{file}` does not exist\nBuild it with tools/build-runtimes.sh, and name its \
+             folder with --runtimes or in COTREE_RUNTIMES"
+        ))
+    }
+
+    fn unreadable(file: &Path, error: &std::io::Error) -> Self {
+        RuntimeError(format!("cannot read the runtime `{}`: {error}", file.display()))
+    }
 }
 
 impl Runtime {
@@ -203,12 +219,10 @@ impl Runtime {
     /// # Errors
     /// FMI has no name for the platform, or cotree was built without a runtime.
     pub fn embedded() -> Result<Self, RuntimeError> {
-        let platform = Platform::host().ok_or(RuntimeError::Host)?;
+        let platform = Platform::host().ok_or_else(RuntimeError::host)?;
         if !platform.accepts(LIBRARY) {
-            return Err(RuntimeError::Foreign {
-                platform: platform.folder,
-                file: concat!(env!("OUT_DIR"), env!("COTREE_EMBEDDED")).into(),
-            });
+            let file = Path::new(concat!(env!("OUT_DIR"), env!("COTREE_EMBEDDED")));
+            return Err(RuntimeError::foreign(file, platform.folder));
         }
         Ok(Self { platform, library: Cow::Borrowed(LIBRARY) })
     }
@@ -223,13 +237,11 @@ impl Runtime {
             Ok(library) if platform.accepts(&library) && understands(&library) => {
                 Ok(Self { platform, library: library.into() })
             }
-            Ok(library) if platform.accepts(&library) => Err(RuntimeError::Version { file }),
-            Ok(_) => Err(RuntimeError::Foreign { platform: platform.folder, file }),
+            Ok(library) if platform.accepts(&library) => Err(RuntimeError::version(&file)),
+            Ok(_) => Err(RuntimeError::foreign(&file, platform.folder)),
             Err(error) if error.kind() == ErrorKind::NotFound && Platform::host() == Some(platform) => Self::embedded(),
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                Err(RuntimeError::Missing { platform: platform.folder, file })
-            }
-            Err(error) => Err(RuntimeError::Read { file, error }),
+            Err(error) if error.kind() == ErrorKind::NotFound => Err(RuntimeError::missing(&file, platform.folder)),
+            Err(error) => Err(RuntimeError::unreadable(&file, &error)),
         }
     }
 }
@@ -253,11 +265,11 @@ pub fn front_for_browsers(runtimes: &Path) -> Result<Option<Vec<u8>>, RuntimeErr
 fn web_module(runtimes: &Path, name: &str) -> Result<Option<Vec<u8>>, RuntimeError> {
     let file = runtimes.join("web").join(name);
     match fs::read(&file) {
-        Ok(module) if !module.starts_with(b"\0asm") => Err(RuntimeError::Foreign { platform: "browsers", file }),
-        Ok(module) if !understands(&module) => Err(RuntimeError::Version { file }),
+        Ok(module) if !module.starts_with(b"\0asm") => Err(RuntimeError::foreign(&file, "browsers")),
+        Ok(module) if !understands(&module) => Err(RuntimeError::version(&file)),
         Ok(module) => Ok(Some(module)),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(RuntimeError::Read { file, error }),
+        Err(error) => Err(RuntimeError::unreadable(&file, &error)),
     }
 }
 
@@ -315,9 +327,9 @@ mod tests {
         let file = folder.path().join("web/cotree_runtime.wasm");
         fs::create_dir_all(file.parent().unwrap()).unwrap();
         fs::write(&file, "text").unwrap();
-        assert!(matches!(for_browsers(folder.path()), Err(RuntimeError::Foreign { .. })));
+        assert!(for_browsers(folder.path()).unwrap_err().to_string().contains("is not a shared library for browsers"));
         fs::write(&file, b"\0asm of long ago").unwrap();
-        assert!(matches!(for_browsers(folder.path()), Err(RuntimeError::Version { .. })));
+        assert!(for_browsers(folder.path()).unwrap_err().to_string().contains("of another version of cotree"));
         let module = [b"\0asm", KIND.as_bytes()].concat();
         fs::write(&file, &module).unwrap();
         assert_eq!(for_browsers(folder.path()).unwrap(), Some(module));
@@ -337,8 +349,8 @@ mod tests {
         let mut other = mine.clone();
         other[at + KIND.len() - 1] ^= 1;
         fs::write(&file, other).unwrap();
-        assert!(matches!(Runtime::find(host, folder.path()), Err(RuntimeError::Version { .. })));
+        assert!(Runtime::find(host, folder.path()).unwrap_err().to_string().contains("of another version of cotree"));
         fs::write(&file, b"text").unwrap();
-        assert!(matches!(Runtime::find(host, folder.path()), Err(RuntimeError::Foreign { .. })));
+        assert!(Runtime::find(host, folder.path()).unwrap_err().to_string().contains("is not a shared library for"));
     }
 }

@@ -10,7 +10,7 @@ use super::restrictions::{Restrictions, restrictions};
 use super::{equations, typical_length};
 use crate::diagnostic::{Fault, Span};
 use crate::equations::{Coordinate, Equations};
-use crate::model::{Class, Coordinates, Formula, Initial, Mechanism, Owner, Variable};
+use crate::model::{Class, CoordinateChoice, Formula, Initial, Mechanism, Owner, Variable};
 use crate::redundancy::matrices::constraint;
 
 /// More poses than this are no set of single ones.
@@ -51,7 +51,7 @@ pub struct CoordinateValue {
 /// There are no equations, or the loops cannot be closed from any start.
 pub fn assemblies(mechanism: &Mechanism, starts: usize) -> Result<Assemblies, Vec<Fault>> {
     let mut mechanism = mechanism.clone();
-    mechanism.coordinates = Coordinates::Recommended;
+    mechanism.coordinates = CoordinateChoice::Recommended;
     let Own { names, state, freedoms, is_own } = own_start(&mechanism, starts)?;
     // Guesses pick one of the ways; here all are wanted.
     let guessed: Vec<Variable> =

@@ -4,7 +4,7 @@
 use crate::diagnostic::Fault;
 use crate::equations::Equations;
 use crate::laws::{Jump, laws};
-use crate::model::{Coordinates, Formula, KeyValue, Mechanism, Motion, Part};
+use crate::model::{CoordinateChoice, Formula, KeyValue, Mechanism, Motion, Part};
 use crate::network::{ElementId, Origin, Trees};
 
 /// The recommended trees, but with drivers as loop equations whose rates jump, or may, as importers set them; none if these are the scene's own, or like that
@@ -19,7 +19,7 @@ pub(super) fn trees(equations: &Equations, jumps: &[Jump]) -> Option<Trees> {
         _ => false,
     };
     let trees = Trees::recommended_but(system, jumping);
-    let is_chosen = matches!(system.mechanism.coordinates, Coordinates::Chosen { .. });
+    let is_chosen = matches!(system.mechanism.coordinates, CoordinateChoice::Chosen { .. });
     let recommended = !is_chosen && equations.trees == Trees::recommended(system);
     (recommended && equations.trees != trees).then_some(trees)
 }

@@ -29,7 +29,7 @@ use crate::formulate::explain::suspect::suspect;
 use crate::formulate::restrictions::{Restrictions, judge, restrictions};
 use crate::formulate::start::Start;
 use crate::laws::Jump;
-use crate::model::{BodyId, Coordinates, Formula, Mechanism, Output, Owner, Variable};
+use crate::model::{BodyId, CoordinateChoice, Formula, Mechanism, Output, Owner, Variable};
 use crate::network::{Constrained, ElementId, Origin, System, Trees};
 use crate::program::Lowered;
 use crate::scene::constant;
@@ -225,7 +225,7 @@ impl Assembled {
 ///
 /// # Errors
 /// The user's own trees are not spanning trees, or the equations would be too large.
-pub fn equations(mechanism: &Mechanism, choice: &Coordinates) -> Result<Equations, Vec<Fault>> {
+pub fn equations(mechanism: &Mechanism, choice: &CoordinateChoice) -> Result<Equations, Vec<Fault>> {
     let system = System::new(mechanism);
     let trees = Trees::select(&system, choice)?;
     size::check(&system, &trees)?;

@@ -51,7 +51,7 @@ pub struct Contact {
     /// Such as `hinge.max`, or the name of its part.
     pub name: String,
     pub gap: GapLaw,
-    pub state: ContactState,
+    pub state: ContactVariables,
     /// How it slides, if it is friction. While it sticks, its relation holds on both sides, at `gap.bound`.
     pub slip: Option<Slip>,
     /// Where its part stands in the file.
@@ -60,7 +60,7 @@ pub struct Contact {
 
 /// The discrete variables of a contact.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ContactState {
+pub struct ContactVariables {
     /// 1 while it is closed, or sticks; else 0.
     pub closed: DiscreteId,
     /// The impulse of the last impact.
@@ -141,7 +141,7 @@ impl Mechanism {
             }
             let feature =
                 touches.then(|| FEATURE.map(|(word, value, measure)| hold(word, value, Unit::of(&measure, None))));
-            let state = ContactState { closed, impulse, place, direction: None, signs: Vec::new(), feature };
+            let state = ContactVariables { closed, impulse, place, direction: None, signs: Vec::new(), feature };
             self.contacts.push(Contact { owner, name, gap, state, slip: None, span });
         }
         self.add_slips();
@@ -210,7 +210,7 @@ impl Mechanism {
             let gap = GapLaw { word: "", sign: 1.0, bound, restitution, of_rate: false };
             let slip = Some(Slip { law, pressed, on });
             let (place, direction) = (Some(place), Some(direction));
-            let state = ContactState { closed, impulse, place, direction, signs, feature: None };
+            let state = ContactVariables { closed, impulse, place, direction, signs, feature: None };
             self.contacts.push(Contact { owner, name, gap, state, slip, span });
         }
     }

@@ -17,7 +17,7 @@ const CHORDS: usize = 16;
 
 /// A corner of a profile.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Corner {
+pub struct ContourCorner {
     /// From the first point of the contact, in the axes of its body \[m\].
     pub at: [f64; 2],
     /// What leads to it: an arc with this radius \[m\], positive if it turns left, or a line.
@@ -30,7 +30,7 @@ pub struct Corner {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contour {
     /// In their order, with the free side on the left; of an outline an arc that leads to the first one comes from the last.
-    pub corners: Vec<Corner>,
+    pub corners: Vec<ContourCorner>,
     /// True for an outline, whose last corner leads to the first.
     pub closed: bool,
     /// The radius of the disc \[m\].

@@ -1,7 +1,7 @@
 //! Changed copies of a mechanism: what studies move, hold or leave out is asked of a copy, and the scene stays as it is written.
 
 use super::{
-    BodyId, Class, Coordinates, Dimension, DriverId, Formula, Initial, Input, InputId, JointId, KeyValue, LoadId,
+    BodyId, Class, CoordinateChoice, Dimension, DriverId, Formula, Initial, Input, InputId, JointId, KeyValue, LoadId,
     Mechanism, Output, Owner, Parameter, ParameterId, Part, Place, Quantity, Unit, Variable,
 };
 use crate::diagnostic::Span;
@@ -134,7 +134,7 @@ impl Mechanism {
     pub fn kinematic(&self) -> Mechanism {
         let mut rest = self.without_instants();
         rest.initial.retain(|initial| matches!(initial.variable.owner, Owner::Place(_) | Owner::Joint(_)));
-        (rest.loads, rest.coordinates) = (Vec::new(), Coordinates::Recommended);
+        (rest.loads, rest.coordinates) = (Vec::new(), CoordinateChoice::Recommended);
         rest.states.clear();
         rest
     }

@@ -31,8 +31,8 @@ mod written;
 pub use body::{Body, Outline, Place, Point};
 pub use bound::{Bound, Range};
 pub use clearance::Clearance;
-pub use contact::{Contact, ContactState, GapLaw, Limits};
-pub use contour::{Contour, Corner, Feature, FeatureJoint, Flaw};
+pub use contact::{Contact, ContactVariables, GapLaw, Limits};
+pub use contour::{Contour, ContourCorner, Feature, FeatureJoint, Flaw};
 pub use course::{Course, CourseValue, Pulley, Station};
 pub use discrete::{Discrete, DiscreteKind};
 pub use display::Units;
@@ -44,7 +44,7 @@ pub use friction::{Friction, Pressed, Slip};
 pub use instants::{Event, Sampler};
 pub use name::identifier;
 pub use part::{KeyValue, Motion, Part};
-pub use settings::{Coordinates, Experiment, Method, Solver};
+pub use settings::{CoordinateChoice, Experiment, Method, SolverSettings};
 pub use state::State;
 pub use unit::{Calculated, DisplayUnit, Input, Parameter, Unit, ValueError};
 pub use variable::{Aspect, Axis, Class, ContactQuantity, Effort, Owner, Quantity, Variable, Whole};
@@ -132,8 +132,8 @@ pub struct Mechanism {
     /// Where positions that `[initial]` does not mention are looked for, if not at zero.
     pub begins: Vec<Initial>,
     pub experiment: Experiment,
-    pub solver: Solver,
-    pub coordinates: Coordinates,
+    pub solver: SolverSettings,
+    pub coordinates: CoordinateChoice,
     /// The distances between outlines that are of interest, if any are.
     pub clearance: Option<Clearance>,
     /// Values of keys that parameters can move out of their ranges.

@@ -16,7 +16,7 @@ pub struct Experiment {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solver {
+pub struct SolverSettings {
     /// How motion is integrated.
     pub method: Method,
     /// Relative tolerance, if not the experiment's.
@@ -42,7 +42,7 @@ pub enum Method {
 
 /// Choice of trees.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Coordinates {
+pub enum CoordinateChoice {
     /// Tables 2 and 3.
     Recommended,
     /// All bodies in both trees.

@@ -10,7 +10,7 @@ use super::element::Origin;
 use super::graph::{ElementId, LinearGraph, Rotation, Translation, Tree};
 use super::system::System;
 use crate::diagnostic::{Fault, Span, suggest};
-use crate::model::{BodyId, Coordinates};
+use crate::model::{BodyId, CoordinateChoice};
 
 /// A spanning tree of each graph.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,12 +56,12 @@ impl Trees {
     ///
     /// # Errors
     /// The user's own lists name something unknown, close a loop, or leave something out.
-    pub fn select(system: &System, choice: &Coordinates) -> Result<Trees, Vec<Fault>> {
+    pub fn select(system: &System, choice: &CoordinateChoice) -> Result<Trees, Vec<Fault>> {
         match choice {
-            Coordinates::Recommended => Ok(Trees::recommended(system)),
-            Coordinates::Absolute => Ok(absolute(system)),
-            Coordinates::Joint => Ok(joint(system)),
-            Coordinates::Chosen { translation, rotation } => {
+            CoordinateChoice::Recommended => Ok(Trees::recommended(system)),
+            CoordinateChoice::Absolute => Ok(absolute(system)),
+            CoordinateChoice::Joint => Ok(joint(system)),
+            CoordinateChoice::Chosen { translation, rotation } => {
                 chosen(system, translation.as_deref(), rotation.as_deref())
             }
         }

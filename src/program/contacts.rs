@@ -6,7 +6,7 @@ use cotree_fmu::tape::Tape;
 
 use crate::equations::Equations;
 use crate::expr::{Arena, Expr, Order, Symbol};
-use crate::model::{self, ContactState, DiscreteId, FeatureJoint, Formula, Mechanism, Part};
+use crate::model::{self, ContactVariables, DiscreteId, FeatureJoint, Formula, Mechanism, Part};
 use crate::solve::{Levels, MotionSolver};
 
 /// The expressions behind [`Contacts`].
@@ -35,7 +35,7 @@ fn while_there(arena: &mut Arena, there: Expr, motion: [Expr; 3], held_anywhere:
 }
 
 /// The discrete variables of a contact as the program names them.
-fn state(state: &ContactState) -> program::ContactState {
+fn state(state: &ContactVariables) -> program::ContactState {
     let place = |id: DiscreteId| id.0 as u32;
     program::ContactState {
         closed: place(state.closed),

@@ -4,7 +4,7 @@
 //! double root there, towards which steps halve; a doubled one reaches it.
 
 use cotree_fmu::constraints::poses::Loops;
-use cotree_fmu::linalg::least_squares::Residuals;
+use cotree_fmu::linalg::least_squares::ResidualFunction;
 use cotree_fmu::linalg::sparse::{Factors, SparseRow, product_with_transposed};
 use cotree_fmu::math;
 

@@ -10,7 +10,7 @@
 //! test sees all orders, and refuses what it cannot decide: a direction that comes back in fourth order.
 
 use cotree_fmu::constraints::poses::{Loops, scaled, sparse_jacobian};
-use cotree_fmu::linalg::least_squares::Residuals;
+use cotree_fmu::linalg::least_squares::ResidualFunction;
 use cotree_fmu::linalg::singular_values::svd;
 use cotree_fmu::linalg::sparse::{self, SparseRow};
 use cotree_fmu::machine::Machine;

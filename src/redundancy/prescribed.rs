@@ -4,7 +4,7 @@
 //! motion was going, is contradicted. In a pose where more equations than usual depend on each other nothing is said: the independent ones do not tell where the motion goes.
 
 use cotree_fmu::constraints::poses::{Loops, rows_of, scaled};
-use cotree_fmu::linalg::least_squares::Residuals;
+use cotree_fmu::linalg::least_squares::ResidualFunction;
 use cotree_fmu::linalg::singular_values::svd;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::math;

@@ -11,7 +11,7 @@ use super::summary::{
 };
 use crate::equations::Equations;
 use crate::formulate::{Formulated, equations};
-use crate::model::{Contact, Coordinates, Mechanism, Part};
+use crate::model::{Contact, CoordinateChoice, Mechanism, Part};
 use crate::network::{Angle, ElementId, Origin};
 use crate::program::Lowered;
 use crate::solve::Block;
@@ -145,15 +145,15 @@ const COMPARED: usize = 200;
 /// Coordinates and loop equations for the presets, and for the scene's own trees.
 fn counts(counted: &Equations) -> Counts {
     let mechanism = &counted.system.mechanism;
-    let of = |choice: &Coordinates| {
+    let of = |choice: &CoordinateChoice| {
         let small = mechanism.bodies.len() <= COMPARED;
         small.then(|| equations(mechanism, choice).ok().map(|other| count(&other))).flatten()
     };
     Counts {
         used: count(counted),
-        recommended: of(&Coordinates::Recommended),
-        absolute: of(&Coordinates::Absolute),
-        joint: of(&Coordinates::Joint),
+        recommended: of(&CoordinateChoice::Recommended),
+        absolute: of(&CoordinateChoice::Absolute),
+        joint: of(&CoordinateChoice::Joint),
     }
 }
 

@@ -81,29 +81,25 @@ pub struct InspectedVariable {
 
 /// Why an FMU cannot be read.
 #[derive(Debug, thiserror::Error)]
-pub enum InspectError {
-    /// It does not begin as archives do.
-    #[error("it is not an FMU: it is not a zip archive")]
-    NoArchive,
-    /// It is a good description of another model, or the program is another's.
-    #[error(
-        "it is damaged: its modelDescription.xml and its program belong to different models ({0}); export it again"
-    )]
-    Strangers(&'static str),
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct InspectError(pub String);
 
-crate::diagnostic::from_messages!(InspectError as InspectError::Other: std::io::Error);
+crate::diagnostic::from_messages!(InspectError as InspectError: std::io::Error);
 
 impl From<ZipError> for InspectError {
     fn from(error: ZipError) -> Self {
-        InspectError::Other(format!("it is damaged or incomplete: {error}"))
+        InspectError(format!("it is damaged or incomplete: {error}"))
     }
 }
 
-crate::diagnostic::from_messages!(InspectError as InspectError::Other: cotree_fmu::program::storage::LoadError);
+crate::diagnostic::from_messages!(InspectError as InspectError: cotree_fmu::program::storage::LoadError);
+
+/// It is a good description of another model, or the program is another's.
+fn strangers(why: &str) -> InspectError {
+    InspectError(format!(
+        "it is damaged: its modelDescription.xml and its program belong to different models ({why}); export it again"
+    ))
+}
 
 type Archive = ZipArchive<BufReader<File>>;
 
@@ -116,30 +112,30 @@ impl Contents {
         let (mut file, size) = open(path)?;
         let mut begin = [0; 2];
         if size < 2 || file.read_exact(&mut begin).is_err() || begin != *b"PK" {
-            return Err(InspectError::NoArchive);
+            return Err(InspectError("it is not an FMU: it is not a zip archive".to_owned()));
         }
         let mut archive = Archive::new(BufReader::new(file))?;
         let description = entry(&mut archive, "modelDescription.xml")?
-            .ok_or_else(|| InspectError::Other("it is not an FMU: it has no modelDescription.xml".to_owned()))?;
+            .ok_or_else(|| InspectError("it is not an FMU: it has no modelDescription.xml".to_owned()))?;
         let header = Header::parse(&description)?;
         if !header.tool.starts_with("cotree ") {
-            return Err(InspectError::Other(format!(
+            return Err(InspectError(format!(
                 "it was made by {}, not by cotree",
                 if header.tool.is_empty() { "another program" } else { header.tool.as_str() }
             )));
         }
         let program = entry(&mut archive, cotree_fmu::PROGRAM_FILE)?;
         let program = Program::from_bytes(&program.ok_or_else(|| {
-            InspectError::Other(format!("it is incomplete: it has no {0}; export it again", cotree_fmu::PROGRAM_FILE))
+            InspectError(format!("it is incomplete: it has no {0}; export it again", cotree_fmu::PROGRAM_FILE))
         })?)?;
         let expected = if header.version.starts_with('2') { program.guid.clone() } else { token(&program.guid) };
         if header.guid != expected {
-            return Err(InspectError::Strangers("their GUIDs differ"));
+            return Err(strangers("their GUIDs differ"));
         }
         // FMI 3.0 has more than the program: the time, derivatives of inputs.
         let described: HashSet<&str> = header.variables.iter().map(|variable| variable.name.as_str()).collect();
         if !program.variables.iter().all(|variable| described.contains(variable.name.as_str())) {
-            return Err(InspectError::Strangers("their variables differ"));
+            return Err(strangers("their variables differ"));
         }
         let mut scene = None;
         for name in ["resources/scene.toml", "resources/scene.json"] {
@@ -177,8 +173,8 @@ fn why_no_start(program: Program) -> Option<String> {
 fn open(path: &Path) -> Result<(File, u64), InspectError> {
     let data = std::fs::metadata(path)?;
     match data {
-        _ if data.is_dir() => Err(InspectError::Other(format!("it is {0}, not an FMU", "a folder"))),
-        _ if !data.is_file() => Err(InspectError::Other(format!("it is {0}, not an FMU", "a pipe or a device"))),
+        _ if data.is_dir() => Err(InspectError(format!("it is {0}, not an FMU", "a folder"))),
+        _ if !data.is_file() => Err(InspectError(format!("it is {0}, not an FMU", "a pipe or a device"))),
         _ => Ok((File::open(path)?, data.len())),
     }
 }
@@ -192,7 +188,7 @@ fn entry(archive: &mut Archive, name: &str) -> Result<Option<Vec<u8>>, InspectEr
         Err(error) => return Err(error.into()),
     };
     if file.take(LARGEST + 1).read_to_end(&mut content)? as u64 > LARGEST {
-        return Err(InspectError::Other(format!("its `{name}` is larger than any that cotree writes")));
+        return Err(InspectError(format!("its `{name}` is larger than any that cotree writes")));
     }
     Ok(Some(content))
 }
@@ -226,8 +222,7 @@ struct Header {
 
 impl Header {
     fn parse(document: &[u8]) -> Result<Self, InspectError> {
-        let damaged =
-            |error: &dyn fmt::Display| InspectError::Other(format!("its modelDescription.xml is damaged: {error}"));
+        let damaged = |error: &dyn fmt::Display| InspectError(format!("its modelDescription.xml is damaged: {error}"));
         let mut reader = Reader::from_reader(document);
         let (mut header, mut buffer, mut depth) = (Self::default(), Vec::new(), 0_u32);
         loop {

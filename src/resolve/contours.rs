@@ -6,7 +6,7 @@ use super::parts::KeyReader;
 use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::Span;
 use crate::model::measure::LENGTH;
-use crate::model::{Contour, Corner, Flaw, Formula, KeyValue};
+use crate::model::{Contour, ContourCorner, Flaw, Formula, KeyValue};
 use crate::scene::constant;
 use crate::scene::decode::Fields;
 use crate::scene::document::{Content, DocumentNode};
@@ -35,16 +35,21 @@ impl Resolver<'_> {
             return None;
         }
         let corner = |(index, item): (usize, &DocumentNode)| self.profile_corner(item, (index, what), user);
-        let corners: Vec<Option<Corner>> = items.iter().enumerate().map(corner).collect();
+        let corners: Vec<Option<ContourCorner>> = items.iter().enumerate().map(corner).collect();
         Some(Contour { corners: corners.into_iter().collect::<Option<_>>()?, closed: false, radius: 0.0 })
     }
 
-    fn profile_corner(&mut self, node: &DocumentNode, (index, what): (usize, &str), user: &str) -> Option<Corner> {
+    fn profile_corner(
+        &mut self,
+        node: &DocumentNode,
+        (index, what): (usize, &str),
+        user: &str,
+    ) -> Option<ContourCorner> {
         let called = format!("corner {} of {what}", index + 1);
         if !matches!(node.kind, Content::Table(_)) {
             let vector = self.faults.vector(node, &called)?;
             let at = self.vector(&vector, &called, &LENGTH, Context::Constant);
-            return Some(Corner { at: self.numbers(&at, &called, node.span)?, arc: None, span: node.span });
+            return Some(ContourCorner { at: self.numbers(&at, &called, node.span)?, arc: None, span: node.span });
         }
         let fields = Fields::open(node, &called, node.span, &names(CORNER), self.faults)?;
         let reader = KeyReader { fields: &fields, user, context: Context::Constant };
@@ -59,7 +64,7 @@ impl Resolver<'_> {
         let at = self.numbers(&to, &called, node.span);
         let radius = self.number_of(&radius, &format!("`radius` of {called}"), node.span)?;
         let is_right = turn == Some(KeyValue::Choice("right"));
-        Some(Corner { at: at?, arc: Some(if is_right { -radius } else { radius }), span: node.span })
+        Some(ContourCorner { at: at?, arc: Some(if is_right { -radius } else { radius }), span: node.span })
     }
 
     fn numbers(&mut self, both: &[Formula; 2], what: &str, span: Span) -> Option<[f64; 2]> {

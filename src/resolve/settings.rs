@@ -10,7 +10,7 @@ use crate::diagnostic::fault::Fault;
 use crate::diagnostic::span::{Span, Text};
 use crate::diagnostic::suggest;
 use crate::model::measure::{NUMBER, TIME, Wanted};
-use crate::model::{Coordinates, Experiment, Method, Solver, Units};
+use crate::model::{CoordinateChoice, Experiment, Method, SolverSettings, Units};
 use crate::scene::key::Form;
 use crate::scene::quantity::Quantity;
 use crate::scene::tables::DISPLAY;
@@ -109,9 +109,9 @@ impl Resolver<'_> {
         Some(value)
     }
 
-    pub(super) fn solver(&mut self) -> Solver {
+    pub(super) fn solver(&mut self) -> SolverSettings {
         let given = &self.scene.solver;
-        Solver {
+        SolverSettings {
             method: self.method(given.method.as_ref()),
             rtol: self.positive(given.rtol.as_ref(), "`rtol` of `[solver]`", &NUMBER),
             atol: self.positive(given.atol.as_ref(), "`atol` of `[solver]`", &NUMBER),
@@ -133,9 +133,9 @@ impl Resolver<'_> {
         Method::Auto
     }
 
-    pub(super) fn coordinates(&mut self) -> Coordinates {
+    pub(super) fn coordinates(&mut self) -> CoordinateChoice {
         let given = &self.scene.coordinates;
-        let preset = given.preset.as_ref().map_or(Coordinates::Recommended, |preset| self.preset(preset));
+        let preset = given.preset.as_ref().map_or(CoordinateChoice::Recommended, |preset| self.preset(preset));
         let [t_span, r_span] = given.spans;
         let translation = given.translation.as_ref().map(|names| self.branches(names, "translation", t_span));
         let rotation = given.rotation.as_ref().map(|names| self.branches(names, "rotation", r_span));
@@ -146,7 +146,7 @@ impl Resolver<'_> {
         if translation.is_none() && rotation.is_none() {
             return preset;
         }
-        if let (Some(name), true) = (&given.preset, preset != Coordinates::Recommended) {
+        if let (Some(name), true) = (&given.preset, preset != CoordinateChoice::Recommended) {
             self.faults.push(
                 Fault::new(
                     "scene::coordinates",
@@ -157,19 +157,19 @@ impl Resolver<'_> {
                 .help("remove `preset`, or remove `translation` and `rotation`"),
             );
         }
-        Coordinates::Chosen { translation, rotation }
+        CoordinateChoice::Chosen { translation, rotation }
     }
 
-    fn preset(&mut self, name: &Text) -> Coordinates {
+    fn preset(&mut self, name: &Text) -> CoordinateChoice {
         match name.text.as_str() {
-            "recommended" => return Coordinates::Recommended,
-            "absolute" => return Coordinates::Absolute,
-            "joint" => return Coordinates::Joint,
+            "recommended" => return CoordinateChoice::Recommended,
+            "absolute" => return CoordinateChoice::Absolute,
+            "joint" => return CoordinateChoice::Joint,
             // Kept by the format.
             "cheapest" => self.not_searched(name),
             other => self.unknown_choice("preset", other, &["recommended", "absolute", "joint"], name.span),
         }
-        Coordinates::Recommended
+        CoordinateChoice::Recommended
     }
 
     /// The search for trees that cost less than the recommended ones is gone: it gained 2.5 % in the mean.

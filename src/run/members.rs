@@ -37,7 +37,7 @@ impl Compiled {
         let setting = |&(name, value): &(&str, f64)| {
             let variable = settings::settable(&self.description, name)?;
             settings::permitted(&self.description.variables[variable], value)
-                .map_err(|cause| SettingError::ValueOf { name: name.to_owned(), value, cause })?;
+                .map_err(|cause| SettingError(format!("{name}: {value:?} {cause}")))?;
             Ok((variable, value))
         };
         every(members.iter().map(|member| every(member.iter().map(setting)))).map_err(

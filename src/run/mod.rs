@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use cotree_fmu::instance::{Inaccuracy, Instance, InstanceError, TOLERANCES};
 use cotree_fmu::model::Model;
-use cotree_fmu::program::check::Fault;
+use cotree_fmu::program::check::ProgramError;
 
 use crate::export::description::Description;
 use crate::model::Experiment;
@@ -58,7 +58,7 @@ pub struct Finish {
 pub enum RunError {
     /// The runtime refuses the program.
     #[error(transparent)]
-    Program(#[from] Fault),
+    Program(#[from] ProgramError),
     /// The instance refused.
     #[error(transparent)]
     Instance(#[from] InstanceError),

@@ -8,28 +8,14 @@ use crate::model::ValueError;
 
 /// Why a name or a value cannot be given to a run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SettingError {
-    /// The variable cannot have the value.
-    #[error("{value:?} {cause}")]
-    Value {
-        /// The value, SI.
-        value: f64,
-        /// Why not.
-        cause: ValueError,
-    },
-    /// A variable that is named cannot have the value.
-    #[error("{name}: {value:?} {cause}")]
-    ValueOf {
-        /// The variable.
-        name: String,
-        /// The value, SI.
-        value: f64,
-        /// Why not.
-        cause: ValueError,
-    },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
+#[error("{0}")]
+pub struct SettingError(pub String);
+
+impl SettingError {
+    /// Why a variable cannot have that value \[SI\].
+    pub fn of_value(value: f64, cause: &ValueError) -> Self {
+        SettingError(format!("{value:?} {cause}"))
+    }
 }
 
 /// The inputs of a scene by name: tables may have thousands of columns.
@@ -51,12 +37,8 @@ impl<'a> Inputs<'a> {
     pub fn find(&self, name: &str) -> Result<usize, SettingError> {
         let mut names: Vec<&str> = self.places.keys().copied().collect();
         names.sort_by_key(|name| self.places[name]);
-        let unknown = || {
-            SettingError::Other(format!(
-                "the scene has no input `{name}`; {known}",
-                known = suggest::known(name, names)
-            ))
-        };
+        let unknown =
+            || SettingError(format!("the scene has no input `{name}`; {known}", known = suggest::known(name, names)));
         self.places.get(name).copied().ok_or_else(unknown)
     }
 }
@@ -72,14 +54,14 @@ pub fn settable(description: &Description, name: &str) -> Result<usize, SettingE
         let is_calculated =
             |variable: &&ScalarVariable| variable.name == name && variable.causality == Causality::CalculatedParameter;
         if let Some(variable) = description.variables.iter().find(is_calculated) {
-            return SettingError::Other(format!(
+            return SettingError(format!(
                 "`{name}` cannot be set: it is calculated from other parameters ({about}); set these, or give `{name}` a number in the scene",
                 about = variable.description
             ));
         }
         let variables = description.variables.iter().filter(can_be_set);
         let names: Vec<&str> = variables.map(|variable| variable.name.as_str()).collect();
-        SettingError::Other(format!(
+        SettingError(format!(
             "the scene has no parameter or input `{name}`; {known}",
             known = suggest::known(name, names)
         ))

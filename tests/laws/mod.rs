@@ -9,7 +9,7 @@ mod trees;
 
 use crate::support::random::{Case, Family, Random, random_case};
 use crate::support::run::{mechanism, resolved};
-use cotree::model::{Coordinates, Mechanism};
+use cotree::model::{CoordinateChoice, Mechanism};
 use trees::random_trees;
 
 /// Random mechanisms of a family, with their seeds.
@@ -18,9 +18,9 @@ fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Case)> {
 }
 
 /// The presets, and some random trees.
-fn choices(mechanism: &Mechanism, seed: u64, random_pairs: usize) -> Vec<Coordinates> {
+fn choices(mechanism: &Mechanism, seed: u64, random_pairs: usize) -> Vec<CoordinateChoice> {
     let mut random = Random(seed ^ 0x7265_6573);
-    let mut choices = vec![Coordinates::Recommended, Coordinates::Absolute, Coordinates::Joint];
+    let mut choices = vec![CoordinateChoice::Recommended, CoordinateChoice::Absolute, CoordinateChoice::Joint];
     choices.extend((0..random_pairs).map(|_| random_trees(mechanism, &mut random)));
     choices
 }

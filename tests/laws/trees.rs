@@ -1,6 +1,6 @@
 //! Random spanning trees.
 
-use cotree::model::{Coordinates, Mechanism};
+use cotree::model::{CoordinateChoice, Mechanism};
 use cotree::network::{ElementId, LinearGraph, Origin, System};
 use cotree::scene::Span;
 
@@ -11,11 +11,11 @@ use crate::support::scene_text::scene_text;
 use crate::support::variables::variables;
 
 /// Any valid tree pair: bodies, joints, drivers and loads in random order behind the arms, which must be branches.
-pub fn random_trees(mechanism: &Mechanism, random: &mut Random) -> Coordinates {
+pub fn random_trees(mechanism: &Mechanism, random: &mut Random) -> CoordinateChoice {
     let system = System::new(mechanism);
     let translation = random_tree(&system, &system.translation, random);
     let rotation = random_tree(&system, &system.rotation, random);
-    Coordinates::Chosen { translation: Some(translation), rotation: Some(rotation) }
+    CoordinateChoice::Chosen { translation: Some(translation), rotation: Some(rotation) }
 }
 
 fn random_tree<D>(system: &System, graph: &LinearGraph<D>, random: &mut Random) -> Vec<(String, Span)> {

@@ -141,7 +141,7 @@ impl ExportCommand {
             names => names.iter().map(|name| Platform::named(name)).collect::<Result<_, _>>()?,
         };
         if platforms.is_empty() {
-            return Err(RuntimeError::Host);
+            return Err(RuntimeError::host());
         }
         platforms.into_iter().map(|platform| Runtime::find(platform, &folder)).collect()
     }

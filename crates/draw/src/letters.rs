@@ -20,15 +20,10 @@ const BOLD: f64 = 600.0;
 
 /// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
-pub enum PictureError {
-    #[error(transparent)]
-    Encode(Box<dyn std::error::Error + Send + Sync>),
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct PictureError(pub String);
 
-cotree::diagnostic::from_messages!(PictureError as PictureError::Other: roxmltree::Error, resvg::usvg::Error, FaceParsingError);
+cotree::diagnostic::from_messages!(PictureError as PictureError: roxmltree::Error, resvg::usvg::Error, FaceParsingError);
 
 /// A text of a picture.
 #[derive(Clone, Debug, PartialEq)]

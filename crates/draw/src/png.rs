@@ -32,12 +32,11 @@ pub fn png(svg: &str, size: Size) -> Result<Vec<u8>, PictureError> {
         Size::Longer(pixels) => pixels / longer,
         Size::Wide(pixels) => (pixels / tree.size().width()).min(LONGEST / longer),
     };
-    let size =
-        tree.size().to_int_size().scale_by(scale).ok_or_else(|| PictureError::Other("it has no extent".to_owned()))?;
+    let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| PictureError("it has no extent".to_owned()))?;
     let mut picture =
-        Pixmap::new(size.width(), size.height()).ok_or_else(|| PictureError::Other("it has no extent".to_owned()))?;
+        Pixmap::new(size.width(), size.height()).ok_or_else(|| PictureError("it has no extent".to_owned()))?;
     resvg::render(&tree, Transform::from_scale(scale, scale), &mut picture.as_mut());
-    picture.encode_png().map_err(|error| PictureError::Encode(Box::new(error)))
+    picture.encode_png().map_err(|error| PictureError(error.to_string()))
 }
 
 /// The shapes of an SVG picture, and its texts: each has a path of its own among the shapes ([`crate::letters::name`]).

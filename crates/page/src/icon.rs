@@ -9,5 +9,6 @@ const SIZE: f32 = 320.0;
 
 /// The picture as a PNG file.
 pub fn png(drawing: &Drawing) -> Result<Vec<u8>, ExportError> {
-    png::png(&drawing.svg_without_names(), Size::Longer(SIZE)).map_err(|error| ExportError::Picture(error.to_string()))
+    png::png(&drawing.svg_without_names(), Size::Longer(SIZE))
+        .map_err(|error| ExportError(format!("cannot draw model.png: {error}")))
 }

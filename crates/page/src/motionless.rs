@@ -2,7 +2,7 @@
 
 use cotree::scene::Faults;
 use cotree_fmu::instance::InstanceError;
-use cotree_fmu::program::check::Fault;
+use cotree_fmu::program::check::ProgramError;
 use cotree_fmu::program::storage::LoadError;
 use cotree_study::bench::BenchError;
 use thiserror::Error;
@@ -12,4 +12,4 @@ use thiserror::Error;
 #[error("{0}")]
 pub struct MotionlessError(pub String);
 
-cotree::diagnostic::from_messages!(MotionlessError as MotionlessError: Faults, Fault, LoadError, InstanceError, BenchError);
+cotree::diagnostic::from_messages!(MotionlessError as MotionlessError: Faults, ProgramError, LoadError, InstanceError, BenchError);

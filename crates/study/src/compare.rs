@@ -6,14 +6,14 @@ use std::time::Instant;
 
 use cotree::expr::Expr;
 use cotree::formulate::{Formulated, formulate_written};
-use cotree::model::{Coordinates, Experiment, Mechanism, Output};
+use cotree::model::{CoordinateChoice, Experiment, Mechanism, Output};
 use cotree::report::data::{Cell, Report, Table};
 use cotree::row;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
-use cotree_fmu::program::check::Fault;
+use cotree_fmu::program::check::ProgramError;
 use cotree_fmu::tape::{Operation, Tape};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -23,8 +23,11 @@ use crate::bench;
 use crate::bench::runs::{BenchSubject, Budget, POINTS};
 
 /// The choices that every scene has; the scene's own is added if it is another one.
-const CHOICES: [(&str, Coordinates); 3] =
-    [("absolute", Coordinates::Absolute), ("joint", Coordinates::Joint), ("recommended", Coordinates::Recommended)];
+const CHOICES: [(&str, CoordinateChoice); 3] = [
+    ("absolute", CoordinateChoice::Absolute),
+    ("joint", CoordinateChoice::Joint),
+    ("recommended", CoordinateChoice::Recommended),
+];
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CoordinateComparison {
@@ -108,7 +111,7 @@ fn figures(mechanism: &Mechanism, outputs: &[Output]) -> CostOrFault {
     }
 }
 
-fn cost(mut formulated: Formulated) -> Result<ChoiceCost, Fault> {
+fn cost(mut formulated: Formulated) -> Result<ChoiceCost, ProgramError> {
     let model = Model::new(formulated.lowered.program.clone())?;
     let kernel = &model.program().tapes.acceleration;
     let mut machine = Machine::new(&model);

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use cotree::equations::{Constraint, Equations, RowKind, Share};
 use cotree::expr::{Arena, Expr, ExprNode, Order, Symbol, Unary};
-use cotree::model::{BodyId, Coordinates, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
+use cotree::model::{BodyId, CoordinateChoice, Dimension, JointId, Owner, Part, Place, Quantity, Variable};
 use cotree::network::{Constrained, Direction, Force, Origin, Torque};
 
 use super::document::{DocumentBlock, Piece};
@@ -71,7 +71,7 @@ impl MotionEquations {
             blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         } else {
             blocks.push(DocumentBlock::Equations(self.form(equations)));
-            blocks.push(DocumentBlock::Heading("Coordinates".into()));
+            blocks.push(DocumentBlock::Heading("CoordinateChoice".into()));
             blocks.push(DocumentBlock::table(Vec::new(), coordinates(equations)));
         }
         let lines = formulas.definitions.len() + formulas.formulas.len();
@@ -181,7 +181,7 @@ const READABLE: usize = 1000;
 /// A note on the length of the page and on shorter formulations.
 fn length_note(equations: &Equations, lines: usize) -> String {
     let hint = match equations.system.mechanism.coordinates {
-        Coordinates::Recommended => "",
+        CoordinateChoice::Recommended => "",
         _ => {
             " Other coordinates give other equations of the same motion: try `preset = \"recommended\"` in `[coordinates]`. With \
               joint angles, each relative to the body before, the terms grow with the fourth power of the depth; with absolute angles of \

@@ -2,7 +2,7 @@
 //!
 //! A pose is given by the branch coordinates alone. What the scene adds as states of its own is no part of it: neither loops nor what depends on them may read or move a state.
 
-use crate::linalg::least_squares::{Entry, Residuals};
+use crate::linalg::least_squares::{Entry, ResidualFunction};
 use crate::linalg::sparse::SparseRow;
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -104,7 +104,7 @@ impl Loops<'_> {
     }
 }
 
-impl Residuals for Loops<'_> {
+impl ResidualFunction for Loops<'_> {
     fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
         self.load(x);
         let tape = &self.model.program().tapes.constraint;

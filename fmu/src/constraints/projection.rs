@@ -4,7 +4,7 @@
 
 use super::initial::FULFILLED;
 use crate::constraints::reciprocals::is_within;
-use crate::failure::{Failure, Gap};
+use crate::failure::{Failure, LoopGap};
 use crate::linalg::SPACINGS;
 use crate::machine::Machine;
 use crate::model::{Model, State};
@@ -278,13 +278,13 @@ pub(super) fn open_row(model: &Model, residuals: &[f64], tolerance: f64) -> Opti
 }
 
 /// The largest of some loop equations' residuals, relative to their scales.
-pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> Gap {
+pub(crate) fn largest_gap(model: &Model, rows: &[usize], residuals: &[f64]) -> LoopGap {
     let constraints = &model.program().constraints;
     let size = |row: usize| residuals[row].abs() / constraints[row].scale;
     let row = rows.iter().copied().max_by(|&a, &b| size(a).total_cmp(&size(b)));
     row.map_or_else(
-        || Gap { owner: model.program().name.clone(), size: 0.0, angular: false },
-        |row| Gap {
+        || LoopGap { owner: model.program().name.clone(), size: 0.0, angular: false },
+        |row| LoopGap {
             owner: constraints[row].owner.clone(),
             size: residuals[row].abs(),
             angular: constraints[row].is_angle(),

@@ -18,7 +18,7 @@ pub(crate) mod switch;
 pub(crate) use course::SECTIONS;
 pub(crate) use layers::Layers;
 pub(crate) use monitor::{Monitor, Objection, Overlooked, Span, TOGETHER, work_of_laws};
-pub use switch::{Choices, Side};
+pub use switch::{Choices, SwitchSign};
 
 /// Half width of the layer about zero outside which a saturating function differs from its limits by no more than a share of them: 1 - tanh a
 /// is 2 exp(-2 a), its first coefficient twice that.

@@ -10,7 +10,7 @@ use crate::program::arm_form::MAX_ORDER;
 
 /// Where a switching function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum SwitchSign {
     /// It is positive.
     Above,
     /// It is zero.
@@ -19,7 +19,7 @@ pub enum Side {
     Below,
 }
 
-impl Side {
+impl SwitchSign {
     /// Of a value; one that is no number makes every comparison false.
     pub fn of(value: f64) -> Self {
         if value > 0.0 {
@@ -47,23 +47,23 @@ pub struct Choices {
 
 impl Choices {
     /// The choice of one switch, if it is known.
-    pub fn get(self, switch: u32) -> Option<Side> {
+    pub fn get(self, switch: u32) -> Option<SwitchSign> {
         let bit = 1_u64.checked_shl(switch)?;
         let side = match (self.positive & bit != 0, self.equal & bit != 0) {
-            (true, _) => Side::Above,
-            (false, true) => Side::Equal,
-            (false, false) => Side::Below,
+            (true, _) => SwitchSign::Above,
+            (false, true) => SwitchSign::Equal,
+            (false, false) => SwitchSign::Below,
         };
         (self.known & bit != 0).then_some(side)
     }
 
     /// Makes a choice known.
-    pub fn set(&mut self, switch: u32, side: Side) {
+    pub fn set(&mut self, switch: u32, side: SwitchSign) {
         let bit = 1_u64.checked_shl(switch).unwrap_or(0);
         let with = |bits: u64, is: bool| if is { bits | bit } else { bits & !bit };
         self.known |= bit;
-        self.positive = with(self.positive, side == Side::Above);
-        self.equal = with(self.equal, side == Side::Equal);
+        self.positive = with(self.positive, side == SwitchSign::Above);
+        self.equal = with(self.equal, side == SwitchSign::Equal);
     }
 
     /// These without some.
@@ -202,17 +202,20 @@ mod tests {
     fn choices_are_remembered() {
         let mut choices = Choices::default();
         assert_eq!(choices.get(3), None);
-        choices.set(3, Side::Above);
-        choices.set(5, Side::Equal);
-        choices.set(63, Side::Below);
+        choices.set(3, SwitchSign::Above);
+        choices.set(5, SwitchSign::Equal);
+        choices.set(63, SwitchSign::Below);
         assert_eq!(
             [3, 5, 63, 4, 64].map(|switch| choices.get(switch)),
-            [Some(Side::Above), Some(Side::Equal), Some(Side::Below), None, None]
+            [Some(SwitchSign::Above), Some(SwitchSign::Equal), Some(SwitchSign::Below), None, None]
         );
-        choices.set(5, Side::Above);
-        assert_eq!(choices.get(5), Some(Side::Above));
+        choices.set(5, SwitchSign::Above);
+        assert_eq!(choices.get(5), Some(SwitchSign::Above));
         assert_eq!(choices.without(1 << 5).get(5), None);
-        assert_eq!([0.1, -0.0, -0.1, f64::NAN].map(Side::of), [Side::Above, Side::Equal, Side::Below, Side::Below]);
+        assert_eq!(
+            [0.1, -0.0, -0.1, f64::NAN].map(SwitchSign::of),
+            [SwitchSign::Above, SwitchSign::Equal, SwitchSign::Below, SwitchSign::Below]
+        );
         let later = Choices { known: 0b110, positive: 0b010, equal: 0b100, reversed: 0 };
         let both = Choices { known: 0b1101, positive: 0b1100, equal: 0b0001, reversed: 0 }.then(later);
         assert_eq!(both, Choices { known: 0b1111, positive: 0b1010, equal: 0b0101, reversed: 0b100 });

@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use core::ffi::{c_char, c_void};
 
-use super::component::{Component, Outcome, Refusal, Version};
+use super::component::{FmiComponent, Outcome, Refusal, Version};
 pub(crate) use super::environment::FloatEnvironment;
-use super::logging::{Category, Severity};
+use super::logging::{Category, LogSeverity};
 pub(crate) use crate::contain::contain;
 
 /// Runs what can neither panic nor fail; false without a component.
-pub(crate) fn fast_path<V: Version>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> bool) -> bool {
+pub(crate) fn fast_path<V: Version>(component: *mut c_void, run: impl FnOnce(&mut FmiComponent<V>) -> bool) -> bool {
     let _environment = FloatEnvironment::enter();
     with(component, run).unwrap_or(false)
 }
@@ -21,14 +21,14 @@ pub(crate) fn fast_path<V: Version>(component: *mut c_void, run: impl FnOnce(&mu
 pub(crate) fn call<V: Version>(
     component: *mut c_void,
     name: &'static str,
-    run: impl FnOnce(&mut Component<V>) -> Outcome<V::Status>,
+    run: impl FnOnce(&mut FmiComponent<V>) -> Outcome<V::Status>,
 ) -> V::Status {
     let _environment = FloatEnvironment::enter();
-    let done = with(component, |component: &mut Component<V>| {
+    let done = with(component, |component: &mut FmiComponent<V>| {
         component.call = name;
         contain(|| run(component).unwrap_or_else(|refusal| V::refuse(component, &refusal))).unwrap_or_else(|panic| {
             let message = format!("internal error: {panic}; please report it with this FMU");
-            component.logger.log(Severity::Error, Category::Errors, &message);
+            component.logger.log(LogSeverity::Error, Category::Errors, &message);
             V::ERROR
         })
     });
@@ -39,12 +39,12 @@ pub(crate) fn call<V: Version>(
 pub(crate) struct Handle<V> {
     /// Is a call under way?
     busy: AtomicBool,
-    component: UnsafeCell<Component<V>>,
+    component: UnsafeCell<FmiComponent<V>>,
 }
 
 impl<V: Version> Handle<V> {
     /// Hands a component over to the importer.
-    pub(crate) fn give(component: Component<V>) -> *mut c_void {
+    pub(crate) fn give(component: FmiComponent<V>) -> *mut c_void {
         let handle = Self { busy: AtomicBool::new(false), component: UnsafeCell::new(component) };
         Box::into_raw(Box::new(handle)).cast()
     }
@@ -62,7 +62,7 @@ impl<V: Version> Handle<V> {
 
 /// Lends the component to one call; nothing without a component, or while another call is under way: from another thread, or from the importer's
 /// own logger.
-fn with<V: Version, T>(component: *mut c_void, run: impl FnOnce(&mut Component<V>) -> T) -> Option<T> {
+fn with<V: Version, T>(component: *mut c_void, run: impl FnOnce(&mut FmiComponent<V>) -> T) -> Option<T> {
     // SAFETY: by the contract it is null, or came from an instantiation of this version and is still alive.
     let handle = unsafe { component.cast::<Handle<V>>().as_ref() }?;
     if handle.busy.swap(true, Ordering::Acquire) {
@@ -78,7 +78,7 @@ fn with<V: Version, T>(component: *mut c_void, run: impl FnOnce(&mut Component<V
 pub(crate) fn plain<V: Version>(
     component: *mut c_void,
     name: &'static str,
-    run: impl FnOnce(&mut Component<V>) -> Outcome,
+    run: impl FnOnce(&mut FmiComponent<V>) -> Outcome,
 ) -> V::Status {
     call(component, name, |component| run(component).map(|()| V::OK))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::logging::{Category, Logger, Severity};
+use super::logging::{Category, LogSeverity, Logger};
 pub(crate) use crate::instance::number;
 use crate::instance::{DERIVATIVE_ORDER, Handled, Instance, InstanceError, Snapshot, TOLERANCES};
 use crate::program::seal::Mark;
@@ -101,31 +101,31 @@ pub trait Version: Sized {
     const READABLE: &'static [Mode];
 
     /// What a refused call returns, and what becomes of the component.
-    fn refuse(component: &mut Component<Self>, refusal: &Refusal) -> Self::Status;
+    fn refuse(component: &mut FmiComponent<Self>, refusal: &Refusal) -> Self::Status;
 
     /// The variable of the program that a value reference stands for.
-    fn variable(_component: &Component<Self>, reference: u32) -> Result<usize, InstanceError> {
+    fn variable(_component: &FmiComponent<Self>, reference: u32) -> Result<usize, InstanceError> {
         Ok(reference as usize)
     }
 
     /// The value of a variable.
-    fn get(component: &mut Component<Self>, reference: u32) -> Result<f64, InstanceError> {
+    fn get(component: &mut FmiComponent<Self>, reference: u32) -> Result<f64, InstanceError> {
         component.instance.get(reference as usize)
     }
 
     /// Would [`Version::set`] accept this in the present mode?
-    fn check_set(component: &Component<Self>, reference: u32, value: f64) -> Outcome {
+    fn check_set(component: &FmiComponent<Self>, reference: u32, value: f64) -> Outcome {
         component.instance.check_set(reference as usize, value)?;
         component.allow_change(component.instance.is_input(reference as usize))
     }
 
     /// Sets a variable.
-    fn set(component: &mut Component<Self>, reference: u32, value: f64) -> Result<(), InstanceError> {
+    fn set(component: &mut FmiComponent<Self>, reference: u32, value: f64) -> Result<(), InstanceError> {
         component.instance.set(reference as usize, value)
     }
 
     /// Adds a change of a known variable to the direction of a derivative.
-    fn add_direction(component: &mut Component<Self>, reference: u32, change: f64) -> Result<(), InstanceError> {
+    fn add_direction(component: &mut FmiComponent<Self>, reference: u32, change: f64) -> Result<(), InstanceError> {
         component.instance.add_direction(reference as usize, change)
     }
 }
@@ -142,7 +142,7 @@ enum Said {
 }
 
 /// What an importer holds.
-pub struct Component<V> {
+pub struct FmiComponent<V> {
     pub logger: Logger,
     /// The function under way, for messages.
     pub call: &'static str,
@@ -168,7 +168,7 @@ pub struct SavedState {
     snapshot: Snapshot,
 }
 
-impl<V: Version> Component<V> {
+impl<V: Version> FmiComponent<V> {
     pub fn new(logger: Logger, interface: Interface, version: V, instance: Box<Instance>) -> Self {
         Self {
             logger,
@@ -218,7 +218,7 @@ impl<V: Version> Component<V> {
 
     pub fn event(&self, message: impl FnOnce() -> String) {
         if self.logger.is_enabled(Category::Events) {
-            self.logger.log(Severity::Fine, Category::Events, &message());
+            self.logger.log(LogSeverity::Fine, Category::Events, &message());
         }
     }
 
@@ -230,7 +230,7 @@ impl<V: Version> Component<V> {
             let [finest, coarsest] = TOLERANCES;
             let message =
                 format!("a tolerance of {tolerance:e} is not between {finest:e} and {coarsest}; {used:e} is used");
-            self.logger.log(Severity::Warning, Category::Errors, &message);
+            self.logger.log(LogSeverity::Warning, Category::Errors, &message);
         }
         self.set_up = true;
         Ok(())
@@ -267,7 +267,7 @@ impl<V: Version> Component<V> {
                 "{} steps, {} rejected, {} evaluations, {} projections, about {:.1e} operations",
                 done.steps, done.rejected, done.evaluations, done.projections, done.work as f64
             );
-            self.logger.log(Severity::Fine, Category::Solver, &message);
+            self.logger.log(LogSeverity::Fine, Category::Solver, &message);
         }
     }
 
@@ -301,7 +301,7 @@ impl<V: Version> Component<V> {
     /// A warning that is given for the first time only.
     fn warn_once(&mut self, about: Said, message: &str) {
         if self.said.insert(about) {
-            self.logger.log(Severity::Warning, Category::Errors, message);
+            self.logger.log(LogSeverity::Warning, Category::Errors, message);
         }
     }
 
@@ -417,7 +417,7 @@ impl<V: Version> Component<V> {
     pub fn report_events(&mut self) {
         let logger = &self.logger;
         self.instance.report_events(|event, time| {
-            logger.log(Severity::Fine, Category::Events, &format!("event `{event}` at t = {time} s"));
+            logger.log(LogSeverity::Fine, Category::Events, &format!("event `{event}` at t = {time} s"));
         });
     }
 
@@ -489,11 +489,11 @@ impl<V: Version> Component<V> {
     /// asked for.
     pub fn report_step(&mut self) {
         if let Some(inaccuracy) = self.instance.take_inaccuracy() {
-            self.logger.log(Severity::Warning, Category::Errors, &format!("{inaccuracy}; {}", inaccuracy.help()));
+            self.logger.log(LogSeverity::Warning, Category::Errors, &format!("{inaccuracy}; {}", inaccuracy.help()));
         }
         self.report_events();
         for passage in self.instance.take_passages() {
-            self.logger.log(Severity::Fine, Category::Events, &passage.to_string());
+            self.logger.log(LogSeverity::Fine, Category::Events, &passage.to_string());
         }
     }
 

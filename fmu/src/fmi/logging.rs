@@ -1,8 +1,12 @@
 //! Messages to the importer.
 
+use std::ffi::CStr;
+
+use thiserror::Error;
+
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Severity {
+pub enum LogSeverity {
     Fine,
     Warning,
     Discard,
@@ -22,11 +26,29 @@ pub enum Category {
 
 impl Category {
     pub const ALL: [Self; 3] = [Self::Events, Self::Solver, Self::Errors];
+
+    /// The categories of these names, in the spelling of a version of the standard.
+    pub fn named(names: &[&CStr], spelling: fn(Self) -> &'static CStr) -> Result<Vec<Self>, UnknownCategory> {
+        let known = |wanted: &&CStr| {
+            let found = Self::ALL.into_iter().find(|category| spelling(*category) == *wanted);
+            let text = |name: &CStr| name.to_string_lossy().into_owned();
+            found.ok_or_else(|| UnknownCategory { name: text(wanted), known: Self::ALL.map(spelling).map(text) })
+        };
+        names.iter().map(known).collect()
+    }
+}
+
+/// A name that is that of no category.
+#[derive(Debug, Error)]
+#[error("`{name}` is not a log category; there are {}, {} and {}", known[0], known[1], known[2])]
+pub struct UnknownCategory {
+    name: String,
+    known: [String; 3],
 }
 
 /// Passes a message on, in the form that a version of the standard wants.
 pub trait Sink {
-    fn pass(&self, severity: Severity, category: Category, message: &str);
+    fn pass(&self, severity: LogSeverity, category: Category, message: &str);
 }
 
 /// Where messages go.
@@ -52,7 +74,7 @@ impl Logger {
     }
 
     /// Passes one finished message on, if anybody wants it.
-    pub fn log(&self, severity: Severity, category: Category, message: &str) {
+    pub fn log(&self, severity: LogSeverity, category: Category, message: &str) {
         if self.is_enabled(category) {
             self.sink.pass(severity, category, message.trim_end());
         }

@@ -9,54 +9,14 @@ use thiserror::Error;
 use crate::PROGRAM_FILE;
 use crate::model::Model;
 use crate::program::Program;
-use crate::program::check::Fault;
-use crate::program::storage::LoadError;
 
 /// Largest program [bytes]: what is larger has been put there by somebody else.
 const LARGEST: u64 = 1 << 31;
 
 /// Why there is no model in the folder of the resources.
 #[derive(Debug, Error)]
-pub enum ResourceError {
-    /// The file cannot be read.
-    #[error("`{}` cannot be read: {cause}; unpack the FMU again", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        cause: ReadError,
-    },
-    /// The file holds no program.
-    #[error("`{}`: {cause}", path.display())]
-    Program {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        cause: LoadError,
-    },
-    /// The program is refused.
-    #[error("`{}`: {cause}", path.display())]
-    Model {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        cause: Fault,
-    },
-}
-
-/// Why a file cannot be read.
-#[derive(Debug, Error)]
-pub enum ReadError {
-    /// The operating system refuses.
-    #[error(transparent)]
-    System(#[from] std::io::Error),
-    /// A folder, or a device.
-    #[error("it is not a file")]
-    NoFile,
-    /// Too large.
-    #[error("it is larger than any program of cotree")]
-    TooLarge,
-}
+#[error("{0}")]
+pub struct ResourceError(pub String);
 
 /// A path that is no text of the operating system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -67,25 +27,23 @@ pub struct NotUtf8;
 #[inline(never)]
 pub fn load(mut path: PathBuf) -> Result<Arc<Model>, ResourceError> {
     path.push(PROGRAM_FILE.rsplit('/').next().unwrap_or(PROGRAM_FILE));
-    let bytes = match read(&path) {
-        Ok(bytes) => bytes,
-        Err(cause) => return Err(ResourceError::Read { path, cause }),
-    };
-    let program = match Program::from_bytes(&bytes) {
-        Ok(program) => program,
-        Err(cause) => return Err(ResourceError::Program { path, cause }),
-    };
-    Model::new(program).map(Arc::new).map_err(|cause| ResourceError::Model { path, cause })
+    let named = |why: String| ResourceError(format!("`{}`{why}", path.display()));
+    let bytes = read(&path).map_err(|cause| named(format!(" cannot be read: {cause}; unpack the FMU again")))?;
+    let program = Program::from_bytes(&bytes).map_err(|cause| named(format!(": {cause}")))?;
+    Model::new(program).map(Arc::new).map_err(|cause| named(format!(": {cause}")))
 }
 
 /// A file's content, if it is a file, and no larger than a program can be.
-fn read(path: &Path) -> Result<Vec<u8>, ReadError> {
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
     if !std::fs::metadata(path)?.is_file() {
-        return Err(ReadError::NoFile);
+        return Err(std::io::Error::other("it is not a file"));
     }
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST { Err(ReadError::TooLarge) } else { Ok(bytes) }
+    match bytes.len() as u64 > LARGEST {
+        true => Err(std::io::Error::other("it is larger than any program of cotree")),
+        false => Ok(bytes),
+    }
 }
 
 /// A path as the importer spells it.

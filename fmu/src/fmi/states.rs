@@ -3,7 +3,7 @@
 use core::ffi::c_void;
 
 use super::boundary::{array, array_mut, place, plain};
-use super::component::{Component, Mode, Outcome, SavedState, Version};
+use super::component::{FmiComponent, Mode, Outcome, SavedState, Version};
 
 /// Saves the state; into an existing one if there is one.
 pub(crate) fn save<V: Version>(c: *mut c_void, call: &'static str, state: *mut *mut c_void) -> V::Status {
@@ -31,7 +31,7 @@ fn saved<'a>(state: *mut c_void) -> Outcome<&'a SavedState> {
 }
 
 /// Goes back to a saved state.
-pub(crate) fn restore<V: Version>(component: &mut Component<V>, state: *mut c_void) -> Outcome {
+pub(crate) fn restore<V: Version>(component: &mut FmiComponent<V>, state: *mut c_void) -> Outcome {
     component.restore(saved(state)?)
 }
 

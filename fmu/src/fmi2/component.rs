@@ -2,13 +2,13 @@
 
 use super::types::{fmi2LastSuccessfulTime, fmi2Status, fmi2StatusKind};
 use crate::fmi::component::{self, Interface, Mode, Outcome, READABLE, Refusal, Version};
-use crate::fmi::logging::{Category, Severity};
+use crate::fmi::logging::{Category, LogSeverity};
 
 /// This version of the standard.
 pub struct Fmi2;
 
 /// An instance of this version.
-pub type Component = component::Component<Fmi2>;
+pub type Fmi2Component = component::FmiComponent<Fmi2>;
 
 impl Version for Fmi2 {
     type Status = fmi2Status;
@@ -18,17 +18,17 @@ impl Version for Fmi2 {
     const NUMBER: u8 = 2;
     const READABLE: &'static [Mode] = &READABLE;
 
-    fn refuse(component: &mut Component, refusal: &Refusal) -> fmi2Status {
+    fn refuse(component: &mut Fmi2Component, refusal: &Refusal) -> fmi2Status {
         let (severity, status) = match refusal.discards {
-            true => (Severity::Discard, fmi2Status::fmi2Discard),
-            false => (Severity::Error, fmi2Status::fmi2Error),
+            true => (LogSeverity::Discard, fmi2Status::fmi2Discard),
+            false => (LogSeverity::Error, fmi2Status::fmi2Error),
         };
         component.logger.log(severity, Category::Errors, &refusal.reason);
         status
     }
 }
 
-impl Component {
+impl Fmi2Component {
     pub fn enter_initialization(&mut self) -> Outcome {
         self.allow(&[Mode::Instantiated])?;
         if !self.set_up {

@@ -2,12 +2,10 @@
 
 use std::ffi::{CStr, CString};
 
-use thiserror::Error;
-
 use super::types::{fmi2CallbackLogger, fmi2ComponentEnvironment, fmi2Status};
-use crate::fmi::logging::{Category, Logger, Severity, Sink};
+use crate::fmi::logging::{Category, LogSeverity, Logger, Sink};
 
-fn name(category: Category) -> &'static CStr {
+pub fn name(category: Category) -> &'static CStr {
     match category {
         Category::Events => c"events",
         Category::Solver => c"solver",
@@ -32,28 +30,14 @@ pub fn logger(
     Logger::new(Box::new(Callback { function, environment, instance }), [all, all, true])
 }
 
-/// A name that is that of no category.
-#[derive(Debug, Error)]
-#[error("`{0}` is not a log category; there are events, solver and errors")]
-pub struct UnknownCategory(String);
-
-/// The categories of these names.
-pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, UnknownCategory> {
-    let known = |wanted: &&CStr| {
-        let found = Category::ALL.into_iter().find(|category| name(*category) == *wanted);
-        found.ok_or_else(|| UnknownCategory(wanted.to_string_lossy().into_owned()))
-    };
-    names.iter().map(known).collect()
-}
-
 impl Sink for Callback {
-    fn pass(&self, severity: Severity, category: Category, message: &str) {
+    fn pass(&self, severity: LogSeverity, category: Category, message: &str) {
         let Some(function) = self.function else { return };
         let status = match severity {
-            Severity::Fine => fmi2Status::fmi2OK,
-            Severity::Warning => fmi2Status::fmi2Warning,
-            Severity::Discard => fmi2Status::fmi2Discard,
-            Severity::Error => fmi2Status::fmi2Error,
+            LogSeverity::Fine => fmi2Status::fmi2OK,
+            LogSeverity::Warning => fmi2Status::fmi2Warning,
+            LogSeverity::Discard => fmi2Status::fmi2Discard,
+            LogSeverity::Error => fmi2Status::fmi2Error,
         };
         // The callback takes the message for a printf format, and C strings end at a zero byte.
         let Ok(finished) = CString::new(message.replace('%', "%%").replace('\0', " ")) else {

@@ -8,34 +8,27 @@ use crate::fmi::resource::{NotUtf8, path};
 
 /// Why a resource location leads to no folder.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum LocationError {
-    /// The importer gives none.
-    #[error("the resource location is empty, but it contains the program of the FMU")]
-    Empty,
-    /// The URI of something else than a file.
-    #[error("the resource location `{0}` is not a file: URI")]
-    OtherScheme(String),
-    /// The URI of a file that is not here.
-    #[error("the resource location `{0}` is on another machine")]
-    OtherMachine(String),
-    /// A `%` without two hexadecimal digits.
-    #[error("the resource location `{0}` has a wrong % escape")]
-    Escape(String),
-    /// A path that is no text of the operating system.
-    #[error(transparent)]
-    NotUtf8(#[from] NotUtf8),
+#[error("{0}")]
+pub struct LocationError(pub String);
+
+impl From<NotUtf8> for LocationError {
+    fn from(error: NotUtf8) -> Self {
+        LocationError(error.to_string())
+    }
 }
 
 /// The folder of a `file:` URI (RFC 8089), with or without authority; a bare path is taken as it is.
 pub fn folder(location: &[u8]) -> Result<PathBuf, LocationError> {
-    let shown = || String::from_utf8_lossy(location).into_owned();
+    let refused =
+        |why: &str| LocationError(format!("the resource location `{}` {why}", String::from_utf8_lossy(location)));
     if location.is_empty() {
-        return Err(LocationError::Empty);
+        let why = "the resource location is empty, but it contains the program of the FMU";
+        return Err(LocationError(why.to_owned()));
     }
     let scheme = location.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     if !scheme {
         return match location.windows(3).any(|part| part == b"://") {
-            true => Err(LocationError::OtherScheme(shown())),
+            true => Err(refused("is not a file: URI")),
             false => Ok(path(location.to_vec())?),
         };
     }
@@ -46,11 +39,11 @@ pub fn folder(location: &[u8]) -> Result<PathBuf, LocationError> {
             let end = authority.iter().position(|&byte| byte == b'/').unwrap_or(authority.len());
             match &authority[..end] {
                 b"" | b"localhost" => &authority[end..],
-                _ => return Err(LocationError::OtherMachine(shown())),
+                _ => return Err(refused("is on another machine")),
             }
         }
     };
-    Ok(path(decode(absolute).ok_or_else(|| LocationError::Escape(shown()))?)?)
+    Ok(path(decode(absolute).ok_or_else(|| refused("has a wrong % escape"))?)?)
 }
 
 /// Replaces %41 by A.

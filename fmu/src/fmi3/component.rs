@@ -5,7 +5,7 @@ use super::types::{
     fmi3FMUState, fmi3False, fmi3InstanceEnvironment, fmi3IntermediateUpdateCallback, fmi3Status, fmi3True,
 };
 use crate::fmi::component::{self, Interface, MODES, Mode, Outcome, Refusal, Version};
-use crate::fmi::logging::{Category, Severity};
+use crate::fmi::logging::{Category, LogSeverity};
 use crate::fmi::states;
 use crate::hybrid::tick::is_later;
 use crate::instance::{Handled, Instance, InstanceError};
@@ -27,7 +27,7 @@ pub struct Fmi3 {
 }
 
 /// An instance of this version.
-pub type Component = component::Component<Fmi3>;
+pub type Fmi3Component = component::FmiComponent<Fmi3>;
 
 impl Fmi3 {
     /// For an instance whose importer wants nothing special.
@@ -88,10 +88,10 @@ impl Version for Fmi3 {
     const NUMBER: u8 = 3;
     const READABLE: &'static [Mode] = &MODES;
 
-    fn refuse(component: &mut Component, refusal: &Refusal) -> fmi3Status {
+    fn refuse(component: &mut Fmi3Component, refusal: &Refusal) -> fmi3Status {
         let (severity, status) = match refusal.discards {
-            true => (Severity::Discard, fmi3Status::fmi3Discard),
-            false => (Severity::Error, fmi3Status::fmi3Error),
+            true => (LogSeverity::Discard, fmi3Status::fmi3Discard),
+            false => (LogSeverity::Error, fmi3Status::fmi3Error),
         };
         component.logger.log(severity, Category::Errors, &refusal.reason);
         if !refusal.discards {
@@ -100,14 +100,14 @@ impl Version for Fmi3 {
         status
     }
 
-    fn variable(component: &Component, reference: u32) -> Result<usize, InstanceError> {
+    fn variable(component: &Fmi3Component, reference: u32) -> Result<usize, InstanceError> {
         match component.version.references.find(reference) {
             Some(Referent::Variable(variable)) => Ok(variable),
             _ => Err(unknown(reference)),
         }
     }
 
-    fn get(component: &mut Component, reference: u32) -> Result<f64, InstanceError> {
+    fn get(component: &mut Fmi3Component, reference: u32) -> Result<f64, InstanceError> {
         let instance = &mut component.instance;
         match component.version.references.find(reference) {
             Some(Referent::Variable(variable)) => match instance.initial_value(variable) {
@@ -125,7 +125,7 @@ impl Version for Fmi3 {
         }
     }
 
-    fn check_set(component: &Component, reference: u32, value: f64) -> Outcome {
+    fn check_set(component: &Fmi3Component, reference: u32, value: f64) -> Outcome {
         let instance = &component.instance;
         match component.version.references.find(reference) {
             Some(Referent::Variable(variable)) => {
@@ -145,7 +145,7 @@ impl Version for Fmi3 {
         }
     }
 
-    fn set(component: &mut Component, reference: u32, value: f64) -> Result<(), InstanceError> {
+    fn set(component: &mut Fmi3Component, reference: u32, value: f64) -> Result<(), InstanceError> {
         let instance = &mut component.instance;
         match component.version.references.find(reference) {
             Some(Referent::Variable(variable)) => match instance.input_of(variable) {
@@ -158,7 +158,7 @@ impl Version for Fmi3 {
         Ok(())
     }
 
-    fn add_direction(component: &mut Component, reference: u32, change: f64) -> Result<(), InstanceError> {
+    fn add_direction(component: &mut Fmi3Component, reference: u32, change: f64) -> Result<(), InstanceError> {
         let instance = &mut component.instance;
         match component.version.references.find(reference) {
             Some(Referent::Variable(variable)) => instance.add_direction(variable, change),
@@ -186,12 +186,12 @@ pub enum Progress {
     Underway {
         can_return: bool,
     },
-    Done(End),
+    Done(StepEnd),
 }
 
 /// How a step has ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct End {
+pub struct StepEnd {
     /// Is this an event that the importer must handle?
     pub event: bool,
     /// Is this before the communication point?
@@ -202,7 +202,7 @@ pub struct End {
     pub time: f64,
 }
 
-impl Component {
+impl Fmi3Component {
     pub fn enter_initialization(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
         self.setup_experiment(tolerance, start, stop)?;
         self.version.start = start;
@@ -303,7 +303,7 @@ impl Component {
             let (ended, time) = (self.instance.is_ended(), self.instance.time());
             return match done {
                 Err(refusal) if !ended => Err(refusal),
-                _ => Ok(Progress::Done(End::new([false, ended, false], time, point + step))),
+                _ => Ok(Progress::Done(StepEnd::new([false, ended, false], time, point + step))),
             };
         }
         self.check_step(point, step)?;
@@ -365,11 +365,11 @@ impl Component {
         self.instance.join_steps(changed);
         let is_ended = self.instance.is_ended();
         let reasons = [event, is_ended, self.version.early_return_allowed];
-        Progress::Done(End::new(reasons, self.instance.time(), target))
+        Progress::Done(StepEnd::new(reasons, self.instance.time(), target))
     }
 }
 
-impl End {
+impl StepEnd {
     /// A tick that differs from the communication point by rounding errors only is that point. Where an event of the scene ends the run before it and the step may not return early, it
     /// does not, and nothing happens from the event on.
     fn new([event, ended, may_be_early]: [bool; 3], time: f64, target: f64) -> Self {

@@ -2,13 +2,11 @@
 
 use std::ffi::{CStr, CString};
 
-use thiserror::Error;
-
 use super::types::{fmi3InstanceEnvironment, fmi3LogMessageCallback, fmi3Status};
-use crate::fmi::logging::{Category, Logger, Severity, Sink};
+use crate::fmi::logging::{Category, LogSeverity, Logger, Sink};
 
 /// The standard's names (2.4.5) where it has one.
-fn name(category: Category) -> &'static CStr {
+pub fn name(category: Category) -> &'static CStr {
     match category {
         Category::Events => c"logEvents",
         Category::Solver => c"logSolver",
@@ -27,28 +25,14 @@ pub fn logger(function: fmi3LogMessageCallback, environment: fmi3InstanceEnviron
     Logger::new(Box::new(Callback { function, environment }), [all, all, true])
 }
 
-/// A name that is that of no category.
-#[derive(Debug, Error)]
-#[error("`{0}` is not a log category; there are logEvents, logSolver and logStatusError")]
-pub struct UnknownCategory(String);
-
-/// The categories of these names.
-pub fn categories(names: &[&CStr]) -> Result<Vec<Category>, UnknownCategory> {
-    let known = |wanted: &&CStr| {
-        let found = Category::ALL.into_iter().find(|category| name(*category) == *wanted);
-        found.ok_or_else(|| UnknownCategory(wanted.to_string_lossy().into_owned()))
-    };
-    names.iter().map(known).collect()
-}
-
 impl Sink for Callback {
-    fn pass(&self, severity: Severity, category: Category, message: &str) {
+    fn pass(&self, severity: LogSeverity, category: Category, message: &str) {
         let Some(function) = self.function else { return };
         let status = match severity {
-            Severity::Fine => fmi3Status::fmi3OK,
-            Severity::Warning => fmi3Status::fmi3Warning,
-            Severity::Discard => fmi3Status::fmi3Discard,
-            Severity::Error => fmi3Status::fmi3Error,
+            LogSeverity::Fine => fmi3Status::fmi3OK,
+            LogSeverity::Warning => fmi3Status::fmi3Warning,
+            LogSeverity::Discard => fmi3Status::fmi3Discard,
+            LogSeverity::Error => fmi3Status::fmi3Error,
         };
         // A single # begins the name of a variable, and C strings end at a zero byte.
         let Ok(finished) = CString::new(message.replace('#', "##").replace('\0', " ")) else { return };

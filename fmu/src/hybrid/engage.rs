@@ -4,7 +4,7 @@
 //! [`super::contact`], in all of which these equations hold.
 
 use super::contact::{ContactValues, Place};
-use crate::failure::{Failure, Gap};
+use crate::failure::{Failure, LoopGap};
 use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::{Model, State};
@@ -74,7 +74,7 @@ impl Joining {
         match off {
             None => Ok(()),
             Some(((size, row), _)) => {
-                let gap = Gap { owner: row.owner.clone(), size: size.abs(), angular: row.is_angle() };
+                let gap = LoopGap { owner: row.owner.clone(), size: size.abs(), angular: row.is_angle() };
                 Err(Failure::Beside { time: state.time(), gap })
             }
         }

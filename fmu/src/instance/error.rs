@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::crossing::Crossing;
-use crate::failure::{Failure, Gap, number};
+use crate::failure::{Failure, LoopGap, number};
 use crate::program::Program;
 use crate::program::seal::FrameError;
 
@@ -160,7 +160,7 @@ pub enum InstanceError {
         /// When [s].
         time: f64,
         /// What is left open.
-        gap: Gap,
+        gap: LoopGap,
     },
     /// Ticks that cannot be told apart.
     #[error("the period of sampler `{sampler}` is {} s: it must be longer than the shortest step", number(*.period))]

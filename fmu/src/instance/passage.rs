@@ -22,88 +22,8 @@ use crate::tape::Tape;
 
 /// Why there are no derivatives behind what happens at an instant.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum PassageError {
-    /// Two things that are not one happen together.
-    #[error("{first} and {other} happen at the same time")]
-    Together {
-        /// What happens first.
-        first: String,
-        /// What else happens.
-        other: String,
-    },
-    /// Several events happen together.
-    #[error("{names} happen at the same time, and their order matters")]
-    Order {
-        /// What happens.
-        names: String,
-    },
-    /// Several impacts happen together.
-    #[error("{names} hit at the same time, and their order matters")]
-    Impacts {
-        /// What hits.
-        names: String,
-    },
-    /// An impact and something else happen together.
-    #[error("{others} and an impact of `{name}` happen at the same time")]
-    ImpactBeside {
-        /// What else happens.
-        others: String,
-        /// What hits.
-        name: String,
-    },
-    /// Ticks that come together now, and not with other values.
-    #[error("{names} coincide for these values only")]
-    Ticks {
-        /// The ticks.
-        names: String,
-    },
-    /// An event of a comparison that jumps.
-    #[error("{names} happens at a discontinuity of its comparison")]
-    Jumps {
-        /// The event.
-        names: String,
-    },
-    /// An event of a comparison that turns back.
-    #[error("{names} is touched without being crossed")]
-    Touched {
-        /// The event.
-        names: String,
-    },
-    /// What holds wherever it stands begins at rest.
-    #[error("`{name}` starts at rest, but would start to slide for any other value; start in motion")]
-    Rests {
-        /// What holds.
-        name: String,
-    },
-    /// An impact with friction by its impulse.
-    #[error("`{name}` has an impact, and the friction of `{other}` depends on its normal impulse")]
-    Rubs {
-        /// What hits.
-        name: String,
-        /// What rubs.
-        other: String,
-    },
-    /// A joint engages, or a rate is set, where something touches.
-    #[error("`{name}` has an impulse while `{other}` is closed or sticks")]
-    Joins {
-        /// What engages or is set.
-        name: String,
-        /// What takes part.
-        other: String,
-    },
-    /// The last of infinitely many impacts.
-    #[error("a series of bounces of `{name}` ends (Zeno point)")]
-    BouncesEnd {
-        /// What bounces.
-        name: String,
-    },
-    /// A derivative is not a number.
-    #[error("the motion after {names} has no derivative")]
-    NotFinite {
-        /// What happens.
-        names: String,
-    },
-}
+#[error("{0}")]
+pub struct PassageError(pub String);
 
 /// A comparison whose excess is further from zero than this share of what it has been jumps there.
 const JUMPED: f64 = 1e-6;
@@ -204,7 +124,11 @@ impl Passage<'_> {
         columns.push(first.before.rates(), &before[..n]);
         let moves = self.moves(first, columns)?;
         if let Some(other) = happened[1..].iter().find(|happening| happening.is_first()) {
-            return Err(PassageError::Together { first: self.names(first), other: self.names(other) });
+            return Err(PassageError(format!(
+                "{} and {} happen at the same time",
+                self.names(first),
+                self.names(other)
+            )));
         }
         for happening in happened {
             self.jump(happening, columns)?;
@@ -213,7 +137,7 @@ impl Passage<'_> {
         let all = [&columns.positions, &columns.rates, &columns.discrete_values];
         match all.iter().flat_map(|all| all.iter()).all(|value| value.is_finite()) {
             true => Ok(moves),
-            false => Err(PassageError::NotFinite { names: self.names(first) }),
+            false => Err(PassageError(format!("the motion after {} has no derivative", self.names(first)))),
         }
     }
 
@@ -245,7 +169,10 @@ impl Passage<'_> {
         };
         match data.all.iter().enumerate().find(moves) {
             None => Ok(()),
-            Some((_, contact)) => Err(PassageError::Rests { name: contact.name.clone() }),
+            Some((_, contact)) => Err(PassageError(format!(
+                "`{}` starts at rest, but would start to slide for any other value; start in motion",
+                contact.name
+            ))),
         }
     }
 
@@ -346,17 +273,23 @@ impl Passage<'_> {
         // What happens at the start, or where an input jumps, does so at that time.
         let (Some([length, reached]), Some(&event)) = (happening.seen, happening.due.first()) else { return Ok(still) };
         if happening.due.len() > 1 {
-            return Err(PassageError::Order { names: self.names(happening) });
+            return Err(PassageError(format!(
+                "{} happen at the same time, and their order matters",
+                self.names(happening)
+            )));
         }
         let (value, mut changes) = self.excess(happening, columns, event);
         if value.abs() > JUMPED * reached {
-            return Err(PassageError::Jumps { names: self.names(happening) });
+            return Err(PassageError(format!(
+                "{} happens at a discontinuity of its comparison",
+                self.names(happening)
+            )));
         }
         let speed = changes.pop().unwrap_or_default();
         // Written so that what is not a number grazes, too.
         let crosses = speed.abs() * length > self.tolerance.sqrt() * reached;
         if !crosses {
-            return Err(PassageError::Touched { names: self.names(happening) });
+            return Err(PassageError(format!("{} is touched without being crossed", self.names(happening))));
         }
         Ok(changes.into_iter().map(|change| -change / speed).collect())
     }
@@ -414,7 +347,7 @@ impl Passage<'_> {
         };
         match others.iter().all(is_same) {
             true => Ok(first.clone()),
-            false => Err(PassageError::Ticks { names: self.names(happening) }),
+            false => Err(PassageError(format!("{} coincide for these values only", self.names(happening)))),
         }
     }
 
@@ -470,8 +403,8 @@ impl Passage<'_> {
         let (model, program, layout) = (self.model, self.model.program(), self.model.layout());
         let Some(data) = &program.instants.contacts else { return Ok(()) };
         if let Some(index) = (0..data.all.len()).find(|&index| is_closed(data, &happening.before, index)) {
-            let (name, other) = (program.constraints[joining[0]].owner.clone(), data.all[index].name.clone());
-            return Err(PassageError::Joins { name, other });
+            let (name, other) = (&program.constraints[joining[0]].owner, &data.all[index].name);
+            return Err(PassageError(format!("`{name}` has an impulse while `{other}` is closed or sticks")));
         }
         let state = self.written_state(happening, writes);
         let mut along = self.along(&state, columns, false);
@@ -538,15 +471,21 @@ impl Passage<'_> {
         let events = self.model.program().instants.events.len();
         let &[index] = happening.hit.as_slice() else {
             let names: Vec<String> = happening.hit.iter().map(|&index| format!("`{}`", data.all[index].name)).collect();
-            return Err(PassageError::Impacts { names: names.join(" and ") });
+            return Err(PassageError(format!("{} hit at the same time, and their order matters", names.join(" and "))));
         };
         let name = &data.all[index].name;
         let rubs = |contact: &&Contact| contact.slip.as_ref().is_some_and(|slip| slip.follows);
         if let Some(other) = data.all.iter().find(rubs) {
-            return Err(PassageError::Rubs { name: name.clone(), other: other.name.clone() });
+            return Err(PassageError(format!(
+                "`{name}` has an impact, and the friction of `{}` depends on its normal impulse",
+                other.name
+            )));
         }
         if happening.due != [index + events] {
-            return Err(PassageError::ImpactBeside { others: self.names(happening), name: name.clone() });
+            return Err(PassageError(format!(
+                "{} and an impact of `{name}` happen at the same time",
+                self.names(happening)
+            )));
         }
         let mut state = happening.before.clone();
         for (contact, &pressing) in data.all.iter().zip(&happening.pressing) {
@@ -555,7 +494,7 @@ impl Passage<'_> {
         let mut along = self.along(&state, columns, false);
         let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
         if shares[index] > 0.0 && happening.closed(self.model)[1][index] {
-            return Err(PassageError::BouncesEnd { name: name.clone() });
+            return Err(PassageError(format!("a series of bounces of `{name}` ends (Zeno point)")));
         }
         let (model, layout) = (self.model, self.model.layout());
         let mut asked = vec![0.0; model.program().constraints.len()];

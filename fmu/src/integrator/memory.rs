@@ -11,15 +11,19 @@ use crate::model::Model;
 /// Together with the state and the [`Run`](crate::motion::Run) it determines the rest of the run bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    pub(super) taylor: taylor::Memory,
-    pub(super) implicit: implicit::Memory,
+    pub(super) taylor: taylor::TaylorMemory,
+    pub(super) implicit: implicit::ImplicitMemory,
     pub(super) choice: Choice,
 }
 
 impl Memory {
     /// At the beginning of a run.
     pub fn new(model: &Model) -> Self {
-        Self { taylor: taylor::Memory::default(), implicit: implicit::Memory::new(model), choice: Choice::new() }
+        Self {
+            taylor: taylor::TaylorMemory::default(),
+            implicit: implicit::ImplicitMemory::new(model),
+            choice: Choice::new(),
+        }
     }
 
     /// Begins anew.
@@ -30,7 +34,7 @@ impl Memory {
 
     /// The run goes on differently than its last step.
     pub fn forget(&mut self) {
-        self.taylor = taylor::Memory::default();
+        self.taylor = taylor::TaylorMemory::default();
         self.implicit.forget();
     }
 

@@ -176,7 +176,7 @@ fn stable(settings: &Settings) -> f64 {
 /// pose.
 fn fallback_step(
     context: &mut Context,
-    (taylor, memory): (&mut Taylor, &mut taylor::Memory),
+    (taylor, memory): (&mut Taylor, &mut taylor::TaylorMemory),
     explicit: &mut Explicit,
     run: &mut Run,
     (horizon, again): (Horizon, bool),
@@ -196,7 +196,7 @@ fn fallback_step(
     }
     // What is no series may hold no numbers, and the dense output of the explicit method is shorter.
     run.last.dense.fill(0.0);
-    *memory = taylor::Memory::default();
+    *memory = taylor::TaylorMemory::default();
     context.machine.load(context.model, &run.signals.origin);
     explicit_step(explicit, context, run, horizon)?;
     context.statistics.fallbacks += 1;

@@ -6,7 +6,7 @@
 //! Which comparisons do so: [`crate::program::time_switches`].
 
 use super::control::{EARLY, shortest};
-use crate::events::switch::Side;
+use crate::events::switch::SwitchSign;
 use crate::machine::Machine;
 use crate::model::{Model, State};
 
@@ -72,10 +72,10 @@ fn sides(model: &Model, machine: &mut Machine, origin: &State, time: f64, word: 
     machine.run(tape);
     let mut found = [0; 2];
     for (bit, &law) in word.iter().enumerate() {
-        match Side::of(machine.result(tape, law)) {
-            Side::Above => found[0] |= 1 << bit,
-            Side::Equal => found[1] |= 1 << bit,
-            Side::Below => {}
+        match SwitchSign::of(machine.result(tape, law)) {
+            SwitchSign::Above => found[0] |= 1 << bit,
+            SwitchSign::Equal => found[1] |= 1 << bit,
+            SwitchSign::Below => {}
         }
     }
     found

@@ -32,7 +32,7 @@ const PROGRESS: f64 = 0.99;
 pub type Entry = (usize, usize, f64);
 
 /// r(x) = 0, with x and r scaled so that 1 is a natural size.
-pub trait Residuals {
+pub trait ResidualFunction {
     /// Writes r(x).
     fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>);
     /// Writes the nonzeros of dr/dx.
@@ -40,18 +40,18 @@ pub trait Residuals {
 }
 
 /// Moves x to a least-squares solution nearby, in steps of at most `reach`; returns the residuals there.
-pub(crate) fn solve(equations: &mut impl Residuals, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
+pub(crate) fn solve(equations: &mut impl ResidualFunction, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
     search(equations, x, reach, |_| 0.0)
 }
 
 /// The same with steps that are damped by what is left of the residuals: x ends next to where it began even if the solutions there have a common singular
 /// point, to which undamped steps lead. The order of convergence is the same, whatever the rank is (Yamashita and Fukushima, 2001, theorem 2.2).
-pub fn project(equations: &mut impl Residuals, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
+pub fn project(equations: &mut impl ResidualFunction, x: &mut Vec<f64>, reach: f64) -> Vec<f64> {
     search(equations, x, reach, f64::sqrt)
 }
 
 /// `least`: the least damping, relative to the largest singular value, for the norm of the residuals.
-fn search(equations: &mut impl Residuals, x: &mut Vec<f64>, reach: f64, least: impl Fn(f64) -> f64) -> Vec<f64> {
+fn search(equations: &mut impl ResidualFunction, x: &mut Vec<f64>, reach: f64, least: impl Fn(f64) -> f64) -> Vec<f64> {
     let start = x.clone();
     let (r, sparse) = search_with(equations, x, reach, &least, DENSE_FIRST);
     if !sparse || r.iter().all(|r| r.abs() <= SOLVED) {
@@ -63,7 +63,7 @@ fn search(equations: &mut impl Residuals, x: &mut Vec<f64>, reach: f64, least: i
 
 /// With blocks of up to so many rows or columns decomposed. Says whether there was a larger one that would otherwise be.
 fn search_with(
-    equations: &mut impl Residuals,
+    equations: &mut impl ResidualFunction,
     x: &mut Vec<f64>,
     reach: f64,
     least: impl Fn(f64) -> f64,
@@ -332,7 +332,7 @@ mod tests {
         evaluations: usize,
     }
 
-    impl Residuals for Linear {
+    impl ResidualFunction for Linear {
         fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
             self.evaluations += 1;
             *r = self.right.iter().map(|right| -right).collect();

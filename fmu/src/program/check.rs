@@ -17,94 +17,50 @@ use crate::tape::Tape;
 
 /// What is wrong with a program.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum Fault {
-    /// A register outside the file, or one that must not be written.
-    #[error("tape `{tape}` uses register {register}, which it must not")]
-    Register {
-        /// Name of the tape.
-        tape: &'static str,
-        /// The register.
-        register: u32,
-    },
-    /// A register is read before anything is in it.
-    #[error("tape `{tape}` reads register {register} before it is written")]
-    Undefined {
-        /// Name of the tape.
-        tape: &'static str,
-        /// The register.
-        register: u32,
-    },
-    /// The parameter stage does not survive.
-    #[error("register {register} of the parameter stage is overwritten by another tape")]
-    Stage {
-        /// The register.
-        register: u32,
-    },
-    /// Wrong number of results.
-    #[error("tape `{tape}` has {found} results instead of {expected}")]
-    Results {
-        /// Name of the tape.
-        tape: &'static str,
-        /// Results found.
-        found: usize,
-        /// Results expected.
-        expected: usize,
-    },
-    /// A sparse entry outside its matrix, or there twice.
-    #[error("tape `{tape}` has a wrong matrix entry ({row}, {column})")]
-    Entry {
-        /// Name of the tape.
-        tape: &'static str,
-        /// Row.
-        row: u32,
-        /// Column.
-        column: u32,
-    },
-    /// More registers than the tapes can fill, or fewer than the layout needs.
-    #[error("a register file of {found} does not fit the program")]
-    RegisterFile {
-        /// Size found.
-        found: u32,
-    },
+pub enum ProgramError {
     /// NaN, infinite, or not positive where it must be, or outside its bounds.
     #[error("{what} has an impossible value")]
     Value {
         /// Whose value.
         what: String,
     },
-    /// A name is missing or there twice.
-    #[error("{what}: the name `{name}` is empty or used twice")]
-    Name {
-        /// Kind of thing.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// A variable or follower points nowhere.
-    #[error("`{name}` refers to something that is not there")]
-    Reference {
-        /// Its name.
-        name: String,
-    },
-    /// The arm form contradicts itself.
-    #[error("the arm form is damaged: {what}")]
-    Arms {
-        /// What is wrong.
-        what: &'static str,
-    },
+    /// Anything else, as a message: no exporter writes such a program.
+    #[error("{0}")]
+    Damaged(String),
+}
+
+impl ProgramError {
+    fn name(what: &str, name: &str) -> Self {
+        ProgramError::Damaged(format!("{what}: the name `{name}` is empty or used twice"))
+    }
+
+    /// A variable, follower or contact points nowhere.
+    fn reference(name: &str) -> Self {
+        ProgramError::Damaged(format!("`{name}` refers to something that is not there"))
+    }
+
+    /// A register outside the file, or one that must not be written.
+    fn register(tape: &str, register: u32) -> Self {
+        ProgramError::Damaged(format!("tape `{tape}` uses register {register}, which it must not"))
+    }
+
+    /// A register is read before anything is in it.
+    fn undefined(tape: &str, register: u32) -> Self {
+        ProgramError::Damaged(format!("tape `{tape}` reads register {register} before it is written"))
+    }
 }
 
 impl Program {
     /// Checks the whole program.
-    pub fn check(&self) -> Result<(), Fault> {
+    pub fn check(&self) -> Result<(), ProgramError> {
         self.check_positions()?;
         let constrained = self.constraints.iter().any(|constraint| constraint.is_imposed());
         self.check_motion_counts(constrained)?;
         self.check_arms()
     }
 
-    fn check_arms(&self) -> Result<(), Fault> {
-        let fault = |what| Err(Fault::Arms { what });
+    fn check_arms(&self) -> Result<(), ProgramError> {
+        let fault = |what: &str| Err(ProgramError::Damaged(format!("the arm form is damaged: {what}")));
         if self.arms.is_none() && self.engine == Engine::Taylor {
             return fault("there is none");
         }
@@ -120,7 +76,7 @@ impl Program {
 
     /// Checks what the analysis of positions reads, before the kernels of the motion exist: everything but the numbers of results
     /// of the remaining tapes.
-    pub fn check_positions(&self) -> Result<(), Fault> {
+    pub fn check_positions(&self) -> Result<(), ProgramError> {
         self.check_names()?;
         self.check_values()?;
         self.check_references()?;
@@ -128,9 +84,9 @@ impl Program {
         self.check_position_counts()
     }
 
-    fn check_names(&self) -> Result<(), Fault> {
+    fn check_names(&self) -> Result<(), ProgramError> {
         let named = |what, name: &String| match name.is_empty() {
-            true => Err(Fault::Name { what, name: name.clone() }),
+            true => Err(ProgramError::name(what, name)),
             false => Ok(()),
         };
         named("scene", &self.name)?;
@@ -149,10 +105,10 @@ impl Program {
         unique("variable", self.variables.iter().map(|variable| &variable.name))
     }
 
-    fn check_values(&self) -> Result<(), Fault> {
+    fn check_values(&self) -> Result<(), ProgramError> {
         let value = |holds: bool, what: &str| match holds {
             true => Ok(()),
-            false => Err(Fault::Value { what: what.to_owned() }),
+            false => Err(ProgramError::Value { what: what.to_owned() }),
         };
         value(self.states as usize <= self.coordinates.len(), "the number of states")?;
         let positive = |number: f64| number > 0.0 && number.is_finite();
@@ -192,10 +148,10 @@ impl Program {
         self.initial.positions.iter().chain(&self.initial.velocities)
     }
 
-    fn check_references(&self) -> Result<(), Fault> {
+    fn check_references(&self) -> Result<(), ProgramError> {
         for follower in &self.followers {
             if follower.input as usize >= self.inputs.len() {
-                return Err(Fault::Reference { name: follower.name.clone() });
+                return Err(ProgramError::reference(&follower.name));
             }
         }
         let is_discrete = |place: u32| (place as usize) < self.discrete.len();
@@ -206,7 +162,7 @@ impl Program {
         };
         let is_there = |write: &Write| is_target(write) && (write.result as usize) < written.results.len();
         if begin.results.len() > self.discrete.len() || !self.instants.writes().all(is_there) {
-            return Err(Fault::Reference { name: "what is written".to_owned() });
+            return Err(ProgramError::reference("what is written"));
         }
         let is_masked = |row: &u32| {
             let row = self.constraints.get(*row as usize);
@@ -218,7 +174,7 @@ impl Program {
         let has_impulses =
             self.instants.contacts.is_some() || self.constraints.iter().all(|row| row.role.places().next().is_none());
         if !masks || !removes || !places || !has_impulses {
-            return Err(Fault::Reference { name: "what does not always hold".to_owned() });
+            return Err(ProgramError::reference("what does not always hold"));
         }
         for contact in self.instants.contacts() {
             let row = self.constraints.get(contact.constraint as usize);
@@ -230,14 +186,14 @@ impl Program {
                     && self.instants.contacts.as_ref().is_some_and(|all| sums <= all.pressing.results.len())
             });
             if row.is_none_or(|row| row.role != Role::Contact) || !contact.has_its_state(&is_discrete) || !slips {
-                return Err(Fault::Reference { name: contact.name.clone() });
+                return Err(ProgramError::reference(&contact.name));
             }
         }
         for contour in self.instants.contours() {
             let counts = |slot: &Slot| (slot.contact as usize) < self.instants.contacts().len();
             let held = contour.slots.iter().flat_map(|slot| slot.held).chain(contour.there);
             if !contour.is_sound() || !contour.slots.iter().all(counts) || !held.into_iter().all(is_discrete) {
-                return Err(Fault::Reference { name: contour.name.clone() });
+                return Err(ProgramError::reference(&contour.name));
             }
         }
         for variable in &self.variables {
@@ -253,20 +209,23 @@ impl Program {
             };
             let initial = variable.initial.is_none_or(|initial| (initial as usize) < self.parameters.len());
             if index as usize >= count || !initial {
-                return Err(Fault::Reference { name: variable.name.clone() });
+                return Err(ProgramError::reference(&variable.name));
             }
         }
         Ok(())
     }
 
-    fn check_registers(&self) -> Result<(), Fault> {
+    fn check_registers(&self) -> Result<(), ProgramError> {
         let layout = self.layout();
         let tapes = &self.tapes;
         let smallest = layout.constants() + self.constants.len();
         let written = self.every_tape().map(|tape| 2 * tape.instructions().len()).sum::<usize>();
         // The upper bound keeps a damaged file from asking for all of the memory.
         if (self.registers as usize) < smallest || self.registers as usize > smallest + written {
-            return Err(Fault::RegisterFile { found: self.registers });
+            return Err(ProgramError::Damaged(format!(
+                "a register file of {} does not fit the program",
+                self.registers
+            )));
         }
         let mut registers = RegisterCheck::new(self, &layout);
         registers.parameters(&tapes.parameters, &layout)?;
@@ -346,7 +305,7 @@ impl Program {
         .chain(contacts)
     }
 
-    fn check_position_counts(&self) -> Result<(), Fault> {
+    fn check_position_counts(&self) -> Result<(), ProgramError> {
         let (m, columns) = (self.constraints.len(), self.coordinates.len() + self.followers.len());
         let (tapes, initial) = (&self.tapes, &self.initial);
         let (positions, velocities) = (initial.positions.len(), initial.velocities.len());
@@ -359,7 +318,7 @@ impl Program {
         sparse("initial velocity jacobian", &initial.velocity_jacobian, velocities, columns)
     }
 
-    fn check_motion_counts(&self, constrained: bool) -> Result<(), Fault> {
+    fn check_motion_counts(&self, constrained: bool) -> Result<(), ProgramError> {
         let (n, m) = (self.coordinates.len(), self.constraints.len());
         let tapes = &self.tapes;
         results("laws", &tapes.laws.tape, tapes.laws.kinds.len())?;
@@ -393,27 +352,30 @@ fn within(value: f64, min: Option<f64>, max: Option<f64>) -> bool {
     finite && min.is_none_or(|min| min <= value) && max.is_none_or(|max| value <= max)
 }
 
-fn unique<'a>(what: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), Fault> {
+fn unique<'a>(what: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), ProgramError> {
     let mut seen = HashSet::new();
     for name in names {
         if name.is_empty() || !seen.insert(name) {
-            return Err(Fault::Name { what, name: name.clone() });
+            return Err(ProgramError::name(what, name));
         }
     }
     Ok(())
 }
 
-fn results(tape: &'static str, content: &Tape, expected: usize) -> Result<(), Fault> {
+fn results(tape: &'static str, content: &Tape, expected: usize) -> Result<(), ProgramError> {
     let found = content.results.len();
-    if found == expected { Ok(()) } else { Err(Fault::Results { tape, found, expected }) }
+    match found == expected {
+        true => Ok(()),
+        false => Err(ProgramError::Damaged(format!("tape `{tape}` has {found} results instead of {expected}"))),
+    }
 }
 
-fn sparse(tape: &'static str, content: &SparseTape, rows: usize, columns: usize) -> Result<(), Fault> {
+fn sparse(tape: &'static str, content: &SparseTape, rows: usize, columns: usize) -> Result<(), ProgramError> {
     results(tape, &content.tape, content.entries.len())?;
     let mut seen = HashSet::new();
     for &(row, column) in &content.entries {
         if row as usize >= rows || column as usize >= columns || !seen.insert((row, column)) {
-            return Err(Fault::Entry { tape, row, column });
+            return Err(ProgramError::Damaged(format!("tape `{tape}` has a wrong matrix entry ({row}, {column})")));
         }
     }
     Ok(())
@@ -452,14 +414,14 @@ impl RegisterCheck {
     }
 
     /// The parameter stage reads parameters, discrete variables and constants only.
-    fn parameters(&mut self, tape: &Tape, layout: &Layout) -> Result<(), Fault> {
+    fn parameters(&mut self, tape: &Tape, layout: &Layout) -> Result<(), ProgramError> {
         let readable = layout.constant_between_instants();
         self.stage = self.follow("parameters", tape, |register| readable.contains(&register), |_| {})?;
         Ok(())
     }
 
     /// A kernel reads registers below `limit`, the constants and the parameter stage.
-    fn kernel(&mut self, name: &'static str, tape: &Tape, limit: usize) -> Result<(), Fault> {
+    fn kernel(&mut self, name: &'static str, tape: &Tape, limit: usize) -> Result<(), ProgramError> {
         let mut needed = std::mem::take(&mut self.needed);
         let provided = |register: usize| register < limit || self.stage[register];
         let written = self.follow(name, tape, provided, |register| needed[register] = true)?;
@@ -469,12 +431,12 @@ impl RegisterCheck {
     }
 
     /// Registers that a tape, or the parameter stage, leaves behind.
-    fn left(&self, name: &'static str, tape: &Tape, registers: &[u32]) -> Result<(), Fault> {
+    fn left(&self, name: &'static str, tape: &Tape, registers: &[u32]) -> Result<(), ProgramError> {
         let mut known = self.stage.clone();
         let targets = tape.instructions().iter().flat_map(|instruction| instruction.targets());
         targets.for_each(|register| known[register as usize] = true);
         let unknown = registers.iter().find(|&&register| !known.get(register as usize).is_some_and(|known| *known));
-        unknown.map_or(Ok(()), |&register| Err(Fault::Undefined { tape: name, register }))
+        unknown.map_or(Ok(()), |&register| Err(ProgramError::undefined(name, register)))
     }
 
     /// Returns which registers the tape writes; `reads` hears of every register read before the tape itself wrote it.
@@ -484,25 +446,25 @@ impl RegisterCheck {
         content: &Tape,
         provided: impl Fn(usize) -> bool,
         mut reads: impl FnMut(usize),
-    ) -> Result<Vec<bool>, Fault> {
+    ) -> Result<Vec<bool>, ProgramError> {
         let size = self.stage.len();
         let mut written = vec![false; size];
         let mut read = |register: u32, written: &[bool]| {
             let index = register as usize;
             if index >= size {
-                return Err(Fault::Register { tape, register });
+                return Err(ProgramError::register(tape, register));
             }
             if written[index] || self.constants.contains(&index) {
                 return Ok(());
             }
             reads(index);
-            if provided(index) { Ok(()) } else { Err(Fault::Undefined { tape, register }) }
+            if provided(index) { Ok(()) } else { Err(ProgramError::undefined(tape, register)) }
         };
         for instruction in content.instructions() {
             // Every field must name a register: the interpreter fetches operands before it looks at the operation.
             for register in [instruction.target, instruction.a, instruction.b, instruction.c] {
                 if register as usize >= size {
-                    return Err(Fault::Register { tape, register });
+                    return Err(ProgramError::register(tape, register));
                 }
             }
             for register in instruction.operands() {
@@ -511,7 +473,7 @@ impl RegisterCheck {
             let mut previous = None;
             for register in instruction.targets() {
                 if (register as usize) < self.constants.end || previous == Some(register) {
-                    return Err(Fault::Register { tape, register });
+                    return Err(ProgramError::register(tape, register));
                 }
                 written[register as usize] = true;
                 previous = Some(register);
@@ -523,10 +485,12 @@ impl RegisterCheck {
         Ok(written)
     }
 
-    fn stage_survives(&self) -> Result<(), Fault> {
+    fn stage_survives(&self) -> Result<(), ProgramError> {
         let lost = |&register: &usize| self.stage[register] && self.needed[register] && self.overwritten[register];
         match (0..self.stage.len()).find(lost) {
-            Some(register) => Err(Fault::Stage { register: register as u32 }),
+            Some(register) => Err(ProgramError::Damaged(format!(
+                "register {register} of the parameter stage is overwritten by another tape"
+            ))),
             None => Ok(()),
         }
     }

@@ -14,34 +14,9 @@ pub const FORMAT: u32 = match u32::from_str_radix(env!("COTREE_FORMAT"), 16) {
 const HEADER: usize = 24;
 
 /// Why stored bytes are refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum FrameError {
-    /// Something else altogether.
-    #[error("this is not {expected}")]
-    Foreign {
-        /// What was expected.
-        expected: &'static str,
-    },
-    /// Written by another version.
-    #[error("its format is {found:08x}, but this version reads {expected:08x}: export again")]
-    Version {
-        /// Format found.
-        found: u32,
-        /// Format understood.
-        expected: u32,
-    },
-    /// Cut off, or with bytes added.
-    #[error("{found} bytes instead of {expected}: the data is incomplete or has been changed")]
-    Length {
-        /// Bytes of payload found.
-        found: u64,
-        /// Bytes of payload announced.
-        expected: u64,
-    },
-    /// Changed after it was written.
-    #[error("the checksum does not agree: the data has been changed")]
-    Checksum,
-}
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct FrameError(pub String);
 
 /// What a kind of stored data is marked with.
 #[derive(Clone, Copy, Debug)]
@@ -66,24 +41,28 @@ impl Mark {
 
     /// The payload, if nothing about the envelope is wrong.
     pub fn open<'a>(&self, bytes: &'a [u8]) -> Result<&'a [u8], FrameError> {
-        let foreign = FrameError::Foreign { expected: self.name };
-        let (magic, rest) = bytes.split_first_chunk::<4>().ok_or(foreign)?;
-        let (version, rest) = rest.split_first_chunk::<4>().ok_or(foreign)?;
-        let (length, rest) = rest.split_first_chunk::<8>().ok_or(foreign)?;
-        let (sum, payload) = rest.split_first_chunk::<8>().ok_or(foreign)?;
+        let foreign = || FrameError(format!("this is not {}", self.name));
+        let (magic, rest) = bytes.split_first_chunk::<4>().ok_or_else(foreign)?;
+        let (version, rest) = rest.split_first_chunk::<4>().ok_or_else(foreign)?;
+        let (length, rest) = rest.split_first_chunk::<8>().ok_or_else(foreign)?;
+        let (sum, payload) = rest.split_first_chunk::<8>().ok_or_else(foreign)?;
         if *magic != self.magic {
-            return Err(foreign);
+            return Err(foreign());
         }
         let found = u32::from_le_bytes(*version);
         if found != FORMAT {
-            return Err(FrameError::Version { found, expected: FORMAT });
+            return Err(FrameError(format!(
+                "its format is {found:08x}, but this version reads {FORMAT:08x}: export again"
+            )));
         }
-        let expected = u64::from_le_bytes(*length);
-        if payload.len() as u64 != expected {
-            return Err(FrameError::Length { found: payload.len() as u64, expected });
+        let (found, expected) = (payload.len() as u64, u64::from_le_bytes(*length));
+        if found != expected {
+            return Err(FrameError(format!(
+                "{found} bytes instead of {expected}: the data is incomplete or has been changed"
+            )));
         }
         if checksum(payload) != u64::from_le_bytes(*sum) {
-            return Err(FrameError::Checksum);
+            return Err(FrameError("the checksum does not agree: the data has been changed".to_owned()));
         }
         Ok(payload)
     }

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::constraints::poses::{Loops, imposed, scaled};
 use crate::linalg::elimination::{Dependent, Elimination, EntryList};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, multiply, splat};
-use crate::linalg::least_squares::Residuals;
+use crate::linalg::least_squares::ResidualFunction;
 use crate::machine::Machine;
 use crate::math;
 use crate::model::{Model, State};

@@ -4,7 +4,7 @@ use super::tape::{Numbers, Vectors};
 use crate::linalg::lane::{Lane, WIDTH, add, plus, splat};
 use crate::linalg::number::{Elementary, Number};
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{Operation, SeriesStep, SeriesTape, Slot, Source};
+use crate::program::arm_form::{SeriesOperation, SeriesStep, SeriesTape, Slot, Source};
 
 /// What is run at each order.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ impl<N: Number> Sums<N> {
     /// The sums among these steps, and the other steps in their order. They need nothing of the others, so they may come first.
     fn gather(tape: &SeriesTape, steps: &[SeriesStep]) -> (Vec<Self>, Vec<SeriesStep>) {
         let is_sum = |step: &&SeriesStep| match step.operation {
-            Operation::Linear { first, count, .. } => {
+            SeriesOperation::Linear { first, count, .. } => {
                 let terms = &tape.terms[first as usize..(first + count) as usize];
                 terms.iter().all(|term| !matches!(term.source, Source::Slot(_)))
             }
@@ -70,7 +70,7 @@ impl<N: Number> Sums<N> {
             given: vec![],
         };
         for (place, step) in steps.iter().enumerate() {
-            let Operation::Linear { first, count, constant } = step.operation else { continue };
+            let SeriesOperation::Linear { first, count, constant } = step.operation else { continue };
             sums.targets.push(step.target);
             sums.given.extend(constant.map(|constant| (place, constant)));
             for index in first as usize..(first + count) as usize {
@@ -125,8 +125,8 @@ pub(crate) struct Length<N> {
 impl<N: Elementary> Length<N> {
     /// The square root of this sum of squares, if it follows at once.
     fn find(step: SeriesStep, rest: &mut Vec<SeriesStep>) -> Option<Self> {
-        let Operation::SquareSum(x, y) = step.operation else { return None };
-        let next = rest.first().filter(|next| next.operation == Operation::SquareRoot(step.target))?;
+        let SeriesOperation::SquareSum(x, y) = step.operation else { return None };
+        let next = rest.first().filter(|next| next.operation == SeriesOperation::SquareRoot(step.target))?;
         let of = [x as usize, y as usize];
         let length =
             Self { of, square: step.target as usize, target: next.target as usize, lanes: [splat(N::ZERO); ORDERS] };
@@ -182,7 +182,7 @@ pub(crate) struct Along<N> {
 impl<N: Number> Along<N> {
     /// The quotient of this step with products that follow and read nothing that is not known by then.
     fn find(step: SeriesStep, rest: &mut Vec<SeriesStep>) -> Option<Self> {
-        let Operation::Divide(numerator, divisor) = step.operation else { return None };
+        let SeriesOperation::Divide(numerator, divisor) = step.operation else { return None };
         let mut along = Self {
             of: [numerator as usize, divisor as usize],
             target: step.target as usize,
@@ -193,8 +193,8 @@ impl<N: Number> Along<N> {
         let mut index = 0;
         while index < rest.len() && along.products.len() < 2 {
             let factor = match rest[index].operation {
-                Operation::Multiply(a, b) if a == step.target && b != step.target => Some(b),
-                Operation::Multiply(a, b) if b == step.target && a != step.target => Some(a),
+                SeriesOperation::Multiply(a, b) if a == step.target && b != step.target => Some(b),
+                SeriesOperation::Multiply(a, b) if b == step.target && a != step.target => Some(a),
                 _ => None,
             };
             let known = |slot: Slot| rest.iter().all(|later| !later.writes(slot));
@@ -244,8 +244,8 @@ impl SeriesStep {
     /// Is this series one of its results?
     fn writes(&self, slot: Slot) -> bool {
         let second = match self.operation {
-            Operation::SineCosine(_, second) | Operation::HyperbolicTangent(_, second) => Some(second),
-            Operation::Floor { function, .. } => Some(function),
+            SeriesOperation::SineCosine(_, second) | SeriesOperation::HyperbolicTangent(_, second) => Some(second),
+            SeriesOperation::Floor { function, .. } => Some(function),
             _ => None,
         };
         self.target == slot || second == Some(slot)

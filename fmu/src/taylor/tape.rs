@@ -2,14 +2,14 @@
 
 use super::fused::{Task, tasks};
 use super::products::{convolution, inner_square, power, square, tail, weighted, weighted_tail, weighted_up_to};
-use crate::events::switch::{Choices, Side};
+use crate::events::switch::{Choices, SwitchSign};
 use crate::linalg::lane::{WIDTH, by_width};
 use crate::linalg::number::{Elementary, Number};
 use crate::linalg::quad::Quad;
 use crate::model::Model;
 use crate::program::FollowerOrder;
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{Given, Operation, SeriesStep, SeriesTape, Slot, Source, Term};
+use crate::program::arm_form::{Given, SeriesOperation, SeriesStep, SeriesTape, Slot, Source, Term};
 
 /// What linear steps read besides scalar series: the k-th coefficients of arms and unknowns.
 #[derive(Clone, Copy)]
@@ -71,12 +71,12 @@ fn pieces(tape: &SeriesTape) -> Vec<Pieces> {
         tape.each_read(step, |slot| cause |= causes[slot as usize]);
         let mut value = cause;
         match step.operation {
-            Operation::Choose { switch, above, equal, below } => {
+            SeriesOperation::Choose { switch, above, equal, below } => {
                 let apart = &mut pieces[switch as usize].apart;
                 *apart = [apart[0] || equal != above, apart[1] || equal != below];
                 value |= 1 << switch;
             }
-            Operation::Floor { switch, .. } => value |= 1 << switch,
+            SeriesOperation::Floor { switch, .. } => value |= 1 << switch,
             _ => {}
         }
         step.targets().for_each(|target| causes[target as usize] = cause);
@@ -291,11 +291,11 @@ impl<N: Elementary> Store<N> {
     }
 
     #[inline(always)]
-    fn choose(&mut self, switch: u32) -> Side {
+    fn choose(&mut self, switch: u32) -> SwitchSign {
         if let Some(side) = self.chosen.get(switch) {
             return side;
         }
-        let side = Side::of(self.get(self.tape.switches[switch as usize], 0).value());
+        let side = SwitchSign::of(self.get(self.tape.switches[switch as usize], 0).value());
         self.chosen.set(switch, side);
         side
     }
@@ -317,23 +317,23 @@ impl<N: Elementary> Store<N> {
     #[inline(never)]
     fn step<const L: usize>(&mut self, step: SeriesStep, k: usize, vectors: Vectors<N, L>) {
         let value = match step.operation {
-            Operation::Linear { first, count, constant } => self.linear(first, count, constant, k, vectors),
-            Operation::Multiply(a, b) => convolution(self.series(a), self.series(b), k),
-            Operation::SquareSum(a, b) => square(self.series(a), k) + square(self.series(b), k),
-            Operation::Divide(a, b) => {
+            SeriesOperation::Linear { first, count, constant } => self.linear(first, count, constant, k, vectors),
+            SeriesOperation::Multiply(a, b) => convolution(self.series(a), self.series(b), k),
+            SeriesOperation::SquareSum(a, b) => square(self.series(a), k) + square(self.series(b), k),
+            SeriesOperation::Divide(a, b) => {
                 let (a, b, quotient) = (self.series(a), self.series(b), self.series(step.target));
                 (a[k] - tail(b, quotient, k)).over(b[0])
             }
-            Operation::Power(a, exponent) => {
+            SeriesOperation::Power(a, exponent) => {
                 let (a, exponent) = (self.series(a), self.coefficients[exponent as usize]);
                 if k == 0 { a[0].power(exponent) } else { power(a, self.series(step.target), exponent, k) }
             }
-            Operation::SquareRoot(a) => {
+            SeriesOperation::SquareRoot(a) => {
                 let (a, root) = (self.series(a), self.series(step.target));
                 if k == 0 { a[0].root() } else { (a[k] - inner_square(root, k)).over(root[0] + root[0]) }
             }
-            Operation::SineCosine(a, cosine) => self.sine_cosine(a, step.target, cosine, k),
-            Operation::Exponential(slot) => {
+            SeriesOperation::SineCosine(a, cosine) => self.sine_cosine(a, step.target, cosine, k),
+            SeriesOperation::Exponential(slot) => {
                 let exponential = self.series(step.target);
                 match k {
                     0 => self.get(slot, 0).exponential(),
@@ -342,22 +342,24 @@ impl<N: Elementary> Store<N> {
                     _ => self.weighted(slot, exponential, k).over(N::all(k as f64)),
                 }
             }
-            Operation::Logarithm(a) => {
+            SeriesOperation::Logarithm(a) => {
                 let (a, logarithm) = (self.series(a), self.series(step.target));
                 match k {
                     0 => a[0].logarithm(),
                     _ => (a[k] - weighted_tail(logarithm, a, k).over(N::all(k as f64))).over(a[0]),
                 }
             }
-            Operation::HyperbolicTangent(a, slope) => self.hyperbolic_tangent(a, step.target, slope, k),
-            Operation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
-            Operation::Rate(a) => self.get(a, k + 1).times((k + 1) as f64),
-            Operation::Floor { argument, switch, function } => self.floor(argument, step.target, (switch, function), k),
-            Operation::Choose { switch, above, equal, below } => {
+            SeriesOperation::HyperbolicTangent(a, slope) => self.hyperbolic_tangent(a, step.target, slope, k),
+            SeriesOperation::ArcTangent(y, x, square) => self.arc_tangent([y, x, square], step.target, k),
+            SeriesOperation::Rate(a) => self.get(a, k + 1).times((k + 1) as f64),
+            SeriesOperation::Floor { argument, switch, function } => {
+                self.floor(argument, step.target, (switch, function), k)
+            }
+            SeriesOperation::Choose { switch, above, equal, below } => {
                 let chosen = match self.choose(switch) {
-                    Side::Above => above,
-                    Side::Equal => equal,
-                    Side::Below => below,
+                    SwitchSign::Above => above,
+                    SwitchSign::Equal => equal,
+                    SwitchSign::Below => below,
                 };
                 self.get(chosen, k)
             }
@@ -410,7 +412,8 @@ impl<N: Elementary> Store<N> {
     #[inline(always)]
     fn floor(&mut self, argument: Slot, target: Slot, (switch, function): (u32, Slot), k: usize) -> N {
         let below = libm::floor(self.get(argument, 0).value());
-        let even = self.chosen.get(switch).map_or(below == 2.0 * libm::floor(0.5 * below), |side| side == Side::Above);
+        let even =
+            self.chosen.get(switch).map_or(below == 2.0 * libm::floor(0.5 * below), |side| side == SwitchSign::Above);
         let (odd, sign) = if even { (0.0, 1.0) } else { (1.0, -1.0) };
         let a = self.series(argument);
         let (value, inside) = if k == 0 {
@@ -421,7 +424,7 @@ impl<N: Elementary> Store<N> {
             let b = a[0] - self.get(target, 0);
             (N::ZERO, a[k] - (inner_square(a, k) + (b * a[k]).times(2.0)))
         };
-        self.chosen.set(switch, if even { Side::Above } else { Side::Below });
+        self.chosen.set(switch, if even { SwitchSign::Above } else { SwitchSign::Below });
         self.values[function as usize][k] = inside.times(sign);
         value
     }

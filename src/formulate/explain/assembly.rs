@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use cotree_fmu::constraints::initial::solve_initial;
 use cotree_fmu::failure::Failure;
-use cotree_fmu::failure::Gap;
+use cotree_fmu::failure::LoopGap;
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::{Condition, Program};
@@ -74,7 +74,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
 }
 
 /// A loop whose equations are not numbers: what is prescribed is none, or a law of positions.
-fn without_value(equations: &Equations, gap: &Gap) -> Fault {
+fn without_value(equations: &Equations, gap: &LoopGap) -> Fault {
     let drivers = drivers(equations);
     let span =
         drivers.first().map_or_else(|| owner_span(equations, &gap.owner), |driver| owner_span(equations, driver));
@@ -97,7 +97,7 @@ pub(crate) fn without_rate(mechanism: &Mechanism) -> Vec<Fault> {
     crate::laws::without_rate(mechanism, time).map(fault).collect()
 }
 
-fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
+fn open_loop(equations: &Equations, gap: &LoopGap, length: f64) -> Fault {
     if !gap.size.is_finite() {
         return without_value(equations, gap);
     }
@@ -121,7 +121,7 @@ fn open_loop(equations: &Equations, gap: &Gap, length: f64) -> Fault {
         .help(format!("{check}{within}, or give a better guess of the initial configuration"))
 }
 
-fn locked(equations: &Equations, time: f64, gap: &Gap) -> Fault {
+fn locked(equations: &Equations, time: f64, gap: &LoopGap) -> Fault {
     let speed = CoordinateKind { angular: gap.angular, rate: true }.show(gap.size);
     let drivers = drivers(equations);
     let message = format!(
@@ -313,7 +313,7 @@ pub fn span_of(equations: &Equations, element: ElementId) -> Span {
     equations.system.span(element)
 }
 
-fn loop_of(equations: &Equations, gap: &Gap) -> Vec<String> {
+fn loop_of(equations: &Equations, gap: &LoopGap) -> Vec<String> {
     let is_owner = |row: &&Constraint| {
         equations.system.element(row.element).name == gap.owner
             && (row.constrained == Constrained::Angle) == gap.angular

@@ -17,29 +17,8 @@ pub struct CsvTable {
 
 /// Why columns make no table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TableError {
-    /// As many names as columns are wanted.
-    #[error("{names} names for {columns} columns")]
-    Names {
-        /// How many names there are.
-        names: usize,
-        /// How many columns there are.
-        columns: usize,
-    },
-    /// A column has another length than the times.
-    #[error("`{name}` has {values} values at {times} times")]
-    Length {
-        /// The column.
-        name: String,
-        /// How many values it has.
-        values: usize,
-        /// How many times there are.
-        times: usize,
-    },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct TableError(pub String);
 
 /// What the columns of a table stand for.
 pub struct Naming<'a> {
@@ -160,7 +139,7 @@ impl CsvTable {
     pub fn new(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, TableError> {
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if let Some(name) = names.iter().zip(&columns).find(|(_, column)| !finite(column)).map(|(name, _)| name) {
-            return Err(TableError::Other(format!("`{name}` has a value that is not finite")));
+            return Err(TableError(format!("`{name}` has a value that is not finite")));
         }
         CsvTable::with_gaps(names, time, columns)
     }
@@ -171,23 +150,23 @@ impl CsvTable {
     /// Columns of other lengths than `time`, no rows, infinite numbers, times that decrease.
     pub fn with_gaps(names: Vec<String>, time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, TableError> {
         if time.is_empty() {
-            return Err(TableError::Other("the table has no rows".to_owned()));
+            return Err(TableError("the table has no rows".to_owned()));
         }
         if names.len() != columns.len() {
-            return Err(TableError::Names { names: names.len(), columns: columns.len() });
+            return Err(TableError(format!("{} names for {} columns", names.len(), columns.len())));
         }
         for (name, column) in names.iter().zip(&columns) {
             let name = || name.clone();
             if column.len() != time.len() {
-                return Err(TableError::Length { name: name(), values: column.len(), times: time.len() });
+                return Err(TableError(format!("`{}` has {} values at {} times", name(), column.len(), time.len())));
             }
             if column.iter().any(|value| value.is_infinite()) {
-                return Err(TableError::Other(format!("`{name}` has a value that is infinite", name = name())));
+                return Err(TableError(format!("`{name}` has a value that is infinite", name = name())));
             }
         }
         let finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
         if !finite(&time) || time.windows(2).any(|pair| pair[1] < pair[0]) {
-            return Err(TableError::Other("the times must be finite and increasing".to_owned()));
+            return Err(TableError("the times must be finite and increasing".to_owned()));
         }
         Ok(Self { units: vec![None; names.len()], names, time, columns })
     }

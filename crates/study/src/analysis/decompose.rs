@@ -78,7 +78,9 @@ pub(super) fn eigenvalues(mut matrix: DMatrix<f64>) -> Result<Vec<Complex<f64>>,
     let unit = if largest > 0.0 { 2.0_f64.powi(libm::ilogb(largest).clamp(-1022, 1022)) } else { 1.0 };
     matrix /= unit;
     balance_parlett_reinsch(&mut matrix);
-    let schur = Schur::try_new(matrix, f64::EPSILON, most).ok_or(AnalysisFailure::Eigenvalues)?;
+    let schur = Schur::try_new(matrix, f64::EPSILON, most).ok_or_else(|| {
+        AnalysisFailure::Other("the eigenvalues cannot be computed: the iteration does not converge".to_owned())
+    })?;
     let found: Vec<_> = schur.complex_eigenvalues().iter().map(|value| value * unit).collect();
     let finite = found.iter().all(|value| value.re.is_finite() && value.im.is_finite());
     if finite { Ok(found) } else { Err(AnalysisFailure::Range) }

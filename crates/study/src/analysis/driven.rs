@@ -29,10 +29,7 @@ impl DrivenInputs {
         let names = || mechanism.inputs.iter().map(|input| input.name.as_str());
         let place = |(name, unit): (&String, &Option<Unit>)| {
             let unknown = || {
-                SettingError::Other(format!(
-                    "the scene has no input `{name}`; {known}",
-                    known = suggest::known(name, names())
-                ))
+                SettingError(format!("the scene has no input `{name}`; {known}", known = suggest::known(name, names())))
             };
             let place = names().position(|candidate| candidate == name).ok_or_else(unknown)?;
             let input_unit = &mechanism.inputs[place].unit;

@@ -62,7 +62,11 @@ impl Equilibrium {
         requested: &[RequestedMode],
     ) -> Result<Self, AnalysisFailure> {
         if let Some(part) = formulated.equations.system.mechanism.first_at_profile() {
-            return Err(AnalysisFailure::AtProfile { name: part.name.clone() });
+            // The features on which a disc rests are found by events, not by an equilibrium.
+            return Err(AnalysisFailure::Other(format!(
+                "`{}` touches a profile, and which of its lines and arcs carry a load follows from a motion: no equilibrium is searched for; let `simulate` come to rest with dampers",
+                part.name
+            )));
         }
         let model = Model::new(formulated.lowered.program.clone())?;
         let guess = OperatingPoint::resting(&model, &formulated.state);
@@ -93,7 +97,9 @@ fn check_courses(formulated: &Formulated, point: &OperatingPoint) -> Result<(), 
         return Ok(());
     }
     match formulated.equations.clone().off_course(point) {
-        Some(why) => Err(AnalysisFailure::OffCourse { why }),
+        Some(why) => Err(AnalysisFailure::Other(format!(
+            "no equilibrium was found from the guess: in the one that balances, {why}; start nearer to it in `[initial]`, or let `simulate` come to rest with dampers"
+        ))),
         None => Ok(()),
     }
 }

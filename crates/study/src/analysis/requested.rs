@@ -22,13 +22,8 @@ pub struct ModeError(pub String);
 
 /// Why a part cannot be at a point of a motion what it is asked to be.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-enum Unfit {
-    #[error("`{name}` has no friction force: its contact `{on}` is open")]
-    NothingPresses { name: String, on: String },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+struct Unfit(String);
 
 /// Signs of what presses are tried: of no more than this.
 const MOST_SIGNS: usize = 12;
@@ -138,7 +133,7 @@ pub(super) fn put(
     let point = OperatingPoint::moving(model, state)?;
     let sticks = statuses(formulated, &point).iter().any(|status| status.most().is_some());
     if requested.is_empty() && sticks && is_held_twice(formulated, variation, &point)? {
-        return Err(AnalysisFailure::Modes(format!(
+        return Err(AnalysisFailure::Other(format!(
             "at t = {} s several sticking frictions are redundant (statically indeterminate); set those that carry no load by `--mode NAME=idle`",
             point.time()
         )));
@@ -149,7 +144,7 @@ pub(super) fn put(
     let here = statuses(formulated, &point);
     let mechanism = &*formulated.equations.system.mechanism;
     let target = target(mechanism, &here, requested)
-        .map_err(|why| AnalysisFailure::Modes(format!("at t = {} s {why}; choose another time", point.time())))?;
+        .map_err(|why| AnalysisFailure::Other(format!("at t = {} s {why}; choose another time", point.time())))?;
     for (status, holding) in here.iter().zip(target) {
         hold(mechanism, state, status, holding);
     }
@@ -172,7 +167,7 @@ fn target(mechanism: &Mechanism, here: &[ContactStatus], requested: &[RequestedM
         target[place].closed = holds;
         if let Some(why) = why_open(mechanism, status, fastest).filter(|_| holds) {
             let word = if status.kind == ContactKind::Freewheel { "caught" } else { "closed" };
-            return Err(Unfit::Other(format!("`{name}` cannot be {word}: it {why}", name = status.name)));
+            return Err(Unfit(format!("`{name}` cannot be {word}: it {why}", name = status.name)));
         }
     }
     for (place, status) in here.iter().enumerate().filter(|(_, status)| is_friction(status)) {
@@ -180,7 +175,10 @@ fn target(mechanism: &Mechanism, here: &[ContactStatus], requested: &[RequestedM
         let on = on.and_then(|on| here.iter().position(|status| status.index == on));
         if let Some(on) = on.filter(|&on| !target[on].closed) {
             if wanted(status).is_some_and(|wanted| wanted != WantedMode::Idle) {
-                return Err(Unfit::NothingPresses { name: status.name.clone(), on: here[on].name.clone() });
+                return Err(Unfit(format!(
+                    "`{}` has no friction force: its contact `{}` is open",
+                    status.name, here[on].name
+                )));
             }
             target[place] = IDLE;
             continue;
@@ -217,19 +215,19 @@ fn rubs(
         None if begins => Ok(if moves { slides(status.rate.signum()) } else { STICKS }),
         None => Ok(natural),
         Some(WantedMode::Holds | WantedMode::LetsGo) if moves => {
-            Err(Unfit::Other(format!("`{name}` cannot stick: it slides at {rate}", rate = rate())))
+            Err(Unfit(format!("`{name}` cannot stick: it slides at {rate}", rate = rate())))
         }
         Some(WantedMode::Holds | WantedMode::LetsGo) => Ok(STICKS),
         Some(WantedMode::Idle) if moves => {
-            Err(Unfit::Other(format!("`{name}` slides at {rate}, so its friction cannot be idle", rate = rate())))
+            Err(Unfit(format!("`{name}` slides at {rate}, so its friction cannot be idle", rate = rate())))
         }
         Some(WantedMode::Idle) => Ok(IDLE),
         Some(WantedMode::Slides(None)) if moves => Ok(slides(status.rate.signum())),
-        Some(WantedMode::Slides(None)) => Err(Unfit::Other(format!(
+        Some(WantedMode::Slides(None)) => Err(Unfit(format!(
             "`{name}` is at rest: write slides+ or slides- for the direction in which it starts to slide"
         ))),
         Some(WantedMode::Slides(Some(direction))) if moves && status.rate * direction < 0.0 => {
-            Err(Unfit::Other(format!("`{name}` slides in the other direction, at {rate}", rate = rate())))
+            Err(Unfit(format!("`{name}` slides in the other direction, at {rate}", rate = rate())))
         }
         Some(WantedMode::Slides(Some(direction))) => Ok(slides(direction)),
     }
@@ -254,7 +252,7 @@ fn with_signs(
     model: &Model,
     state: &mut State,
 ) -> Result<OperatingPoint, AnalysisFailure> {
-    let refused = |time: f64, why: &str| AnalysisFailure::Modes(format!("at t = {time} s the requested mode {why}"));
+    let refused = |time: f64, why: &str| AnalysisFailure::Other(format!("at t = {time} s the requested mode {why}"));
     if is_held_twice(formulated, variation, &OperatingPoint::resting(model, state))? {
         return Err(refused(state.time(), "is overconstrained; set one of its constraints to open, free or idle"));
     }

@@ -42,7 +42,7 @@ impl Sharing {
     /// Which of them slides first depends on how they share.
     pub fn has_no_verge(&self) -> AnalysisFailure {
         let names: Vec<String> = self.names.iter().map(|name| format!("`{name}`")).collect();
-        AnalysisFailure::Redundant(format!(
+        AnalysisFailure::Other(format!(
             "{} share one load: which of them is at its friction limit is not determined; set the others by `--mode NAME=idle`",
             names.join(", ")
         ))

@@ -218,7 +218,7 @@ impl Study {
         let parameters = self.mechanism.parameters.iter().map(|parameter| parameter.name.as_str());
         let known =
             suggest::known(name, parameters.chain(self.mechanism.inputs.iter().map(|input| input.name.as_str())));
-        SettingError::Other(format!("the scene has no parameter or input `{name}`; {known}")).into()
+        SettingError(format!("the scene has no parameter or input `{name}`; {known}")).into()
     }
 
     /// Where the mechanism rests: its pose, the reactions of all joints and drivers, and whether it is stable.
@@ -319,7 +319,10 @@ impl Study {
         let formulated = formulate_written(mechanism, &self.outputs);
         let mut formulated = formulated.map_err(|list| Faults::new(self.source.clone(), list))?;
         if let Some(slips) = formulated.equations.first_led().and_then(|index| mechanism.what_holds(index)) {
-            return Err(AnalysisFailure::DrivenFriction { friction: slips }.into());
+            return Err(AnalysisFailure::Other(format!(
+                "{slips} acts on a driven motion: at rest its force is not determined, so there is no linear system; use `simulate` or `motion`"
+            ))
+            .into());
         }
         self.warnings.append(&mut formulated.warnings);
         Ok(Local::new(formulated))
@@ -342,7 +345,10 @@ impl Study {
 /// What is sampled goes on changing where everything else rests.
 fn can_rest(mechanism: &Mechanism) -> Result<(), AnalysisFailure> {
     let Some(sampler) = mechanism.samplers.iter().find(|sampler| !sampler.writes.is_empty()) else { return Ok(()) };
-    Err(AnalysisFailure::Sampled { sampler: sampler.name.clone() })
+    Err(AnalysisFailure::Other(format!(
+        "the values of sampler `{}` never become constant, so there is no equilibrium: use `simulate`, or `--at` a time",
+        sampler.name
+    )))
 }
 
 /// The linear systems at these times of the motion.
@@ -376,7 +382,9 @@ fn vibration(
             [one] => format!("`{one}` sticks"),
             all => format!("`{}` stick", all.join("`, `")),
         };
-        return Err(AnalysisFailure::Stuck { sticking, first: (*first).to_owned() });
+        return Err(AnalysisFailure::Other(format!(
+            "no degree of freedom can vibrate: {sticking} in this mode; use a mode in which it slides at a time of the motion (`--at 0 --mode {first}=slides+`), or one without its friction (`--mode {first}=idle`)"
+        )));
     }
     Ok(VibrationModes {
         name: formulated.equations.system.mechanism.name.clone(),

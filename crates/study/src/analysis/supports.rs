@@ -92,9 +92,12 @@ pub(super) fn rest(
         return Ok(rest);
     }
     Err(match slid.or(first) {
-        Some(cause) if modes.len() > 1 => AnalysisFailure::NoModeRests { tried: modes.len(), cause: Box::new(cause) },
+        Some(cause) if modes.len() > 1 => AnalysisFailure::Other(format!(
+            "{cause} (in the mode of the start; there is no equilibrium in any of the {} combinations of open or closed, free or engaged)",
+            modes.len()
+        )),
         Some(cause) => cause,
-        None => AnalysisFailure::Modes("the requested modes have no equilibrium".to_owned()),
+        None => AnalysisFailure::Other("the requested modes have no equilibrium".to_owned()),
     })
 }
 
@@ -255,7 +258,7 @@ fn modes(
     for request in requested {
         start[request.index] = request.wanted == WantedMode::Holds;
         if request.wanted == WantedMode::Slides(None) {
-            return Err(AnalysisFailure::Modes(format!(
+            return Err(AnalysisFailure::Other(format!(
                 "`{}` does not slide at an equilibrium; request this mode at a time of the motion (`--at`)",
                 mechanism.contacts[request.index].name
             )));
@@ -265,7 +268,7 @@ fn modes(
     let is_free = |index: &usize| !rubs(*index) && requested.iter().all(|part| part.index != *index);
     let free: Vec<usize> = (0..count).filter(is_free).collect();
     if free.len() > MOST {
-        return Err(AnalysisFailure::Modes(format!(
+        return Err(AnalysisFailure::Other(format!(
             "{} unilateral constraints have too many combinations of open and closed (at most {MOST} constraints are tried); set some of them by --mode",
             free.len()
         )));
@@ -438,7 +441,7 @@ fn check_determined(
 /// What is said where several hold something twice.
 pub(super) fn not_determined(names: &[String]) -> AnalysisFailure {
     let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    AnalysisFailure::Redundant(format!(
+    AnalysisFailure::Other(format!(
         "supports {} are redundant (statically indeterminate); remove one of them, or give it a stiffness",
         names.join(", ")
     ))

@@ -49,14 +49,14 @@ impl Estimates {
             .map(|(effect, norm)| *norm == 0.0 || effect > f64::MIN_POSITIVE * norm && effect < NO_EFFECT);
         let idle = suggest::list(names.iter().zip(idle).filter(|(_, idle)| *idle).map(|(name, _)| name));
         if !idle.is_empty() {
-            return Err(Unidentified::Other(format!(
+            return Err(Unidentified(format!(
                 "the measured values do not determine {names}: no measured value depends on it: remove it from --vary, or measure something that it changes",
                 names = idle
             )));
         }
         let covariance = covariance(&jacobian, &norms).map_err(|direction| {
             let takes_part = direction.iter().zip(&names).filter(|(share, _)| share.abs() > TAKES_PART);
-            Unidentified::Other(format!("the measured values do not determine {names}: only a combination of them has an effect: remove one from --vary, or measure something else too", names = suggest::list(takes_part.map(|(_, name)| name))))
+            Unidentified(format!("the measured values do not determine {names}: only a combination of them has an effect: remove one from --vary, or measure something else too", names = suggest::list(takes_part.map(|(_, name)| name))))
         })?;
         let all_given = weighed.deviations.iter().all(|(_, is_given)| *is_given);
         let degrees = residuals.values.len().saturating_sub(free.len()).max(1);

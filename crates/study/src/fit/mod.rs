@@ -136,19 +136,8 @@ pub enum FitError {
 
 /// Why measured values do not determine quantities.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum Unidentified {
-    /// The search has come to the end of what moves.
-    #[error(
-        "the search ended without a minimum, at values without a motion: {cause}; exclude them by bounds (NAME=LOW..HIGH)"
-    )]
-    NoMinimum {
-        /// Why there is no motion.
-        cause: String,
-    },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct Unidentified(pub String);
 
 /// Fits quantities of a scene to measured outputs. Each experiment has a study, with what was set, the inputs and the times of its own, and a table of the request, whose columns are
 /// outputs of that study.
@@ -224,7 +213,11 @@ impl FitProblem<'_, '_> {
             };
             let found = minimise(&values, &weighed.bounds, most, evaluate, &mut *watch)?;
             (values, evaluations) = (found.values, evaluations + found.evaluations);
-            let blocked = found.blocked.map(|cause| Unidentified::NoMinimum { cause });
+            let blocked = found.blocked.map(|cause| {
+                Unidentified(format!(
+                    "the search ended without a minimum, at values without a motion: {cause}; exclude them by bounds (NAME=LOW..HIGH)"
+                ))
+            });
             if let Some(why) = blocked.or_else(|| self.too_few_left(start.len())) {
                 return Ok(Err(FitError::Undetermined(why)));
             }
@@ -261,7 +254,7 @@ impl FitProblem<'_, '_> {
                 guesses: guesses.unwrap_or_default(),
             }));
         }
-        Ok(Err(FitError::Undetermined(Unidentified::Other(
+        Ok(Err(FitError::Undetermined(Unidentified(
             "the standard deviations of the columns do not converge: give them (--sigma), or fit one column".to_owned(),
         ))))
     }
@@ -278,7 +271,7 @@ impl FitProblem<'_, '_> {
             let motion = experiment.motion(values, from.and_then(|poses| poses.get(index)));
             motion.map_err(|cause| match self.experiments.len() {
                 1 => cause,
-                _ => AnalysisFailure::Experiment { number: index + 1, cause: Box::new(cause) },
+                _ => AnalysisFailure::Other(format!("experiment {}: {cause}", index + 1)),
             })
         };
         self.experiments.iter().enumerate().map(motion).collect()
@@ -289,7 +282,7 @@ impl FitProblem<'_, '_> {
         let few = too_few(self.experiments.iter().map(|experiment| experiment.kept().len()).sum(), quantities)?;
         let left_out: Vec<f64> = self.experiments.iter().flat_map(FittedMotion::left_out).collect();
         let rows = self.experiments.iter().map(|experiment| experiment.table.times().len()).sum();
-        Some(Unidentified::Other(format!("{few}; {left_out}", left_out = rows_left_out(&left_out, rows)?)))
+        Some(Unidentified(format!("{few}; {left_out}", left_out = rows_left_out(&left_out, rows)?)))
     }
 
     /// The kind of each value that counts, in the order of the residuals.

@@ -82,10 +82,14 @@ impl FitRequest {
     /// Everything that is wrong is said.
     pub(super) fn weighed(&self, experiments: &[(&Varying, Experiment)]) -> Result<Weighed, Vec<RequestFault>> {
         let Some((first, _)) = experiments.first() else {
-            return Err(vec![RequestFault::Other("nothing was measured".to_owned())]);
+            return Err(vec![RequestFault("nothing was measured".to_owned())]);
         };
         if experiments.len() != self.tables.len() {
-            return Err(vec![RequestFault::Tables { experiments: experiments.len(), tables: self.tables.len() }]);
+            return Err(vec![RequestFault(format!(
+                "{} experiments with {} tables",
+                experiments.len(),
+                self.tables.len()
+            ))]);
         }
         let mut faults = Vec::new();
         let bounds = bounds(&self.vary, first.parameters(), &mut faults);
@@ -99,12 +103,13 @@ impl FitRequest {
             let measured = measured(table);
             let empty =
                 (0..table.names().len()).filter(|column| measured.iter().all(|(_, variable)| variable != column));
-            outputs_used
-                .extend(empty.map(|column| RequestFault::EmptyColumn { column: table.names()[column].clone() }));
+            outputs_used.extend(
+                empty.map(|column| RequestFault(format!("the column `{}` has no value", table.names()[column]))),
+            );
             let kind = |name: &String| kinds.iter().position(|kind| *kind == name).unwrap_or_default();
             tables.push(TablePlaces { outputs, kinds: table.names().iter().map(kind).collect(), measured });
             let several = |fault| match experiments.len() > 1 {
-                true => RequestFault::Other(format!("experiment {number}: {cause}", number = index + 1, cause = fault)),
+                true => RequestFault(format!("experiment {number}: {cause}", number = index + 1, cause = fault)),
                 false => fault,
             };
             faults.extend(outputs_used.into_iter().map(several));
@@ -149,7 +154,7 @@ impl FitRequest {
 fn differing(parameters: &[VariedQuantity], first: &[VariedQuantity]) -> Vec<RequestFault> {
     let differs = parameters.iter().zip(first).filter(|(varied, first)| varied.start != first.start);
     let fault = |(varied, first): (&VariedQuantity, &VariedQuantity)| {
-        RequestFault::Other(format!(
+        RequestFault(format!(
             "`{name}` is varied, but set to {here:?} {unit} here and to {first:?} {unit} in the first one",
             name = varied.name,
             here = varied.start,
@@ -170,26 +175,26 @@ fn deviation(
     let (name, text) = (name.to_owned(), text.to_owned());
     let Some(kind) = kinds.iter().position(|kind| **kind == name) else {
         let known = suggest::known(&name, kinds.iter().map(|kind| kind.as_str()));
-        return Err(RequestFault::Other(format!("there is no column `{name}`; {known}")));
+        return Err(RequestFault(format!("there is no column `{name}`; {known}")));
     };
     let mut outputs = experiments.iter().flat_map(|(varying, _)| varying.outputs());
     let unit = outputs.find(|(output, _)| *output == name).map(|(_, unit)| unit.clone()).unwrap_or_default();
     match quantity(&text, &unit) {
         Ok(value) if value > 0.0 && value.is_finite() => Ok((kind, value)),
-        Ok(_) => Err(RequestFault::Other(format!("`{name}={text}`: a standard deviation must be positive"))),
-        Err(cause) => Err(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
+        Ok(_) => Err(RequestFault(format!("`{name}={text}`: a standard deviation must be positive"))),
+        Err(cause) => Err(RequestFault(format!("`{name}={text}`: {cause}"))),
     }
 }
 
 /// The bounds of what is varied, SI: those that are asked for, else those of the scene.
 pub(crate) fn bounds(varied: &[Vary], parameters: &[VariedQuantity], faults: &mut Vec<RequestFault>) -> Vec<[f64; 2]> {
     if varied.is_empty() {
-        faults.push(RequestFault::Other("nothing is varied".to_owned()));
+        faults.push(RequestFault("nothing is varied".to_owned()));
     }
     let mut bounds = Vec::with_capacity(parameters.len());
     for (index, (vary, parameter)) in varied.iter().zip(parameters).enumerate() {
         if varied[..index].iter().any(|other| other.name == vary.name) {
-            faults.push(RequestFault::VariedTwice { name: vary.name.clone() });
+            faults.push(RequestFault(format!("`{}` is varied twice", vary.name)));
         }
         let mut range =
             [parameter.bounds[0].unwrap_or(f64::NEG_INFINITY), parameter.bounds[1].unwrap_or(f64::INFINITY)];
@@ -199,16 +204,16 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[VariedQuantity], faults: &mu
             match quantity(&text, &parameter.unit).map(|value| (value, parameter.unit.permit(value, parameter.bounds)))
             {
                 Ok((value, Ok(()))) => range[place] = value,
-                Ok((_, Err(cause))) => faults.push(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
-                Err(cause) => faults.push(RequestFault::Other(format!("`{name}={text}`: {cause}"))),
+                Ok((_, Err(cause))) => faults.push(RequestFault(format!("`{name}={text}`: {cause}"))),
+                Err(cause) => faults.push(RequestFault(format!("`{name}={text}`: {cause}"))),
             }
         }
         let ([low, high], start) = (range, parameter.start);
         let (name, unit) = (vary.name.clone(), parameter.unit.si.clone());
         if low >= high {
-            faults.push(RequestFault::Other(format!("`{name}`: {low:?} {unit} is not below {high:?} {unit}")));
+            faults.push(RequestFault(format!("`{name}`: {low:?} {unit} is not below {high:?} {unit}")));
         } else if !(low..=high).contains(&start) {
-            faults.push(RequestFault::Other(format!(
+            faults.push(RequestFault(format!(
                 "`{name}` starts at {start:?} {unit}, outside {low:?}..{high:?} {unit}; set it"
             )));
         }
@@ -220,7 +225,7 @@ pub(crate) fn bounds(varied: &[Vary], parameters: &[VariedQuantity], faults: &mu
 /// The output of each column of a table.
 pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<RequestFault>) -> Vec<usize> {
     if table.names().is_empty() {
-        faults.push(RequestFault::Other("the table has no column but `time`".to_owned()));
+        faults.push(RequestFault("the table has no column but `time`".to_owned()));
     }
     let mut places = Vec::new();
     for (name, unit) in table.names().iter().zip(table.units()) {
@@ -228,15 +233,14 @@ pub(crate) fn places(table: &CsvTable, varying: &Varying, faults: &mut Vec<Reque
             varying.outputs().enumerate().find(|(_, (name_of_output, _))| name_of_output == name)
         else {
             let known = suggest::known(name, varying.outputs().map(|(name_of_output, _)| name_of_output));
-            faults.push(RequestFault::Other(format!("the column `{column}` is not an output; {known}", column = name)));
+            faults.push(RequestFault(format!("the column `{column}` is not an output; {known}", column = name)));
             continue;
         };
         if let Some(unit) =
             unit.as_ref().filter(|unit| !name_of_output.si.is_empty() && !unit.is_compatible(name_of_output))
         {
             let (column, unit, si) = (name.clone(), unit.shown().to_owned(), name_of_output.si.clone());
-            faults
-                .push(RequestFault::Other(format!("the column `{column}` is in `{unit}`, but the variable in `{si}`")));
+            faults.push(RequestFault(format!("the column `{column}` is in `{unit}`, but the variable in `{si}`")));
         }
         places.push(place);
     }
@@ -253,7 +257,7 @@ pub(crate) fn check_times(
     let times = table.times();
     if let Some(&first) = times.iter().find(outside) {
         let (count, all) = (times.iter().filter(outside).count(), times.len());
-        faults.push(RequestFault::Other(format!("{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; remove these rows, or change the times of the experiment")));
+        faults.push(RequestFault(format!("{count} of {all} times, the first {first:?} s, are outside the experiment, {start:?} s to {stop:?} s; remove these rows, or change the times of the experiment")));
     }
 }
 

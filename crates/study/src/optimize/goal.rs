@@ -88,15 +88,18 @@ fn term(sign: f64, text: &str) -> Result<(f64, Measure), GoalError> {
         None => (1.0, text),
         Some((weight, measure)) => {
             let number = weight.trim().parse::<f64>().ok().filter(|number| number.is_finite() && *number != 0.0);
-            (number.ok_or_else(|| GoalError::Weight { text: weight.trim().to_owned() })?, measure.trim())
+            (
+                number.ok_or_else(|| GoalError(format!("`{}` is not a weight: write a number", weight.trim())))?,
+                measure.trim(),
+            )
         }
     };
     if measure.is_empty() {
-        return Err(GoalError::Other("a measure is missing, such as peak(motor.torque)".to_owned()));
+        return Err(GoalError("a measure is missing, such as peak(motor.torque)".to_owned()));
     }
     let measure: Measure = measure.parse()?;
     match measure.statistic() {
-        Statistic::WhenMax | Statistic::WhenMin => Err(GoalError::Other(format!(
+        Statistic::WhenMax | Statistic::WhenMin => Err(GoalError(format!(
             "`{0}` is discontinuous where another extreme becomes the largest, and cannot be optimized",
             measure
         ))),
@@ -135,13 +138,11 @@ impl FromStr for MeasureLimit {
     fn from_str(text: &str) -> Result<Self, LimitError> {
         let found = RELATIONS.iter().find_map(|(sign, relation)| Some((text.split_once(sign)?, *relation)));
         let Some(((goal, bound), relation)) = found else {
-            return Err(LimitError::Other(
-                "write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =".to_owned(),
-            ));
+            return Err(LimitError("write a condition such as \"max(ram.s) <= 120 mm\", with <=, >= or =".to_owned()));
         };
         let bound = bound.trim().to_owned();
         if bound.is_empty() {
-            return Err(LimitError::Other("the number after the sign is missing".to_owned()));
+            return Err(LimitError("the number after the sign is missing".to_owned()));
         }
         Ok(MeasureLimit { goal: goal.parse()?, relation, bound })
     }

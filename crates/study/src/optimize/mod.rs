@@ -53,7 +53,7 @@ pub struct Best {
     pub goal: (String, String),
     /// It at the scene's values, if there is a motion, and at the best ones, SI.
     pub values: [Option<f64>; 2],
-    pub quantities: Vec<VariedQuantity>,
+    pub quantities: Vec<OptimizedQuantity>,
     pub limits: Vec<LimitAt>,
     /// The best first.
     pub optima: Vec<Optimum>,
@@ -71,7 +71,7 @@ pub struct Best {
 
 /// A quantity that was varied, SI.
 #[derive(Clone, Debug, PartialEq)]
-pub struct VariedQuantity {
+pub struct OptimizedQuantity {
     pub name: String,
     pub unit: String,
     pub start: f64,
@@ -356,7 +356,7 @@ impl Searches<'_, '_> {
         let quantity = |(index, varied): (usize, &crate::analysis::VariedQuantity)| {
             let value = best.values[index];
             let is_at = |bound: &f64| (value - bound).abs() <= AT_BOUND * problem.ranges[index];
-            VariedQuantity {
+            OptimizedQuantity {
                 name: varied.name.clone(),
                 unit: varied.unit.si.clone(),
                 start: start[index],

@@ -5,7 +5,7 @@ use cotree::report::data::{Cell, Report, Table, named, number, per, unit};
 use cotree::{line, row};
 use serde_json::{Value, json};
 
-use super::{Best, Ended, LimitAt, Optimum, VariedQuantity};
+use super::{Best, Ended, LimitAt, OptimizedQuantity, Optimum};
 
 /// So many optima are shown.
 const SHOWN: usize = 10;
@@ -33,7 +33,7 @@ impl Best {
     }
 
     fn values_table(&self) -> Table {
-        let row = |quantity_data: &VariedQuantity| {
+        let row = |quantity_data: &OptimizedQuantity| {
             let bound = if quantity_data.is_at_bound { "at its bound" } else { "" };
             row![
                 quantity_data.name,
@@ -124,7 +124,7 @@ impl Best {
             Ended::Stuck(None) => "short",
             Ended::Stuck(Some(_)) => "blocked",
         };
-        let quantity = |quantity_data: &VariedQuantity| json!({ "name": quantity_data.name, "unit": quantity_data.unit, "start": quantity_data.start, "value": quantity_data.value, "at_bound": quantity_data.is_at_bound });
+        let quantity = |quantity_data: &OptimizedQuantity| json!({ "name": quantity_data.name, "unit": quantity_data.unit, "start": quantity_data.start, "value": quantity_data.value, "at_bound": quantity_data.is_at_bound });
         let limit = |limit_data: &LimitAt| json!({ "limit": limit_data.text, "unit": limit_data.unit, "bound": limit_data.bound, "value": limit_data.value, "multiplier": limit_data.multiplier });
         let optimum = |optimum_data: &Optimum| json!({ "goal": optimum_data.goal, "values": optimum_data.values, "reached": optimum_data.reached });
         let search = |search_data: &super::Search| json!({ "goal": search_data.goal, "values": search_data.values, "ended": search_data.ended });

@@ -120,7 +120,7 @@ impl OptimizeRequest {
                 let Some(place) = known.iter().position(|(output, _)| *output == measure.variable) else {
                     let what = if self.turn.is_some() { "figures of the turn" } else { "outputs" };
                     let known = suggest::known(&measure.variable, known.iter().map(|(output, _)| output.as_str()));
-                    faults.push(RequestFault::Other(format!(
+                    faults.push(RequestFault(format!(
                         "`{name}` is not among the {what}; {known}",
                         name = measure.variable
                     )));
@@ -146,7 +146,7 @@ impl OptimizeRequest {
                     limits.push(bounded);
                     conditions.push(condition);
                 }
-                Err(cause) => faults.push(RequestFault::Other(format!("`{limit}`: {cause}"))),
+                Err(cause) => faults.push(RequestFault(format!("`{limit}`: {cause}"))),
             }
         }
         if !faults.is_empty() {
@@ -169,7 +169,7 @@ impl OptimizeRequest {
             .map(|(_, parameter_bound)| &parameter_bound.name);
         let open = suggest::list(open);
         if !open.is_empty() && self.starts > 1 {
-            faults.push(RequestFault::Other(format!("{names}: several starts need bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
+            faults.push(RequestFault(format!("{names}: several starts need bounds: write NAME=LOW..HIGH, or search from the scene's values only (1 start)", names = open)));
         }
         let range = |(parameter_bound @ [low, high], parameter): (&[f64; 2], &VariedQuantity)| match (
             is_open(parameter_bound),
@@ -184,14 +184,14 @@ impl OptimizeRequest {
 
     fn check_size(&self, faults: &mut Vec<RequestFault>) {
         if !(1..=MOST_STARTS).contains(&self.starts) {
-            faults.push(RequestFault::Other(format!(
+            faults.push(RequestFault(format!(
                 "{starts} starts, but must be 1 to {most}",
                 starts = self.starts,
                 most = MOST_STARTS
             )));
         }
         if self.vary.len() > MOST_QUANTITIES {
-            faults.push(RequestFault::Other(format!(
+            faults.push(RequestFault(format!(
                 "{count} quantities are varied, but at most {most} can be",
                 count = self.vary.len(),
                 most = MOST_QUANTITIES
@@ -206,7 +206,10 @@ impl OptimizeRequest {
         let units: Vec<&str> =
             columns.iter().filter_map(|&place| varying.outputs().nth(place)).map(|(_, unit)| &*unit.si).collect();
         if let Some(other) = units.iter().find(|unit| **unit != units[0]) {
-            faults.push(RequestFault::Squares { first: units[0].to_owned(), other: (*other).to_owned() });
+            faults.push(RequestFault(format!(
+                "columns in `{}` and in `{other}` have no common sum of squares: use `fit`, which weighs them",
+                units[0]
+            )));
         }
         columns
     }
@@ -232,7 +235,7 @@ fn common_unit(goal: &Goal, known: &[(String, Unit)]) -> Result<Unit, LimitError
     let mut units = goal.terms.iter().filter_map(|(_, measure)| unit_of(&measure.variable));
     let first = units.next().unwrap_or_default();
     match units.find(|other| other.si != first.si) {
-        Some(other) => Err(LimitError::Units { first: first.si, other: other.si }),
+        Some(other) => Err(LimitError(format!("measures in `{}` and in `{}` cannot be added", first.si, other.si))),
         None => Ok(first),
     }
 }
@@ -246,7 +249,7 @@ fn bounded(
     let unit = common_unit(&limit.goal, known)?;
     let bound = quantity(&limit.bound, &unit)?;
     if !bound.is_finite() {
-        return Err(LimitError::Other("the number must be finite".to_owned()));
+        return Err(LimitError("the number must be finite".to_owned()));
     }
     let (sign, is_equation) = match limit.relation {
         Relation::AtMost => (1.0, false),

@@ -54,7 +54,7 @@ pub fn known(
 }
 
 fn turned(scene: &Scene, study: &Study, request: &motion::MotionRequest) -> Result<Figures, AnalysisFailure> {
-    motion::table_of(scene, study.mechanism(), request).map_err(|error| AnalysisFailure::Turn(error.to_string()))
+    motion::table_of(scene, study.mechanism(), request).map_err(|error| AnalysisFailure::Other(error.to_string()))
 }
 
 /// The columns of the table, and what is one number for the whole turn.
@@ -124,7 +124,7 @@ impl Turns<'_> {
             for (figure, own) in here.iter().enumerate() {
                 let alike = [&at_p, &at_q].iter().all(|other| other[figure].len() == own.len());
                 if !alike {
-                    return Err(AnalysisFailure::Turn(format!(
+                    return Err(AnalysisFailure::Other(format!(
                         "`{}` exists for other configurations near these values only",
                         self.measured[figure]
                     )));
@@ -155,7 +155,7 @@ impl Turns<'_> {
         match courses.iter().position(infinite) {
             None => Ok(SeenCourses { courses, residuals: None }),
             Some(figure) => {
-                Err(AnalysisFailure::Turn(format!("`{}` has no finite value somewhere", self.measured[figure])))
+                Err(AnalysisFailure::Other(format!("`{}` has no finite value somewhere", self.measured[figure])))
             }
         }
     }
@@ -187,7 +187,7 @@ impl Turns<'_> {
             let found = all.iter().find(|own| own.name == *name).map(|own| own.values.clone());
             found
                 .filter(|own| !own.is_empty())
-                .ok_or_else(|| AnalysisFailure::Turn(format!("there is no `{name}` with these values")))
+                .ok_or_else(|| AnalysisFailure::Other(format!("there is no `{name}` with these values")))
         };
         Ok((inputs, self.measured.iter().map(of).collect::<Result<_, _>>()?))
     }

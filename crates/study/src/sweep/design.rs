@@ -12,19 +12,10 @@ use super::table;
 
 /// Why runs cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum DesignError {
-    /// None are to be drawn.
-    #[error("the number of runs is 0, but must be at least 1")]
-    NoRuns,
-    /// The table has headings only.
-    #[error("the table has names but no runs")]
-    NoRows,
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct DesignError(pub String);
 
-cotree::diagnostic::from_messages!(DesignError as DesignError::Other: SheetError, FactorError);
+cotree::diagnostic::from_messages!(DesignError as DesignError: SheetError, FactorError);
 
 /// The runs of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +38,7 @@ enum Runs {
 const MOST_RUNS: usize = 100_000_000;
 
 fn too_many() -> DesignError {
-    DesignError::Other(format!("there are more than {MOST_RUNS} runs"))
+    DesignError(format!("there are more than {MOST_RUNS} runs"))
 }
 
 impl Design {
@@ -60,7 +51,7 @@ impl Design {
         let mut count: usize = 1;
         for DesignFactor { name, values, .. } in &factors {
             let FactorValues::Levels(levels) = values else {
-                return Err(DesignError::Other(format!(
+                return Err(DesignError(format!(
                     "`{name}` has a range but no values: give a count, as in 0.4..0.6:21, or draw runs at random"
                 )));
             };
@@ -76,7 +67,8 @@ impl Design {
     pub fn random(factors: Vec<DesignFactor>, kind: Sampling, count: usize, seed: u64) -> Result<Self, DesignError> {
         different(&factors)?;
         if !(1..=MOST_RUNS).contains(&count) {
-            return Err(if count == 0 { DesignError::NoRuns } else { too_many() });
+            let none = || DesignError("the number of runs is 0, but must be at least 1".to_owned());
+            return Err(if count == 0 { none() } else { too_many() });
         }
         let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
         let columns = columns.collect();
@@ -94,7 +86,7 @@ impl Design {
             match &factor.values {
                 FactorValues::Levels(levels) if levels.len() == 1 => columns.push(vec![levels[0]; count]),
                 _ => {
-                    return Err(vec![DesignError::Other(format!(
+                    return Err(vec![DesignError(format!(
                         "with a table `{name}` can have one value only",
                         name = factor.name
                     ))]);
@@ -165,7 +157,7 @@ fn different(factors: &[DesignFactor]) -> Result<(), DesignError> {
         factors[..index].iter().any(|other| other.variable == factor.variable)
     };
     match factors.iter().enumerate().find(|&place| again(place)) {
-        Some((_, factor)) => Err(DesignError::Other(format!("`{name}` is given twice", name = factor.name))),
+        Some((_, factor)) => Err(DesignError(format!("`{name}` is given twice", name = factor.name))),
         None => Ok(()),
     }
 }

@@ -8,19 +8,10 @@ use thiserror::Error;
 
 /// Why a text is no factor with its values.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum FactorError {
-    /// What stands before `%` is no number.
-    #[error("`{text}` is not a percentage")]
-    Percent {
-        /// As it is written.
-        text: String,
-    },
-    /// Anything else, as a message.
-    #[error("{0}")]
-    Other(String),
-}
+#[error("{0}")]
+pub struct FactorError(pub String);
 
-cotree::diagnostic::from_messages!(FactorError as FactorError::Other: SettingError, QuantityError);
+cotree::diagnostic::from_messages!(FactorError as FactorError: SettingError, QuantityError);
 
 /// A parameter, constant input or initial value that is varied.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +46,12 @@ impl DesignFactor {
     /// # Errors
     /// What is wrong with it.
     pub fn read(description: &Description, text: &str) -> Result<Self, FactorError> {
-        let (name, values) = text.split_once('=').ok_or_else(|| FactorError::Other("write name=values".to_owned()))?;
+        let (name, values) = text.split_once('=').ok_or_else(|| FactorError("write name=values".to_owned()))?;
         let variable = settings::settable(description, name.trim())?;
         let known = &description.variables[variable];
         let values = FactorValues::read(values.trim(), &known.unit)?;
         for value in values.bounds() {
-            settings::permitted(known, value).map_err(|cause| SettingError::Value { value, cause })?;
+            settings::permitted(known, value).map_err(|cause| SettingError::of_value(value, &cause))?;
         }
         Ok(DesignFactor { variable, name: known.name.clone(), unit: known.unit.si.clone(), values })
     }
@@ -84,7 +75,7 @@ impl FactorValues {
             return if positive {
                 Ok(FactorValues::Normal(mean, deviation))
             } else {
-                Err(FactorError::Other("the deviation must be positive".to_owned()))
+                Err(FactorError("the deviation must be positive".to_owned()))
             };
         }
         let Some((low, rest)) = text.split_once("..") else {
@@ -98,7 +89,7 @@ impl FactorValues {
             Some((high, count)) => {
                 let count = count.trim().parse::<usize>().ok().filter(|count| (1..=MOST_LEVELS).contains(count));
                 let count = count.ok_or_else(|| {
-                    FactorError::Other(format!("the count after `:` is not between 1 and {most}", most = MOST_LEVELS))
+                    FactorError(format!("the count after `:` is not between 1 and {most}", most = MOST_LEVELS))
                 })?;
                 let [low, high] = both(low, high)?;
                 Ok(FactorValues::Levels(spaced(low, high, count)))
@@ -121,12 +112,12 @@ fn share(text: &str, mean: impl Fn() -> Result<f64, FactorError>) -> Result<Opti
     let Some(percent) = text.trim().strip_suffix('%') else { return Ok(None) };
     let mean = mean()?;
     let number = percent.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-    let number = number.ok_or_else(|| FactorError::Percent { text: text.trim().to_owned() })?;
+    let number = number.ok_or_else(|| FactorError(format!("`{}` is not a percentage", text.trim())))?;
     Ok(Some([mean, 0.01 * number * mean.abs()]))
 }
 
 fn ordered(low: f64, high: f64) -> Result<[f64; 2], FactorError> {
-    if low <= high { Ok([low, high]) } else { Err(FactorError::Other(format!("{low:?} is above {high:?}"))) }
+    if low <= high { Ok([low, high]) } else { Err(FactorError(format!("{low:?} is above {high:?}"))) }
 }
 
 /// So many values, evenly spaced, the ends exact.

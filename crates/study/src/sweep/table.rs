@@ -30,7 +30,7 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
     let sheet = Sheet::read(text).map_err(|error| vec![error.into()])?;
     let headings = sheet.headings();
     if headings.is_empty() {
-        return Err(vec![DesignError::Other("the first line of the table must have the names".to_owned())]);
+        return Err(vec![DesignError("the first line of the table must have the names".to_owned())]);
     }
     let (mut wrong, units) = (Vec::new(), description.units());
     let read = |heading: &Heading| {
@@ -45,27 +45,27 @@ pub fn columns(description: &Description, text: &str) -> Result<Columns, Vec<Des
     for row in 0..sheet.rows() {
         let line = sheet.line(row);
         if let Err(cause) = sheet.has_cells(row, columns.len()) {
-            wrong.push(DesignError::Other(format!("line {line}: {}", cause.message)));
+            wrong.push(DesignError(format!("line {line}: {}", cause.message)));
             continue;
         }
         for (place, column) in columns.iter_mut().enumerate() {
             match value(description, &sheet.cell(row, place), column) {
                 Ok(value) => column.values.push(value),
                 Err(cause) => {
-                    wrong.push(DesignError::Other(format!("line {line}, `{name}`: {cause}", name = column.factor.name)))
+                    wrong.push(DesignError(format!("line {line}, `{name}`: {cause}", name = column.factor.name)))
                 }
             }
         }
     }
     if sheet.rows() == 0 {
-        wrong.push(DesignError::NoRows);
+        wrong.push(DesignError("the table has names but no runs".to_owned()));
     }
     if wrong.is_empty() {
         return Ok(columns.into_iter().map(|column| (column.factor, column.values)).unzip());
     }
     let more = wrong.len().saturating_sub(MOST_FAULTS);
     wrong.truncate(MOST_FAULTS);
-    wrong.extend((more > 0).then_some(DesignError::Other(format!("and {more} more"))));
+    wrong.extend((more > 0).then_some(DesignError(format!("and {more} more"))));
     Err(wrong)
 }
 
@@ -80,7 +80,7 @@ fn column(
     let known = &description.variables[variable];
     if let Some(unit) = unit.as_ref().filter(|unit| !known.unit.si.is_empty() && !unit.is_compatible(&known.unit)) {
         let (column, unit, si) = (heading.to_owned(), unit.shown().to_owned(), known.unit.si.clone());
-        return Err(DesignError::Other(format!("the column `{column}` is in {unit}, not in {si}")));
+        return Err(DesignError(format!("the column `{column}` is in {unit}, not in {si}")));
     }
     let (name, si) = (known.name.clone(), known.unit.si.clone());
     let factor = DesignFactor { variable, name, unit: si, values: FactorValues::Levels(Vec::new()) };
@@ -95,6 +95,6 @@ fn value(description: &Description, text: &str, column: &FactorColumn) -> Result
         Ok(number) => number * factor,
         Err(_) => quantity(text, &variable.unit)?,
     };
-    settings::permitted(variable, value).map_err(|cause| SettingError::Value { value, cause })?;
+    settings::permitted(variable, value).map_err(|cause| SettingError::of_value(value, &cause))?;
     Ok(value)
 }

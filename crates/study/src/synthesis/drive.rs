@@ -6,7 +6,7 @@ use cotree::compile;
 use cotree::scene::{Faults, Scene};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
-use cotree_fmu::program::check::Fault;
+use cotree_fmu::program::check::ProgramError;
 use cotree_synthesis::{Point, Pose, way};
 use thiserror::Error;
 
@@ -21,7 +21,7 @@ pub struct PoseStation {
 #[error("{0}")]
 pub struct DriveError(pub String);
 
-cotree::diagnostic::from_messages!(DriveError as DriveError: Faults, Fault, InstanceError);
+cotree::diagnostic::from_messages!(DriveError as DriveError: Faults, ProgramError, InstanceError);
 
 /// How far a scene is from the poses at their times, at most: places as shares of the size, angles in radians.
 ///

@@ -1,7 +1,7 @@
 //! Comparison with other trees: numbers of coordinates and loop equations.
 
 use cotree::formulate::equations;
-use cotree::model::Coordinates;
+use cotree::model::CoordinateChoice;
 
 use super::{Lesson, heading};
 use crate::document::{DocumentBlock, Piece};
@@ -12,8 +12,8 @@ impl Lesson<'_> {
         let counts = (self.equations.coordinates.len(), self.equations.loops().count());
         let mut rows = Vec::new();
         for (text, choice) in [
-            ("all bodies in both (absolute coordinates)", Coordinates::Absolute),
-            ("joints in both (joint coordinates)", Coordinates::Joint),
+            ("all bodies in both (absolute coordinates)", CoordinateChoice::Absolute),
+            ("joints in both (joint coordinates)", CoordinateChoice::Joint),
         ] {
             if let Ok(other) = equations(mechanism, &choice) {
                 rows.push((text, (other.coordinates.len(), other.loops().count())));

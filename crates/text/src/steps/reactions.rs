@@ -3,7 +3,7 @@
 use cotree::equations::RowKind;
 use cotree::expr::{Expr, Order, Symbol};
 use cotree::formulate::equations;
-use cotree::model::{BodyId, Coordinates, Mechanism, Owner, Place, Quantity, Variable};
+use cotree::model::{BodyId, CoordinateChoice, Mechanism, Owner, Place, Quantity, Variable};
 use cotree::network::{Constrained, ElementId, Origin};
 
 use super::graphs::list;
@@ -166,7 +166,7 @@ impl Lesson<'_> {
     /// Accelerations of the bodies and joint forces against those in absolute coordinates, where all is found in another way.
     fn against_absolute(&mut self, values: &Moment) -> Vec<DocumentBlock> {
         let mechanism = &*self.source.equations.system.mechanism.clone();
-        let Ok(mut other) = equations(mechanism, &Coordinates::Absolute) else { return Vec::new() };
+        let Ok(mut other) = equations(mechanism, &CoordinateChoice::Absolute) else { return Vec::new() };
         let size = other.coordinates.len() + other.loops().count();
         if size > LARGEST {
             return vec![words(format!("In absolute coordinates these would be {size} equations: not solved here."))];

@@ -2,7 +2,7 @@
 
 use super::given::Given;
 use super::{Family, Wanted, column_scale, fulfilled};
-use crate::linalg::least_squares::{Entry, Residuals};
+use crate::linalg::least_squares::{Entry, ResidualFunction};
 use crate::machine::Machine;
 use crate::model::{Model, State};
 
@@ -120,7 +120,7 @@ impl<'a> Level<'a> {
     }
 }
 
-impl Residuals for Level<'_> {
+impl ResidualFunction for Level<'_> {
     fn residuals(&mut self, x: &[f64], r: &mut Vec<f64>) {
         self.load(x);
         self.family.residuals(self.model, self.machine, (self.wanted, &self.given), r);

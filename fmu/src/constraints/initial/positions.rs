@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::level::Level;
 use super::{Family, Wanted, column_scale, first, fulfilled};
 use crate::constraints::projection::largest_gap;
-use crate::failure::{Failure, Gap};
-use crate::linalg::least_squares::{Residuals, solve};
+use crate::failure::{Failure, LoopGap};
+use crate::linalg::least_squares::{ResidualFunction, solve};
 use crate::machine::Machine;
 use crate::math::Random;
 use crate::model::{Model, State};
@@ -285,7 +285,7 @@ impl<'a> Positions<'a> {
         Failure::Contradiction { conditions, velocity: false, loops: !self.0.model.program().constraints.is_empty() }
     }
 
-    fn gap(&mut self, x: &[f64]) -> Gap {
+    fn gap(&mut self, x: &[f64]) -> LoopGap {
         self.0.load(x);
         let mut residuals = vec![0.0; self.0.model.program().constraints.len()];
         self.0.machine.evaluate(&self.0.model.program().tapes.constraint, &mut residuals);

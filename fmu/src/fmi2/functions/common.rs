@@ -4,8 +4,8 @@ use std::ffi::{CStr, CString};
 
 use crate::fmi::boundary::{FloatEnvironment, Handle, array, contain, plain, string};
 use crate::fmi::component::{Interface, Refusal};
-use crate::fmi::logging::{Category, Severity};
-use crate::fmi2::component::{Component, Fmi2};
+use crate::fmi::logging::{Category, LogSeverity};
+use crate::fmi2::component::{Fmi2, Fmi2Component};
 use crate::fmi2::types::*;
 use crate::fmi2::{logging, resource};
 use crate::instance::{Instance, InstanceError};
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn fmi2SetDebugLogging(
     plain::<Fmi2>(c, "fmi2SetDebugLogging", |component| {
         let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
         let names = names.ok_or("a log category is a null pointer")?;
-        let categories = logging::categories(&names).map_err(Refusal::new)?;
+        let categories = Category::named(&names, logging::name).map_err(Refusal::new)?;
         component.logger.switch(loggingOn != fmi2False, &categories);
         Ok(())
     })
@@ -59,9 +59,9 @@ pub unsafe extern "C" fn fmi2Instantiate(
         let (callback, environment) = (functions.logger, functions.componentEnvironment);
         let logger = logging::logger(callback, environment, CString::from(name), loggingOn != fmi2False);
         match instantiate(name, fmuType, string(fmuGUID), string(fmuResourceLocation)) {
-            Ok((interface, instance)) => Some(Component::new(logger, interface, Fmi2, instance)),
+            Ok((interface, instance)) => Some(Fmi2Component::new(logger, interface, Fmi2, instance)),
             Err(refusal) => {
-                logger.log(Severity::Error, Category::Errors, &refusal.reason);
+                logger.log(LogSeverity::Error, Category::Errors, &refusal.reason);
                 None
             }
         }
@@ -126,23 +126,23 @@ pub unsafe extern "C" fn fmi2SetupExperiment(
 /// Starts initialization mode.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterInitializationMode(c: fmi2Component) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2EnterInitializationMode", Component::enter_initialization)
+    plain::<Fmi2>(c, "fmi2EnterInitializationMode", Fmi2Component::enter_initialization)
 }
 
 /// Solves for the initial state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2ExitInitializationMode(c: fmi2Component) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2ExitInitializationMode", Component::exit_initialization)
+    plain::<Fmi2>(c, "fmi2ExitInitializationMode", Fmi2Component::exit_initialization)
 }
 
 /// Ends the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Terminate(c: fmi2Component) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2Terminate", Component::terminate)
+    plain::<Fmi2>(c, "fmi2Terminate", Fmi2Component::terminate)
 }
 
 /// Back to the state after instantiation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2Reset(c: fmi2Component) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2Reset", Component::reset)
+    plain::<Fmi2>(c, "fmi2Reset", Fmi2Component::reset)
 }

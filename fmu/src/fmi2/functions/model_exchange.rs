@@ -1,7 +1,7 @@
 //! Model Exchange.
 
 use crate::fmi::boundary::{array, array_mut, place, plain};
-use crate::fmi2::component::{Component, Fmi2};
+use crate::fmi2::component::{Fmi2, Fmi2Component};
 use crate::fmi2::types::*;
 use crate::instance::Handled;
 
@@ -20,7 +20,7 @@ pub unsafe extern "C" fn fmi2SetContinuousStates(c: fmi2Component, x: *const fmi
 /// From continuous-time mode to an event.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterEventMode(c: fmi2Component) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2EnterEventMode", Component::enter_event_mode)
+    plain::<Fmi2>(c, "fmi2EnterEventMode", Fmi2Component::enter_event_mode)
 }
 
 /// Closes the loops.
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn fmi2NewDiscreteStates(c: fmi2Component, eventInfo: *mut
 /// From an event back to continuous-time mode.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterContinuousTimeMode(c: fmi2Component) -> fmi2Status {
-    plain::<Fmi2>(c, "fmi2EnterContinuousTimeMode", Component::enter_continuous_time_mode)
+    plain::<Fmi2>(c, "fmi2EnterContinuousTimeMode", Fmi2Component::enter_continuous_time_mode)
 }
 
 /// Asks for an event when the loops have come apart.

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use crate::fmi::boundary::{fast_path, place, plain};
 use crate::fmi::component::Outcome;
-use crate::fmi3::component::{Component, End, Fmi3, Progress};
+use crate::fmi3::component::{Fmi3, Fmi3Component, Progress, StepEnd};
 use crate::fmi3::types::fmi3Status::fmi3OK;
 use crate::fmi3::types::*;
 
@@ -18,7 +18,7 @@ struct Results {
 }
 
 impl Results {
-    fn write(self, end: End) -> Outcome {
+    fn write(self, end: StepEnd) -> Outcome {
         *place(self.event)? = end.event.into();
         *place(self.terminate)? = end.ended.into();
         *place(self.early)? = end.early.into();
@@ -46,11 +46,11 @@ pub unsafe extern "C" fn fmi3DoStep(
         time: lastSuccessfulTime,
     };
     if fast_path::<Fmi3>(instance, |component| {
-        let end = End { event: false, early: false, ended: false, time: component.instance.time() };
+        let end = StepEnd { event: false, early: false, ended: false, time: component.instance.time() };
         results.write(end).is_ok()
             && component.is_undivided()
             && component.interpolate(currentCommunicationPoint, communicationStepSize)
-            && results.write(End { time: component.instance.time(), ..end }).is_ok()
+            && results.write(StepEnd { time: component.instance.time(), ..end }).is_ok()
     }) {
         return fmi3OK;
     }
@@ -61,15 +61,15 @@ pub unsafe extern "C" fn fmi3DoStep(
 fn step(
     instance: fmi3Instance,
     results: Results,
-    begin: impl FnOnce(&mut Component) -> Outcome<Progress>,
+    begin: impl FnOnce(&mut Fmi3Component) -> Outcome<Progress>,
 ) -> fmi3Status {
     let underway = Cell::new(None);
-    let note = |component: &mut Component, done: Outcome<Progress>| {
+    let note = |component: &mut Fmi3Component, done: Outcome<Progress>| {
         let time = component.instance.time();
         let progress = match done {
             Ok(progress) => progress,
             Err(refusal) => {
-                results.write(End { event: false, early: false, ended: false, time })?;
+                results.write(StepEnd { event: false, early: false, ended: false, time })?;
                 return Err(refusal);
             }
         };
@@ -98,5 +98,5 @@ fn step(
 /// From an event to stepping.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterStepMode(instance: fmi3Instance) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3EnterStepMode", Component::enter_step_mode)
+    plain::<Fmi3>(instance, "fmi3EnterStepMode", Fmi3Component::enter_step_mode)
 }

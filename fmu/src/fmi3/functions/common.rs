@@ -4,9 +4,9 @@ use std::ffi::CStr;
 
 use crate::fmi::boundary::{FloatEnvironment, Handle, array, contain, place, plain, string};
 use crate::fmi::component::{Interface, Outcome, Refusal};
-use crate::fmi::logging::{Category, Logger, Severity};
+use crate::fmi::logging::{Category, LogSeverity, Logger};
 use crate::fmi::resource;
-use crate::fmi3::component::{Component, Fmi3};
+use crate::fmi3::component::{Fmi3, Fmi3Component};
 use crate::fmi3::logging;
 use crate::fmi3::references::{References, Referent};
 use crate::fmi3::types::*;
@@ -28,7 +28,8 @@ pub unsafe extern "C" fn fmi3SetDebugLogging(
 ) -> fmi3Status {
     plain::<Fmi3>(instance, "fmi3SetDebugLogging", |component| {
         let names: Option<Vec<&CStr>> = array(categories, nCategories)?.iter().map(|&name| string(name)).collect();
-        let chosen = logging::categories(&names.ok_or("a log category is a null pointer")?).map_err(Refusal::new)?;
+        let names = names.ok_or("a log category is a null pointer")?;
+        let chosen = Category::named(&names, logging::name).map_err(Refusal::new)?;
         if loggingOn != fmi3False && !chosen.is_empty() {
             // These and no others (2.3.1).
             component.logger.switch(false, &[]);
@@ -46,12 +47,12 @@ struct Wish {
 }
 
 /// Makes an instance, or tells why not.
-fn instantiate(logger: Logger, make: impl FnOnce(Logger) -> Result<Component, (Logger, Refusal)>) -> fmi3Instance {
+fn instantiate(logger: Logger, make: impl FnOnce(Logger) -> Result<Fmi3Component, (Logger, Refusal)>) -> fmi3Instance {
     let _environment = FloatEnvironment::enter();
     let made = contain(|| match make(logger) {
         Ok(component) => Some(component),
         Err((logger, refusal)) => {
-            logger.log(Severity::Error, Category::Errors, &refusal.reason);
+            logger.log(LogSeverity::Error, Category::Errors, &refusal.reason);
             None
         }
     });
@@ -102,7 +103,7 @@ pub unsafe extern "C" fn fmi3InstantiateModelExchange(
             false => Err(InstanceError::no_exchange(instance.model().program()).into()),
         });
         match loaded {
-            Ok(instance) => Ok(Component::new(logger, Interface::ModelExchange, Fmi3::new(&instance), instance)),
+            Ok(instance) => Ok(Fmi3Component::new(logger, Interface::ModelExchange, Fmi3::new(&instance), instance)),
             Err(refusal) => Err((logger, refusal)),
         }
     })
@@ -142,7 +143,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
             environment: instanceEnvironment,
             ..Fmi3::new(&instance)
         };
-        Ok(Component::new(logger, Interface::CoSimulation, version, instance))
+        Ok(Fmi3Component::new(logger, Interface::CoSimulation, version, instance))
     })
 }
 
@@ -204,13 +205,13 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
 /// Solves for the initial state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: fmi3Instance) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3ExitInitializationMode", Component::start)
+    plain::<Fmi3>(instance, "fmi3ExitInitializationMode", Fmi3Component::start)
 }
 
 /// To an event.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterEventMode(instance: fmi3Instance) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3EnterEventMode", Component::go_to_event_mode)
+    plain::<Fmi3>(instance, "fmi3EnterEventMode", Fmi3Component::go_to_event_mode)
 }
 
 /// Closes the loops.
@@ -244,11 +245,11 @@ pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
 /// Ends the simulation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Terminate(instance: fmi3Instance) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3Terminate", Component::terminate)
+    plain::<Fmi3>(instance, "fmi3Terminate", Fmi3Component::terminate)
 }
 
 /// Back to the state after instantiation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3Reset(instance: fmi3Instance) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3Reset", Component::reset)
+    plain::<Fmi3>(instance, "fmi3Reset", Fmi3Component::reset)
 }

@@ -1,7 +1,7 @@
 //! Model Exchange.
 
 use crate::fmi::boundary::{array, array_mut, place, plain};
-use crate::fmi3::component::{Component, Fmi3};
+use crate::fmi3::component::{Fmi3, Fmi3Component};
 use crate::fmi3::types::*;
 
 /// Sets the time of Model Exchange.
@@ -25,7 +25,7 @@ pub unsafe extern "C" fn fmi3SetContinuousStates(
 /// From an event back to continuous-time mode.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3EnterContinuousTimeMode(instance: fmi3Instance) -> fmi3Status {
-    plain::<Fmi3>(instance, "fmi3EnterContinuousTimeMode", Component::enter_continuous_time_mode)
+    plain::<Fmi3>(instance, "fmi3EnterContinuousTimeMode", Fmi3Component::enter_continuous_time_mode)
 }
 
 /// Asks for an event when the loops have come apart.

@@ -1,6 +1,6 @@
 //! How long steps are, and how exact.
 
-use super::{Implicit, Memory};
+use super::{Implicit, ImplicitMemory};
 use crate::context::Context;
 use crate::linalg::SPACINGS;
 use crate::math;
@@ -55,7 +55,7 @@ impl Implicit {
     /// The natural length of the next step.
     pub(super) fn propose(
         &self,
-        memory: &Memory,
+        memory: &ImplicitMemory,
         h: f64,
         error: f64,
         [iterations, contraction]: [f64; 2],

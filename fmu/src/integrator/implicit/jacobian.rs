@@ -1,7 +1,7 @@
 //! Jacobians and factors of an implicit step, and the first guess of its stages.
 
 use super::radau::evaluate;
-use super::{Implicit, Memory, OVERLOOKED, second_derivative};
+use super::{Implicit, ImplicitMemory, OVERLOOKED, second_derivative};
 use crate::context::Context;
 use crate::model::State;
 use crate::motion::Run;
@@ -14,7 +14,7 @@ const EXTRAPOLATED: f64 = 8.0;
 impl Implicit {
     /// Puts q at a state between the ends of the last step, projected there, where stiff springs are as tight as the motion of the step demands: a small error of the
     /// positions is a large one of the forces.
-    pub fn tighten(&mut self, context: &mut Context, run: &Run, memory: &mut Memory, state: &mut State) {
+    pub fn tighten(&mut self, context: &mut Context, run: &Run, memory: &mut ImplicitMemory, state: &mut State) {
         std::mem::swap(&mut self.memory, memory);
         self.restore_factors(context, run);
         std::mem::swap(&mut self.memory, memory);
@@ -52,7 +52,7 @@ impl Implicit {
         if !self.memory.smooth || run.last.natural == 0.0 || run.last.natural > EXTRAPOLATED * before {
             return self.anchor_at_the_start(context, run);
         }
-        let Memory { anchor, anchored, .. } = &mut self.memory;
+        let ImplicitMemory { anchor, anchored, .. } = &mut self.memory;
         anchor[0] = run.last.end_time + MIDDLE * run.last.natural;
         evaluate(&run.last.dense, before + MIDDLE * run.last.natural, &mut anchor[1..]);
         *anchored = true;
@@ -61,7 +61,7 @@ impl Implicit {
 
     /// Makes the start of the step the place of the Jacobian, if it is not.
     pub(super) fn anchor_at_the_start(&mut self, context: &mut Context, run: &mut Run) {
-        let Memory { anchor, anchored, .. } = &mut self.memory;
+        let ImplicitMemory { anchor, anchored, .. } = &mut self.memory;
         if *anchored && anchor[0] == run.last.end_time && self.current {
             return;
         }
@@ -74,7 +74,7 @@ impl Implicit {
     /// The Jacobian at the anchor.
     pub(super) fn differentiate(&mut self, context: &mut Context, run: &Run) {
         let Context { model, machine, .. } = context;
-        let Memory { anchor, .. } = &self.memory;
+        let ImplicitMemory { anchor, .. } = &self.memory;
         machine.load_signals(model, &run.signals.origin, anchor[0]);
         machine.load_motion(model, &anchor[1..]);
         let (by_q, by_v) = self.radau.jacobian_mut();

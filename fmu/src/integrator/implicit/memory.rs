@@ -6,7 +6,7 @@ use crate::model::Model;
 
 /// What the method knows from the steps before.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct ImplicitMemory {
     /// Time, q and v at which the Jacobian was evaluated.
     pub(super) anchor: Vec<f64>,
     /// Is there one?
@@ -20,7 +20,7 @@ pub struct Memory {
     pub(super) error: f64,
 }
 
-impl Memory {
+impl ImplicitMemory {
     pub fn new(model: &Model) -> Self {
         let anchor = vec![0.0; 1 + 2 * model.coordinates()];
         Self { anchor, anchored: false, smooth: false, contraction: 0.0, step: 0.0, error: 0.0 }

@@ -31,7 +31,7 @@ use batched::Batched;
 use control::{SAFETY, SHRINK, fourth_root};
 use radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
 
-pub(super) use memory::Memory;
+pub(super) use memory::ImplicitMemory;
 
 /// Newton's iterations end at this share of the root of what an error estimate may be: a step is better than its error estimate by as much.
 const NEWTON_SHARE: f64 = 0.1;
@@ -49,7 +49,7 @@ const OVERLOOKED: f64 = 100.0;
 #[derive(Clone, Debug, Default)]
 pub struct Implicit {
     /// That of the run whose step is being taken.
-    memory: Memory,
+    memory: ImplicitMemory,
     radau: Radau,
     batched: Batched,
     next: Vec<f64>,
@@ -166,7 +166,7 @@ impl Implicit {
         let n = model.coordinates();
         let radau = Radau::new(n);
         Self {
-            memory: Memory::new(model),
+            memory: ImplicitMemory::new(model),
             batched: Batched::new(model, radau.has_each()),
             radau,
             next: vec![0.0; 2 * n],
@@ -187,7 +187,7 @@ impl Implicit {
     pub fn step(
         &mut self,
         context: &mut Context,
-        (run, memory): (&mut Run, &mut Memory),
+        (run, memory): (&mut Run, &mut ImplicitMemory),
         horizon: Horizon,
     ) -> Result<Progress, Failure> {
         std::mem::swap(&mut self.memory, memory);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::events::Choices;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Memory {
+pub(crate) struct TaylorMemory {
     /// Branches of laws that the next step begins on, where the last one has ended at a switch.
     pub branches: Choices,
     /// Did the last step begin the series at its end, and with the loops closed tightly? None if there is no series yet.

@@ -20,7 +20,7 @@ use crate::motion::Run;
 use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
 use crate::taylor::{Changes, Jet};
-pub(crate) use memory::Memory;
+pub(crate) use memory::TaylorMemory;
 use propose::order_of;
 pub(crate) use propose::{order_for, share};
 
@@ -47,7 +47,7 @@ pub struct Taylor {
     /// Has it been begun with the loops closed tightly?
     tight: bool,
     /// That of the run whose step is being taken.
-    memory: Memory,
+    memory: TaylorMemory,
 }
 
 /// Whether there is a series at the end of the last step.
@@ -103,7 +103,7 @@ impl Taylor {
             masks,
             known: Start::Unknown,
             tight: false,
-            memory: Memory::default(),
+            memory: TaylorMemory::default(),
         })
     }
 
@@ -143,7 +143,7 @@ impl Taylor {
     pub fn advance(
         &mut self,
         context: &mut Context,
-        (run, memory): (&mut Run, &mut Memory),
+        (run, memory): (&mut Run, &mut TaylorMemory),
         horizon: Horizon,
     ) -> Result<Progress, Failure> {
         self.memory = *memory;
@@ -179,7 +179,7 @@ impl Taylor {
     pub fn read(
         &mut self,
         context: &mut Context,
-        (run, memory): (&Run, &Memory),
+        (run, memory): (&Run, &TaylorMemory),
         target: f64,
         motion: &mut [f64],
     ) -> Reading {
@@ -213,7 +213,7 @@ impl Taylor {
     }
 
     /// Begins a series at the end of the last step, on the loops, if that has not been done.
-    pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &Memory) {
+    pub(crate) fn prepare(&mut self, context: &mut Context, run: &Run, memory: &TaylorMemory) {
         self.memory = *memory;
         self.begin(context, run);
     }

@@ -1,6 +1,8 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
-use super::{ArmForm, Cause, Factor, Frame, Given, MAX_SWITCHES, Operation, Place, SeriesStep, Slot, Source};
+use super::{
+    ArmForm, Cause, CoordinatePlace, Factor, Frame, Given, MAX_SWITCHES, SeriesOperation, SeriesStep, Slot, Source,
+};
 use crate::program::Program;
 
 /// Holds, or what does not.
@@ -115,11 +117,13 @@ impl ArmForm {
         let mut carry = |arm: u32| !carried.get_mut(arm as usize).is_none_or(|place| std::mem::replace(place, true));
         for place in &self.coordinates {
             let fits = match *place {
-                Place::Angle { arm, parent, .. } => {
+                CoordinatePlace::Angle { arm, parent, .. } => {
                     let angle = |arm: u32| (arm as usize) < self.frames.len() && self.is_unknown(arm);
                     angle(arm) && parent.is_none_or(angle) && carry(arm)
                 }
-                Place::Displacement { arm } => arm as usize >= self.frames.len() && self.is_unknown(arm) && carry(arm),
+                CoordinatePlace::Displacement { arm } => {
+                    arm as usize >= self.frames.len() && self.is_unknown(arm) && carry(arm)
+                }
             };
             holds(fits, "the place of a coordinate")?;
         }
@@ -173,7 +177,7 @@ impl ArmForm {
         let known = |slot: Slot| written.get(slot as usize) == Some(&true);
         let coefficient = |place: u32| (place as usize) < self.coefficients.results.len();
         let fits = match step.operation {
-            Operation::Linear { first, count, constant } => {
+            SeriesOperation::Linear { first, count, constant } => {
                 let terms = self.tape.terms.get(first as usize..).and_then(|terms| terms.get(..count as usize));
                 let term = |source: Source| match source {
                     Source::Slot(slot) => known(slot),
@@ -184,23 +188,25 @@ impl ArmForm {
                 let all = terms.is_some_and(|terms| terms.iter().all(|t| term(t.source) && coefficient(t.factor)));
                 all && constant.is_none_or(coefficient)
             }
-            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => known(a) && known(b),
-            Operation::Power(a, exponent) => known(a) && coefficient(exponent),
-            Operation::ArcTangent(y, x, square) => known(y) && known(x) && known(square),
+            SeriesOperation::Multiply(a, b) | SeriesOperation::SquareSum(a, b) | SeriesOperation::Divide(a, b) => {
+                known(a) && known(b)
+            }
+            SeriesOperation::Power(a, exponent) => known(a) && coefficient(exponent),
+            SeriesOperation::ArcTangent(y, x, square) => known(y) && known(x) && known(square),
             // A rate reads one order ahead: of what is a series of positions already.
-            Operation::Rate(a) => level == 2 && known(a) && !self.is_rate(a),
-            Operation::Floor { argument, switch, function } => {
+            SeriesOperation::Rate(a) => level == 2 && known(a) && !self.is_rate(a),
+            SeriesOperation::Floor { argument, switch, function } => {
                 known(argument) && self.tape.switches.get(switch as usize) == Some(&function)
             }
-            Operation::Choose { switch, above, equal, below } => {
+            SeriesOperation::Choose { switch, above, equal, below } => {
                 let function = self.tape.switches.get(switch as usize);
                 function.is_some_and(|slot| known(*slot)) && [above, equal, below].into_iter().all(known)
             }
-            Operation::SquareRoot(a)
-            | Operation::SineCosine(a, _)
-            | Operation::Exponential(a)
-            | Operation::Logarithm(a)
-            | Operation::HyperbolicTangent(a, _) => known(a),
+            SeriesOperation::SquareRoot(a)
+            | SeriesOperation::SineCosine(a, _)
+            | SeriesOperation::Exponential(a)
+            | SeriesOperation::Logarithm(a)
+            | SeriesOperation::HyperbolicTangent(a, _) => known(a),
         };
         holds(fits, "a step of a series")
     }

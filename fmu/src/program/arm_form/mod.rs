@@ -35,7 +35,7 @@ pub struct ArmForm {
     /// The unit of masses and forces [kg], [N]: what accelerations and reactions are found from is well scaled whatever the mechanism's size is.
     pub unit_of_mass: f64,
     /// What each coordinate is made of.
-    pub coordinates: Vec<Place>,
+    pub coordinates: Vec<CoordinatePlace>,
     /// Displacements that are no coordinates.
     pub auxiliary: Vec<Auxiliary>,
     /// Frames whose angles are no coordinates.
@@ -47,7 +47,7 @@ pub struct ArmForm {
     /// Arms of changing length along the world's X axis.
     pub world: Vec<Factor>,
     /// Masses: the force on arm k is sum A_kl b_l''.
-    pub coupling: Vec<Coupling>,
+    pub coupling: Vec<MassCoupling>,
     /// The same of many arms that hang from each other without a loop: instead of the masses of every two, all arms as a tree, each after the one that it
     /// hangs from.
     pub links: Vec<Link>,
@@ -67,7 +67,7 @@ pub struct ArmForm {
 
 /// Where a coordinate is found among the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Place {
+pub enum CoordinatePlace {
     /// q = +-(angle of `arm` - angle of `parent`), without the frames' signals.
     Angle {
         /// The frame that the coordinate turns.
@@ -137,7 +137,7 @@ pub enum Factor {
 
 /// One entry A_kl of the matrix of masses between arms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Coupling {
+pub struct MassCoupling {
     /// k
     pub on: u32,
     /// l
@@ -247,10 +247,10 @@ impl ArmForm {
             let before = rest.len();
             rest.retain(|&index| {
                 let ready = match self.coordinates[index] {
-                    Place::Angle { parent: Some(parent), .. } => known[parent as usize],
+                    CoordinatePlace::Angle { parent: Some(parent), .. } => known[parent as usize],
                     _ => true,
                 };
-                if let (true, Place::Angle { arm, .. }) = (ready, self.coordinates[index]) {
+                if let (true, CoordinatePlace::Angle { arm, .. }) = (ready, self.coordinates[index]) {
                     known[arm as usize] = true;
                 }
                 if ready {
@@ -278,16 +278,18 @@ impl SeriesTape {
     pub fn steep_laws(&self) -> Vec<(Steep, Slot)> {
         let (divides, algebraic, is_root) = (self.divisors(), self.algebraic(), self.roots());
         let laws = |step: &SeriesStep| match step.operation {
-            Operation::HyperbolicTangent(a, _) => [Some((Steep::Saturating, a)), None],
-            Operation::Exponential(a) => {
+            SeriesOperation::HyperbolicTangent(a, _) => [Some((Steep::Saturating, a)), None],
+            SeriesOperation::Exponential(a) => {
                 [Some((Steep::Growing, a)), divides[step.target as usize].then_some((Steep::Saturating, a))]
             }
-            Operation::Divide(_, a) if !is_root[a as usize] => [Some((Steep::Vanishing, a)), None],
-            Operation::Multiply(a, b) if a == b && divides[step.target as usize] => [Some((Steep::Vanishing, a)), None],
-            Operation::SquareRoot(a)
-            | Operation::Power(a, _)
-            | Operation::Logarithm(a)
-            | Operation::ArcTangent(_, _, a) => [Some((Steep::Vanishing, a)), None],
+            SeriesOperation::Divide(_, a) if !is_root[a as usize] => [Some((Steep::Vanishing, a)), None],
+            SeriesOperation::Multiply(a, b) if a == b && divides[step.target as usize] => {
+                [Some((Steep::Vanishing, a)), None]
+            }
+            SeriesOperation::SquareRoot(a)
+            | SeriesOperation::Power(a, _)
+            | SeriesOperation::Logarithm(a)
+            | SeriesOperation::ArcTangent(_, _, a) => [Some((Steep::Vanishing, a)), None],
             _ => [None; 2],
         };
         let found = self.steps().flat_map(laws).flatten();
@@ -304,7 +306,7 @@ impl SeriesTape {
     fn roots(&self) -> Vec<bool> {
         let mut roots = vec![false; self.slots as usize];
         for step in self.steps() {
-            roots[step.target as usize] = matches!(step.operation, Operation::SquareRoot(_));
+            roots[step.target as usize] = matches!(step.operation, SeriesOperation::SquareRoot(_));
         }
         roots
     }
@@ -313,7 +315,8 @@ impl SeriesTape {
     fn algebraic(&self) -> Vec<bool> {
         let mut algebraic = vec![true; self.slots as usize];
         for step in self.steps() {
-            let transcendent = matches!(step.operation, Operation::Exponential(_) | Operation::HyperbolicTangent(..));
+            let transcendent =
+                matches!(step.operation, SeriesOperation::Exponential(_) | SeriesOperation::HyperbolicTangent(..));
             algebraic[step.target as usize] = !transcendent && self.operands(step).all(|slot| algebraic[slot as usize]);
         }
         algebraic
@@ -328,8 +331,8 @@ impl SeriesTape {
         let mut divides = vec![false; self.slots as usize];
         for step in self.steps().rev() {
             let divisor = match step.operation {
-                Operation::Divide(_, a) | Operation::Power(a, _) => Some(a),
-                Operation::SquareRoot(a) | Operation::Logarithm(a) => Some(a),
+                SeriesOperation::Divide(_, a) | SeriesOperation::Power(a, _) => Some(a),
+                SeriesOperation::SquareRoot(a) | SeriesOperation::Logarithm(a) => Some(a),
                 _ => None,
             };
             divisor.into_iter().for_each(|slot| divides[slot as usize] = true);
@@ -343,7 +346,7 @@ impl SeriesTape {
     /// Visits every series that a step reads.
     pub fn each_read(&self, step: &SeriesStep, mut visit: impl FnMut(Slot)) {
         let slots = match step.operation {
-            Operation::Linear { first, count, .. } => {
+            SeriesOperation::Linear { first, count, .. } => {
                 for term in &self.terms[first as usize..][..count as usize] {
                     if let Source::Slot(slot) = term.source {
                         visit(slot);
@@ -351,21 +354,21 @@ impl SeriesTape {
                 }
                 [None; 4]
             }
-            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => {
+            SeriesOperation::Multiply(a, b) | SeriesOperation::SquareSum(a, b) | SeriesOperation::Divide(a, b) => {
                 [Some(a), Some(b), None, None]
             }
-            Operation::ArcTangent(y, x, square) => [Some(y), Some(x), Some(square), None],
-            Operation::Choose { switch, above, equal, below } => {
+            SeriesOperation::ArcTangent(y, x, square) => [Some(y), Some(x), Some(square), None],
+            SeriesOperation::Choose { switch, above, equal, below } => {
                 [self.switches[switch as usize], above, equal, below].map(Some)
             }
-            Operation::Power(a, _)
-            | Operation::SquareRoot(a)
-            | Operation::SineCosine(a, _)
-            | Operation::Exponential(a)
-            | Operation::Logarithm(a)
-            | Operation::HyperbolicTangent(a, _)
-            | Operation::Rate(a)
-            | Operation::Floor { argument: a, .. } => [Some(a), None, None, None],
+            SeriesOperation::Power(a, _)
+            | SeriesOperation::SquareRoot(a)
+            | SeriesOperation::SineCosine(a, _)
+            | SeriesOperation::Exponential(a)
+            | SeriesOperation::Logarithm(a)
+            | SeriesOperation::HyperbolicTangent(a, _)
+            | SeriesOperation::Rate(a)
+            | SeriesOperation::Floor { argument: a, .. } => [Some(a), None, None, None],
         };
         slots.into_iter().flatten().for_each(visit);
     }
@@ -373,12 +376,14 @@ impl SeriesTape {
     /// The series that an algebraic step reads.
     fn operands(&self, step: &SeriesStep) -> impl Iterator<Item = Slot> {
         let (terms, few) = match step.operation {
-            Operation::Linear { first, count, .. } => (&self.terms[first as usize..][..count as usize], [None; 3]),
-            Operation::Multiply(a, b) | Operation::SquareSum(a, b) | Operation::Divide(a, b) => {
+            SeriesOperation::Linear { first, count, .. } => {
+                (&self.terms[first as usize..][..count as usize], [None; 3])
+            }
+            SeriesOperation::Multiply(a, b) | SeriesOperation::SquareSum(a, b) | SeriesOperation::Divide(a, b) => {
                 (&[][..], [Some(a), Some(b), None])
             }
-            Operation::Choose { above, equal, below, .. } => (&[][..], [Some(above), Some(equal), Some(below)]),
-            Operation::Power(a, _) | Operation::SquareRoot(a) | Operation::Logarithm(a) => {
+            SeriesOperation::Choose { above, equal, below, .. } => (&[][..], [Some(above), Some(equal), Some(below)]),
+            SeriesOperation::Power(a, _) | SeriesOperation::SquareRoot(a) | SeriesOperation::Logarithm(a) => {
                 (&[][..], [Some(a), None, None])
             }
             _ => (&[][..], [None; 3]),
@@ -405,16 +410,16 @@ pub struct SeriesStep {
     /// Series written.
     pub target: Slot,
     /// What to do.
-    pub operation: Operation,
+    pub operation: SeriesOperation,
 }
 
 impl SeriesStep {
     /// Series that it writes.
     pub(crate) fn targets(&self) -> impl Iterator<Item = Slot> {
         let second = match self.operation {
-            Operation::SineCosine(_, second)
-            | Operation::HyperbolicTangent(_, second)
-            | Operation::Floor { function: second, .. } => Some(second),
+            SeriesOperation::SineCosine(_, second)
+            | SeriesOperation::HyperbolicTangent(_, second)
+            | SeriesOperation::Floor { function: second, .. } => Some(second),
             _ => None,
         };
         core::iter::once(self.target).chain(second)
@@ -423,7 +428,7 @@ impl SeriesStep {
 
 /// What a step does. Every operation is analytic where it is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Operation {
+pub enum SeriesOperation {
     /// constant + sum of `count` terms from `first` on.
     Linear {
         /// First term.

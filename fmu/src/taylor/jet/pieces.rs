@@ -2,7 +2,7 @@
 
 use super::{Jet, vectors};
 use crate::events::TOGETHER;
-use crate::events::switch::{Choices, Side, first_fall, known};
+use crate::events::switch::{Choices, SwitchSign, first_fall, known};
 use crate::math::horner;
 use crate::program::arm_form::Slot;
 use crate::taylor::products::move_start;
@@ -47,12 +47,15 @@ impl Jet {
         let chosen = self.chosen();
         let falls = self.scalars.switches(order - 1).filter_map(|(switch, series)| {
             let side = chosen.get(switch)?;
-            let sign =
-                match if side == Side::Equal { self.left_for(switch, series, begin + TOGETHER * h)? } else { side } {
-                    Side::Above => 1.0,
-                    Side::Below => -1.0,
-                    Side::Equal => return Some(0.0),
-                };
+            let sign = match if side == SwitchSign::Equal {
+                self.left_for(switch, series, begin + TOGETHER * h)?
+            } else {
+                side
+            } {
+                SwitchSign::Above => 1.0,
+                SwitchSign::Below => -1.0,
+                SwitchSign::Equal => return Some(0.0),
+            };
             let mut towards = [0.0; crate::program::arm_form::MAX_ORDER + 1];
             let towards = &mut towards[..series.len()];
             towards.iter_mut().zip(series).for_each(|(place, value)| *place = sign * value);
@@ -67,13 +70,13 @@ impl Jet {
 
     /// The side to which a function goes that begins at zero, if it does not stay there: what holds on it, if that is what holds at zero; else `Equal`, for that piece
     /// ends at once. A little later the function shows.
-    fn left_for(&self, switch: u32, series: &[f64], later: f64) -> Option<Side> {
-        let side = Side::of(horner(series, later));
+    fn left_for(&self, switch: u32, series: &[f64], later: f64) -> Option<SwitchSign> {
+        let side = SwitchSign::of(horner(series, later));
         let [above, below] = self.scalars.pieces(switch).apart;
         match side {
-            Side::Equal => None,
-            Side::Above if above => Some(Side::Equal),
-            Side::Below if below => Some(Side::Equal),
+            SwitchSign::Equal => None,
+            SwitchSign::Above if above => Some(SwitchSign::Equal),
+            SwitchSign::Below if below => Some(SwitchSign::Equal),
             same => Some(same),
         }
     }
@@ -82,8 +85,8 @@ impl Jet {
     fn choices_after(&self, order: usize, time: f64) -> Choices {
         let (present, mut after) = (self.chosen(), Choices::default());
         for (switch, series) in self.scalars.switches(order - 1) {
-            let side = Side::of(horner(series, time));
-            if present.get(switch).is_some_and(|present| side != Side::Equal && side != present) {
+            let side = SwitchSign::of(horner(series, time));
+            if present.get(switch).is_some_and(|present| side != SwitchSign::Equal && side != present) {
                 after.set(switch, side);
             }
         }

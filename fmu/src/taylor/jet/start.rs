@@ -9,7 +9,7 @@ use crate::linalg::lane::{Lane, above, add, by_width, minus, multiply, plus, spl
 use crate::linalg::matrix::{Assemble, Entries, Matrix, Solve};
 use crate::math;
 use crate::model::Model;
-use crate::program::arm_form::{Auxiliary, Factor, Place, Rod, Slot};
+use crate::program::arm_form::{Auxiliary, CoordinatePlace, Factor, Rod, Slot};
 use crate::taylor::tape::polynomial;
 
 /// Loops that are open less than this, relative to their scales, are left alone.
@@ -214,8 +214,8 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         for &index in &self.chain {
             let value = values[index];
             match self.form.coordinates[index] {
-                Place::Displacement { arm } => unknowns[self.shape.place(arm)] = value,
-                Place::Angle { arm, parent, reversed } => {
+                CoordinatePlace::Displacement { arm } => unknowns[self.shape.place(arm)] = value,
+                CoordinatePlace::Angle { arm, parent, reversed } => {
                     let carried = parent.map_or(N::ZERO, |parent| unknowns[parent as usize]);
                     unknowns[arm as usize] = if reversed { carried - value } else { carried + value };
                 }

@@ -5,7 +5,7 @@ use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, mul
 use crate::linalg::number::Number;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
-use crate::program::arm_form::Place;
+use crate::program::arm_form::CoordinatePlace;
 
 /// Where the value of a coordinate lies.
 #[derive(Clone, Copy, Debug)]
@@ -17,10 +17,10 @@ pub(super) struct Read {
 }
 
 impl Read {
-    pub(super) fn new(shape: &Shape, place: Place) -> Self {
+    pub(super) fn new(shape: &Shape, place: CoordinatePlace) -> Self {
         match place {
-            Place::Displacement { arm } => Read { place: shape.place(arm), from: None, reversed: false },
-            Place::Angle { arm, parent, reversed } => {
+            CoordinatePlace::Displacement { arm } => Read { place: shape.place(arm), from: None, reversed: false },
+            CoordinatePlace::Angle { arm, parent, reversed } => {
                 Read { place: arm as usize, from: parent.map(|parent| parent as usize), reversed }
             }
         }
