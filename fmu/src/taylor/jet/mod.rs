@@ -11,6 +11,7 @@
 mod clearance;
 mod curves;
 mod frames;
+mod friction;
 mod orders;
 mod pairs;
 mod pieces;
@@ -34,6 +35,7 @@ use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
 pub use clearance::Changes;
 use curves::CurveSlope;
+use friction::Limits;
 use response::Response;
 pub(crate) use start::CLOSED;
 use step::Read;
@@ -188,6 +190,7 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     curves: Vec<CurveSlope<N>>,
     /// Loop equations that whole turns leave closed.
     direction_rows: Vec<usize>,
+    limits: Limits<N, L>,
     pushes: Loads,
     loads: Loads,
     coupling: Coupling<N, L>,
@@ -299,6 +302,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             row_scales: row_scales(model, &form),
             terms,
             direction_rows: curves::direction_rows(model, &form),
+            limits: Limits::new(&form, &shape),
             curves,
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
@@ -396,7 +400,7 @@ impl Jet {
         let mut machine = Machine::new(model);
         machine.load(model, &model.default_state(0.0));
         jet.update(machine.registers());
-        if jet.form.has_only_frames() {
+        if jet.form.has_only_frames() && jet.limits.is_empty() {
             let (all, lanes) = (jet.shape.all(), jet.solution.len());
             jet.frames = [all, lanes];
             if all == 1 {

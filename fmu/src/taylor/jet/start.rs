@@ -63,6 +63,7 @@ impl Jet {
         self.pose(motion)?;
         let open = self.put_on_loops(&motion[self.form.coordinates.len()..], CLOSED);
         self.respond();
+        self.respond_to_limits();
         self.weigh();
         for k in 0..2 {
             self.follow(k);
@@ -83,6 +84,9 @@ impl Jet {
         let solution = &self.solution.as_flattened()[self.shape.places()..];
         for (row, reaction) in self.form.rows.iter().zip(solution) {
             reactions[row.constraint as usize] = *reaction * self.form.unit_of_mass;
+        }
+        for (row, limit) in self.limits.at_start() {
+            reactions[row] = limit;
         }
         Ok(())
     }
@@ -134,6 +138,7 @@ impl Jet {
         self.turn_rates();
         (0..2).for_each(|_| _ = self.close(1, 0.0));
         self.respond();
+        self.respond_to_limits();
         self.weigh();
         (0..2).for_each(|k| self.follow(k));
         self.advance(0, 0);
