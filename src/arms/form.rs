@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cotree_fmu::program::arm_form;
 use cotree_fmu::program::arm_form::{
-    ArmForm, Cause, Coefficient, ContactRow, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push, Slot,
-    Source,
+    ArmForm, Cause, Coefficient, ContactRow, Coupling, Factor as FactorData, Frame, Operation, Place, Product, Push,
+    Slot, Source,
 };
 
 use super::friction::ArmLimit;

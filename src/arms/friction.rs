@@ -35,7 +35,13 @@ impl Equations {
 impl Lowering<'_> {
     /// The loop equations and their contacts are known.
     pub(super) fn frictions(&mut self, limits: Vec<ArmLimit>) -> Result<(), NoSeries> {
-        let contacts: BTreeMap<usize, usize> = self.form.contacts.iter().enumerate().map(|(place, contact)| (self.form.rows[contact.row as usize].constraint as usize, place)).collect();
+        let contacts: BTreeMap<usize, usize> = self
+            .form
+            .contacts
+            .iter()
+            .enumerate()
+            .map(|(place, contact)| (self.form.rows[contact.row as usize].constraint as usize, place))
+            .collect();
         let places: BTreeMap<usize, u32> =
             limits.iter().filter_map(|limit| Some((limit.level.row, *contacts.get(&limit.contact)? as u32))).collect();
         for limit in limits {
@@ -50,7 +56,12 @@ impl Lowering<'_> {
         Ok(())
     }
 
-    fn friction(&mut self, acts: ArmFriction, limit: ArmLimit, limits: &BTreeMap<usize, u32>) -> Result<Friction, NoSeries> {
+    fn friction(
+        &mut self,
+        acts: ArmFriction,
+        limit: ArmLimit,
+        limits: &BTreeMap<usize, u32>,
+    ) -> Result<Friction, NoSeries> {
         let mut friction = Friction {
             constraint: limit.level.row as u32,
             free: self.builder.slot(self.arena, &mut self.coefficients, limit.level.free)?,

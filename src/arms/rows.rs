@@ -1,7 +1,9 @@
 //! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmAuxiliary, ArmEquations, ArmFactor, ArmFriction, ArmLoopEquation, ArmRod, Arms, Equations, NoSeries};
+use super::{
+    Arm, ArmAuxiliary, ArmEquations, ArmFactor, ArmFriction, ArmLoopEquation, ArmRod, Arms, Equations, NoSeries,
+};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;

@@ -13,5 +13,5 @@ mod products;
 mod tape;
 
 pub(crate) use along::TapeAlong;
-pub(crate) use jet::{CLOSED, DIRECTIONS, SAFETY, Tangents, Variations, variations};
+pub(crate) use jet::{CLOSED, DIRECTIONS, FrictionAlong, SAFETY, Tangents, Variations, variations};
 pub use jet::{Changes, Jet, Singular};

@@ -3,6 +3,7 @@
 //! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap (of a freewheel minus its rate) while it is open; how far the force exceeds the level
 //! while something sticks, minus its rate while it slips. After them come the sums whose signs are assumed where they press, and what must be positive lest friction locks the mechanism.
 
+mod frictions;
 mod polynomials;
 
 use super::super::snapshot::Phase;

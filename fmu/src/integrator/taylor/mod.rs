@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::motion::Run;
 use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
-use crate::taylor::{Changes, Jet};
+use crate::taylor::{Changes, FrictionAlong, Jet};
 pub(crate) use memory::Memory;
 pub(crate) use propose::{order_for, share};
 
@@ -204,6 +204,20 @@ impl Taylor {
     /// The polynomial of one coordinate in the last step, up to its order.
     pub(crate) fn coordinate(&self, run: &Run, index: usize, coefficients: &mut [f64]) {
         self.jet.coordinate(&run.last.dense, run.last.order as usize, index, coefficients);
+    }
+
+    /// The polynomials of the friction whose limit is the multiplier of a row, in the last step.
+    pub(crate) fn friction<'a>(&self, run: &'a Run, row: u32) -> Option<FrictionAlong<'a>> {
+        self.jet.friction(&run.last.dense[self.jet.friction_place()..], row, (run.last.order as usize).checked_sub(2)?)
+    }
+
+    /// Accelerations and multipliers where the last step ends, if friction depends on them and a series has been begun there.
+    pub(crate) fn solved_at_end(&self, values: &mut [f64]) -> bool {
+        let is_known = self.jet.has_friction() && self.jet.is_solved() && self.known == Start::Regular;
+        if is_known {
+            self.jet.solved(values);
+        }
+        is_known
     }
 
     /// Begins a series at the end of the last step, on the loops, if that has not been done.

@@ -220,6 +220,10 @@ impl Taylor {
         run.last.order = last as u32;
         let polynomial = self.jet.polynomial(last);
         run.last.dense[..polynomial.len()].copy_from_slice(polynomial);
+        if self.jet.has_friction() {
+            // Accelerations have two orders less.
+            self.jet.keep_friction(last - 2, &mut run.last.dense[self.jet.friction_place()..]);
+        }
     }
 
     /// Orders until two terms in a row are negligible in a step; returns the last one.

@@ -1,8 +1,8 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
 use super::{
-    ArmForm, Cause, Factor, Frame, Friction, Given, MAX_SWITCHES, NormalForce, Operation, Place, SeriesStep, Slope, Slot,
-    Solved, SolvedSum, Source,
+    ArmForm, Cause, Factor, Frame, Friction, Given, MAX_SWITCHES, NormalForce, Operation, Place, SeriesStep, Slope,
+    Slot, Solved, SolvedSum, Source,
 };
 use crate::program::Program;
 
@@ -92,9 +92,7 @@ impl ArmForm {
         };
         let is_normal = |force: &NormalForce| match force {
             NormalForce::Signed(sign, sum) => coefficient(sign) && is_sum(sum),
-            NormalForce::Magnitude(components) => {
-                (1..=2).contains(&components.len()) && components.iter().all(is_sum)
-            }
+            NormalForce::Magnitude(components) => (1..=2).contains(&components.len()) && components.iter().all(is_sum),
         };
         (friction.constraint as usize) < constraints
             && friction.arms.iter().all(|(arm, along)| self.is_arm(*arm) && along.iter().all(coefficient))

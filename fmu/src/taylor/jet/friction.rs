@@ -7,8 +7,8 @@
 use super::{Coefficient, Jet, Shape, flat};
 use crate::linalg::lane::{Lane, splat};
 use crate::linalg::number::Elementary;
-use crate::program::arm_form::{ArmForm, Friction, NormalForce, ORDERS, Slope, Solved, SolvedSum};
 use crate::math::maximum;
+use crate::program::arm_form::{ArmForm, Friction, NormalForce, ORDERS, Slope, Solved, SolvedSum};
 use crate::taylor::products::{convolution, inner_square, tail};
 use crate::taylor::tape::{Numbers, Scalars};
 
@@ -40,6 +40,9 @@ struct Limit<N> {
     data: Friction,
     normals: Vec<Normal<N>>,
     series: Numbers<N>,
+    /// Where the reaction is in the solution that holds it while it sticks, and its series.
+    row: usize,
+    reaction: Numbers<N>,
     /// The normal force, by orders.
     normal: Numbers<N>,
     share: Numbers<N>,
@@ -83,14 +86,16 @@ enum Place {
 
 impl<N: Elementary, const L: usize> Limits<N, L> {
     pub(super) fn new(form: &ArmForm, shape: &Shape) -> Self {
-        let contacts: Vec<(u32, &Friction)> =
-            (0..).zip(&form.contacts).filter_map(|(place, contact)| Some((place, contact.friction.as_ref()?))).collect();
+        let contacts: Vec<(u32, u32, &Friction)> = (0..)
+            .zip(&form.contacts)
+            .filter_map(|(place, contact)| Some((place, contact.row, contact.friction.as_ref()?)))
+            .collect();
         let count = contacts.len();
         let place = |solved: Solved| match solved {
             Solved::Unknown(unknown) => Place::Solution(shape.place(unknown)),
             Solved::Row(row) => Place::Solution(shape.places() + row as usize),
             Solved::Limit(contact) => {
-                Place::Limit(contacts.iter().position(|(place, _)| *place == contact).unwrap_or_default())
+                Place::Limit(contacts.iter().position(|(place, ..)| *place == contact).unwrap_or_default())
             }
         };
         let mut solved: Vec<(Place, Numbers<N>)> = Vec::new();
@@ -117,10 +122,12 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
             Normal { sign, sums, size: [N::ZERO; ORDERS] }
         };
         let zeros = || [N::ZERO; ORDERS];
-        let mut limit = |(_, data): &(u32, &Friction)| Limit {
+        let mut limit = |(_, row, data): &(u32, u32, &Friction)| Limit {
             data: (*data).clone(),
             normals: data.normal.iter().map(&mut normal).collect(),
             series: zeros(),
+            row: shape.places() + *row as usize,
+            reaction: zeros(),
             normal: zeros(),
             share: zeros(),
         };
@@ -288,6 +295,82 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
                 Place::Limit(limit) => self.newest[limit],
             };
         }
+        for limit in &mut self.all {
+            limit.reaction[k] = solution[limit.row];
+        }
+    }
+}
+
+/// What the search for changes of friction reads of a step.
+impl<const L: usize> Limits<f64, L> {
+    /// Series that are kept: of each limit, of the reaction while it sticks, and of the sums that its normal force is made of.
+    pub(super) fn kept(form: &ArmForm) -> usize {
+        form.contacts.iter().filter_map(|contact| contact.friction.as_ref()).map(series_of).sum()
+    }
+
+    /// Writes them up to an order, and zeros behind it. Reactions come in the unit of mass.
+    pub(super) fn write(&self, order: usize, unit: f64, polynomials: &mut [f64]) {
+        let mut rest = polynomials.as_chunks_mut::<ORDERS>().0.iter_mut();
+        let mut write = |series: &Numbers<f64>, factor: f64| {
+            let Some(place) = rest.next() else { return };
+            place.fill(0.0);
+            place.iter_mut().zip(&series[..=order]).for_each(|(place, value)| *place = factor * value);
+        };
+        for limit in &self.all {
+            write(&limit.series, 1.0);
+            write(&limit.reaction, unit);
+            for sum in limit.normals.iter().flat_map(|normal| &normal.sums) {
+                write(&sum.series, 1.0);
+            }
+        }
+    }
+}
+
+/// A limit, a reaction, and the sums of the normal force.
+fn series_of(friction: &Friction) -> usize {
+    let count = |force: &NormalForce| match force {
+        NormalForce::Signed(..) => 1,
+        NormalForce::Magnitude(components) => components.len(),
+    };
+    2 + friction.normal.iter().map(count).sum::<usize>()
+}
+
+/// The polynomials of one friction in a step.
+pub(crate) struct FrictionAlong<'a> {
+    pub limit: &'a [f64],
+    /// The multiplier that holds it while it sticks.
+    pub reaction: &'a [f64],
+    /// The sums of which the normal force is made.
+    pub sums: &'a [[f64; ORDERS]],
+}
+
+impl Jet {
+    /// The polynomials of the friction whose limit is the multiplier of a row, in what [`Jet::keep_friction`] has written.
+    pub(crate) fn friction<'a>(&self, kept: &'a [f64], row: u32, order: usize) -> Option<FrictionAlong<'a>> {
+        let mut rest = kept.as_chunks::<ORDERS>().0;
+        for friction in self.form.contacts.iter().filter_map(|contact| contact.friction.as_ref()) {
+            let (series, others) = rest.split_at_checked(series_of(friction))?;
+            if let ([limit, reaction, sums @ ..], true) = (series, friction.constraint == row) {
+                return Some(FrictionAlong { limit: &limit[..=order], reaction: &reaction[..=order], sums });
+            }
+            rest = others;
+        }
+        None
+    }
+
+    /// Keeps the series of all frictions up to an order.
+    pub(crate) fn keep_friction(&self, order: usize, kept: &mut [f64]) {
+        self.limits.write(order, self.form.unit_of_mass, kept);
+    }
+
+    /// True if there are friction limits.
+    pub(crate) fn has_friction(&self) -> bool {
+        !self.limits.is_empty()
+    }
+
+    /// True if [`Jet::solved`] has all multipliers: a series has just begun, and each loop equation is one of the program.
+    pub(crate) fn is_solved(&self) -> bool {
+        self.at_start && self.form.auxiliary.is_empty() && self.form.rods.is_empty()
     }
 }
 

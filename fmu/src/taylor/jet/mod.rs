@@ -35,6 +35,7 @@ use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
 pub use clearance::Changes;
 use curves::CurveSlope;
+pub(crate) use friction::FrictionAlong;
 use friction::Limits;
 use response::Response;
 pub(crate) use start::CLOSED;
@@ -243,6 +244,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     weights: Vec<Lane<f64, L>>,
     /// Unknowns and their first two derivatives where the polynomial was last evaluated.
     end: [Vec<Lane<N, L>>; 3],
+    /// True if no order behind the first has been found.
+    at_start: bool,
 }
 
 /// Numbers that series are made of, with what solves their equations.
@@ -330,6 +333,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             least_rate: model.least_rate(None),
             weights: vec![splat(1.0); all],
             end: [zeros(all), zeros(all), zeros(all)],
+            at_start: false,
             unknowns,
             turned_by,
             special,

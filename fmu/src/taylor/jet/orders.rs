@@ -15,6 +15,7 @@ impl Jet {
 
     #[inline(always)]
     fn advance_all(&mut self, first: usize, last: usize) {
+        self.at_start = last == 0;
         self.scalars.signals(last + 2);
         let done = match self.frames {
             [1, 1] => self.advance_frames::<1, 1>(first, last),

@@ -77,7 +77,13 @@ impl Jet {
     pub fn accelerations(&mut self, model: &Model, registers: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         let layout = model.layout();
         self.begin(model, registers, &registers[layout.positions()..layout.accelerations()])?;
-        let (accelerations, reactions) = values.split_at_mut(model.coordinates());
+        self.solved(values);
+        Ok(())
+    }
+
+    /// Accelerations and multipliers where the series begins, with zeros for equations that are left out.
+    pub fn solved(&self, values: &mut [f64]) {
+        let (accelerations, reactions) = values.split_at_mut(self.form.coordinates.len());
         self.coordinates(2, accelerations);
         accelerations.iter_mut().for_each(|coefficient| *coefficient *= 2.0);
         reactions.fill(0.0);
@@ -88,7 +94,6 @@ impl Jet {
         for (row, limit) in self.limits.at_start() {
             reactions[row] = limit;
         }
-        Ok(())
     }
 
     /// The choices of laws at q and v, in a singular pose too: they need no accelerations.

@@ -1,11 +1,11 @@
 //! What a step needs of the series: how far it reaches, and the motion at its end.
 
+use super::friction::Limits;
 use super::{Coefficient, Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
 use crate::linalg::number::Number;
 use crate::math;
-use crate::program::arm_form::MAX_ORDER;
-use crate::program::arm_form::{ArmForm, Place};
+use crate::program::arm_form::{ArmForm, MAX_ORDER, ORDERS, Place};
 use crate::taylor::products::move_start;
 
 /// Where the value of a coordinate lies.
@@ -84,9 +84,14 @@ fn read<N: Number>(reads: &[Read], from: &[N], values: &mut [N]) {
 }
 
 impl Jet {
-    /// Numbers in a polynomial of the highest order.
+    /// Numbers in a polynomial of the highest order, and behind it in those of friction.
     pub fn room(form: &ArmForm) -> usize {
-        (MAX_ORDER + 1) * Shape::new(form, WIDTH).all() * WIDTH
+        (MAX_ORDER + 1) * Shape::new(form, WIDTH).all() * WIDTH + ORDERS * Limits::<f64, WIDTH>::kept(form)
+    }
+
+    /// Where the polynomials of friction are in the numbers of a step.
+    pub fn friction_place(&self) -> usize {
+        (MAX_ORDER + 1) * self.shape.all() * WIDTH
     }
 
     /// The polynomial of all unknowns, by orders.
