@@ -77,6 +77,7 @@ impl ArmForm {
         let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();
         let is_solved = |solved: Solved| match solved {
             Solved::Unknown(unknown) => self.is_unknown(unknown),
+            Solved::X(arm) | Solved::Y(arm) => (arm as usize) < self.frames.len() && self.is_unknown(arm),
             Solved::Row(row) => (row as usize) < self.rows.len(),
             Solved::Limit(contact) => self.contacts.get(contact as usize).is_some_and(|it| it.friction.is_some()),
         };
@@ -84,7 +85,7 @@ impl ArmForm {
             let is_term = |(solved, slope): &(Solved, Slope)| {
                 let is_slope = match slope {
                     Slope::Constant(place) => coefficient(place),
-                    Slope::Series(slot) => series(*slot),
+                    Slope::Series(slot) => series(*slot) && !matches!(solved, Solved::X(_) | Solved::Y(_)),
                 };
                 is_slope && is_solved(*solved)
             };

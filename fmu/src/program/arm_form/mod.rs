@@ -231,6 +231,10 @@ pub struct SolvedSum {
 pub enum Solved {
     /// The second derivative of an unknown.
     Unknown(u32),
+    /// Those of the components of a frame's unit vector, where the frame's angle is an unknown.
+    X(u32),
+    /// As above.
+    Y(u32),
     /// The reaction of a loop equation, in the unit of mass.
     Row(u32),
     /// The friction limit of one of the contacts.

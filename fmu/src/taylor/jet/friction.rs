@@ -81,6 +81,9 @@ struct Term {
 enum Place {
     /// In the solution.
     Solution(usize),
+    /// The second derivative of an arm.
+    X(usize),
+    Y(usize),
     Limit(usize),
 }
 
@@ -93,6 +96,8 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
         let count = contacts.len();
         let place = |solved: Solved| match solved {
             Solved::Unknown(unknown) => Place::Solution(shape.place(unknown)),
+            Solved::X(arm) => Place::X(shape.place(arm)),
+            Solved::Y(arm) => Place::Y(shape.place(arm)),
             Solved::Row(row) => Place::Solution(shape.places() + row as usize),
             Solved::Limit(contact) => {
                 Place::Limit(contacts.iter().position(|(place, ..)| *place == contact).unwrap_or_default())
@@ -102,7 +107,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
         let mut term = |(of, slope): &(Solved, Slope)| {
             let (of, slope) = (place(*of), *slope);
             let kept = solved.iter().position(|(kept, _)| *kept == of).unwrap_or(solved.len());
-            if kept == solved.len() {
+            if kept == solved.len() && matches!(slope, Slope::Series(_)) {
                 solved.push((of, [N::ZERO; ORDERS]));
             }
             Term { of, slope, kept }
@@ -160,6 +165,33 @@ struct Known<'a, N: Elementary, const L: usize> {
     coefficients: &'a [N],
     /// The solution without the newest limits.
     solution: &'a [N],
+    /// Arms where the step begins, and their second derivatives without the newest accelerations.
+    arms: [&'a [Lane<N, L>]; 2],
+    second: [&'a [Lane<N, L>]; 2],
+}
+
+impl<N: Elementary, const L: usize> Known<'_, N, L> {
+    /// The newest coefficient of what is solved for, without the newest limits.
+    #[inline(always)]
+    fn newest(&self, of: Place) -> N {
+        match of {
+            Place::Solution(place) => self.solution[place],
+            Place::X(place) => self.second[0].as_flattened()[place] + self.change(of, self.solution),
+            Place::Y(place) => self.second[1].as_flattened()[place] + self.change(of, self.solution),
+            Place::Limit(_) => N::ZERO,
+        }
+    }
+
+    /// What a change of the solution changes in it: a frame turns its arm.
+    #[inline(always)]
+    fn change(&self, of: Place, solution: &[N]) -> N {
+        match of {
+            Place::Solution(place) => solution[place],
+            Place::X(place) => -(solution[place] * self.arms[1].as_flattened()[flat::<L>(place, 0)]),
+            Place::Y(place) => solution[place] * self.arms[0].as_flattened()[flat::<L>(place, 0)],
+            Place::Limit(_) => N::ZERO,
+        }
+    }
 }
 
 impl<N: Elementary, const L: usize> Limits<N, L> {
@@ -291,8 +323,9 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
     fn keep(&mut self, k: usize, solution: &[N]) {
         for (place, series) in &mut self.solved {
             series[k] = match *place {
-                Place::Solution(place) => solution[place],
                 Place::Limit(limit) => self.newest[limit],
+                // Arms have constant slopes.
+                Place::Solution(place) | Place::X(place) | Place::Y(place) => solution[place],
             };
         }
         for limit in &mut self.all {
@@ -435,15 +468,11 @@ impl<N: Elementary> Sum<N> {
     fn without_newest<const L: usize>(&self, k: usize, solved: &[(Place, Numbers<N>)], known: Known<N, L>) -> N {
         let rest = known.scalars.get(self.rest, k);
         self.terms.iter().fold(rest, |total, term| {
-            let newest = match term.of {
-                Place::Solution(place) => known.solution[place],
-                Place::Limit(_) => N::ZERO,
-            };
             let earlier = match term.slope {
                 Slope::Constant(_) => N::ZERO,
                 Slope::Series(slot) => tail(known.scalars.series(slot), &solved[term.kept].1, k),
             };
-            total + (term.slope(known) * newest + earlier)
+            total + (term.slope(known) * known.newest(term.of) + earlier)
         })
     }
 
@@ -451,9 +480,8 @@ impl<N: Elementary> Sum<N> {
     fn respond<const L: usize>(&mut self, responses: &[Vec<Lane<N, L>>], known: Known<N, L>) {
         for (limit, (change, response)) in self.changes.iter_mut().zip(responses).enumerate() {
             *change = self.terms.iter().fold(N::ZERO, |total, term| match term.of {
-                Place::Solution(place) => total + term.slope(known) * response.as_flattened()[place],
                 Place::Limit(of) if of == limit => total + term.slope(known),
-                Place::Limit(_) => total,
+                of => total + term.slope(known) * known.change(of, response.as_flattened()),
             });
         }
     }
@@ -532,8 +560,15 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             return;
         }
         let mut limits = std::mem::take(&mut self.limits);
-        let Self { scalars, coefficients, solution, .. } = self;
-        limits.find(k, Known { scalars, coefficients, solution: solution.as_flattened() });
+        let Self { scalars, coefficients, solution, x, y, second, .. } = self;
+        let known = Known {
+            scalars,
+            coefficients,
+            solution: solution.as_flattened(),
+            arms: [x, y],
+            second: [&second[0], &second[1]],
+        };
+        limits.find(k, known);
         for (newest, response) in limits.newest.iter().zip(&limits.responses) {
             for (place, change) in self.solution.as_flattened_mut().iter_mut().zip(response.as_flattened()) {
                 *place += *newest * *change;
