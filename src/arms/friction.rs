@@ -73,9 +73,11 @@ impl Lowering<'_> {
     ) -> Result<Friction, NoSeries> {
         let mut friction = Friction {
             constraint: limit.level.row as u32,
-            free: self.builder.slot(self.arena, &mut self.coefficients, limit.level.free)?,
-            share: self.builder.slot(self.arena, &mut self.coefficients, limit.level.share)?,
-            ..Friction::default()
+            free: self.factor(limit.level.free)?,
+            share: self.factor(limit.level.share)?,
+            arms: Vec::new(),
+            unknowns: Vec::new(),
+            normal: Vec::new(),
         };
         // Reactions resist.
         for (arm, along) in &acts.arms {
@@ -108,6 +110,13 @@ impl Lowering<'_> {
         Ok(friction)
     }
 
+    fn factor(&mut self, expr: Expr) -> Result<Slope, NoSeries> {
+        Ok(match self.builder.is_constant(self.arena, expr) {
+            true => Slope::Constant(self.coefficients.place(expr)),
+            false => Slope::Series(self.builder.slot(self.arena, &mut self.coefficients, expr)?),
+        })
+    }
+
     fn solved_sum(
         &mut self,
         (sum, at_rest): (AffineSum, Expr),
@@ -126,19 +135,17 @@ impl Lowering<'_> {
             None => (sum.rest, slopes),
         };
         let rest = self.builder.slot(self.arena, &mut self.coefficients, rest)?;
-        let term = |(solved, slope): (Solved, Expr)| {
-            let slope = match self.builder.is_constant(self.arena, slope) {
-                true => Slope::Constant(self.coefficients.place(slope)),
-                false => Slope::Series(self.builder.slot(self.arena, &mut self.coefficients, slope)?),
-            };
-            Ok((solved, slope))
-        };
+        let term = |(solved, slope): (Solved, Expr)| Ok((solved, self.factor(slope)?));
         Ok(SolvedSum { rest, terms: slopes.into_iter().map(term).collect::<Result<_, NoSeries>>()? })
     }
 
     /// The same sum by second derivatives of arms, whose slopes are constant: of A x'' + B y'' the angle's second derivative has the slope B x - A y, and -omega^2 (A x + B y) is left. None if the
     /// rest has anything else that moves.
-    fn by_arms(&mut self, slopes: &BTreeMap<Solved, Expr>, [rest, at_rest]: [Expr; 2]) -> Option<BTreeMap<Solved, Expr>> {
+    fn by_arms(
+        &mut self,
+        slopes: &BTreeMap<Solved, Expr>,
+        [rest, at_rest]: [Expr; 2],
+    ) -> Option<BTreeMap<Solved, Expr>> {
         let mut by_arms = BTreeMap::new();
         let mut difference = self.arena.subtract(rest, at_rest);
         for (&solved, &slope) in slopes {
@@ -159,7 +166,9 @@ impl Lowering<'_> {
                 self.arena.add_product(sum, sign, rate)
             });
             let square = self.arena.square(omega);
-            for ((component, unit), of) in components.into_iter().zip(turning.unit).zip([Solved::X(arm), Solved::Y(arm)]) {
+            for ((component, unit), of) in
+                components.into_iter().zip(turning.unit).zip([Solved::X(arm), Solved::Y(arm)])
+            {
                 let part = self.arena.multiply(component, unit);
                 difference = self.arena.add_product(difference, square, part);
                 by_arms.insert(of, component);

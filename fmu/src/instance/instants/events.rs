@@ -87,8 +87,8 @@ impl Instance {
         if let Some(found) = self.search_polynomials(instants, step) {
             return found;
         }
-        if let Some(first) = self.search_frictions(instants, step) {
-            return self.conclude_search(instants, step, first);
+        if let Some(found) = self.search_frictions(instants, step) {
+            return found;
         }
         instants.armed.clone_from(&self.now.happened.armed);
         if self.stays_far(instants, step) {
@@ -118,16 +118,6 @@ impl Instance {
                 depth -= 1;
             }
         }
-        self.conclude_search(instants, step, first)
-    }
-
-    /// What has been found; where nothing has, the end of the step is looked at.
-    fn conclude_search(
-        &mut self,
-        instants: &mut Instants,
-        step: [f64; 2],
-        mut first: Option<(f64, usize)>,
-    ) -> Searched {
         instants.seen =
             first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
         if first.is_none() && !instants.indicators.is_empty() {

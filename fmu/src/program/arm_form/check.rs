@@ -81,13 +81,14 @@ impl ArmForm {
             Solved::Row(row) => (row as usize) < self.rows.len(),
             Solved::Limit(contact) => self.contacts.get(contact as usize).is_some_and(|it| it.friction.is_some()),
         };
+        let is_slope = |slope: Slope| match slope {
+            Slope::Constant(place) => coefficient(&place),
+            Slope::Series(slot) => series(slot),
+        };
         let is_sum = |sum: &SolvedSum| {
-            let is_term = |(solved, slope): &(Solved, Slope)| {
-                let is_slope = match slope {
-                    Slope::Constant(place) => coefficient(place),
-                    Slope::Series(slot) => series(*slot) && !matches!(solved, Solved::X(_) | Solved::Y(_)),
-                };
-                is_slope && is_solved(*solved)
+            let is_term = |&(solved, slope): &(Solved, Slope)| {
+                let is_arm = matches!(solved, Solved::X(_) | Solved::Y(_));
+                is_slope(slope) && is_solved(solved) && !(is_arm && matches!(slope, Slope::Series(_)))
             };
             series(sum.rest) && sum.terms.iter().all(is_term)
         };
@@ -98,8 +99,8 @@ impl ArmForm {
         (friction.constraint as usize) < constraints
             && friction.arms.iter().all(|(arm, along)| self.is_arm(*arm) && along.iter().all(coefficient))
             && friction.unknowns.iter().all(|(unknown, factor)| self.is_unknown(*unknown) && coefficient(factor))
-            && series(friction.free)
-            && series(friction.share)
+            && is_slope(friction.free)
+            && is_slope(friction.share)
             && friction.normal.iter().all(is_normal)
     }
 

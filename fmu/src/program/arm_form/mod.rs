@@ -192,7 +192,7 @@ pub struct ContactRow {
 
 /// A friction limit s = free + share x normal force, and the force on what slides: a load for each unit of the limit. Its series is found together with the accelerations and reactions of each
 /// order, from which the normal force follows.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
     /// The row of the program whose multiplier the limit is.
     pub constraint: u32,
@@ -200,10 +200,10 @@ pub struct Friction {
     pub arms: Vec<(u32, [Coefficient; 2])>,
     /// (unknown, generalised force for each unit of the limit)
     pub unknowns: Vec<(u32, Coefficient)>,
-    /// The part that does not follow from reactions, a series.
-    pub free: Slot,
-    /// The coefficient of friction, or its product with a radius, a series.
-    pub share: Slot,
+    /// The part that does not follow from reactions.
+    pub free: Slope,
+    /// The coefficient of friction, or its product with a radius.
+    pub share: Slope,
     /// The normal force is the sum of these.
     pub normal: Vec<NormalForce>,
 }
@@ -241,7 +241,7 @@ pub enum Solved {
     Limit(u32),
 }
 
-/// A derivative of a sum.
+/// A factor, or a derivative of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Slope {
     /// It follows from the parameters.

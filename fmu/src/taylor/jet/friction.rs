@@ -171,6 +171,16 @@ struct Known<'a, N: Elementary, const L: usize> {
 }
 
 impl<N: Elementary, const L: usize> Known<'_, N, L> {
+    /// One order of a factor.
+    #[inline(always)]
+    fn factor(&self, factor: Slope, k: usize) -> N {
+        match factor {
+            Slope::Constant(place) if k == 0 => self.coefficients[place as usize],
+            Slope::Constant(_) => N::ZERO,
+            Slope::Series(slot) => self.scalars.get(slot, k),
+        }
+    }
+
     /// The newest coefficient of what is solved for, without the newest limits.
     #[inline(always)]
     fn newest(&self, of: Place) -> N {
@@ -198,7 +208,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
     /// The limits of an order; those before it are known.
     fn find(&mut self, k: usize, known: Known<N, L>) {
         for limit in &mut self.all {
-            limit.share[k] = known.scalars.get(limit.data.share, k);
+            limit.share[k] = known.factor(limit.data.share, k);
             for normal in &mut limit.normals {
                 for sum in &mut normal.sums {
                     sum.series[k] = sum.without_newest(k, &self.solved, known);
@@ -264,7 +274,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
                     }
                 }
             }
-            self.right[index] = known.scalars.get(limit.data.free, 0) + share * total - self.newest[index];
+            self.right[index] = known.factor(limit.data.free, 0) + share * total - self.newest[index];
         }
     }
 
@@ -308,8 +318,11 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
     fn advance(&mut self, k: usize, known: Known<N, L>) {
         for (index, limit) in self.all.iter_mut().enumerate() {
             limit.normal[k] = limit.normals.iter_mut().fold(N::ZERO, |total, normal| total + normal.predict(k));
-            let free = known.scalars.get(limit.data.free, k);
-            self.right[index] = free + convolution(&limit.share, &limit.normal, k);
+            let pressed = match limit.data.share {
+                Slope::Constant(_) => limit.share[0] * limit.normal[k],
+                Slope::Series(_) => convolution(&limit.share, &limit.normal, k),
+            };
+            self.right[index] = known.factor(limit.data.free, k) + pressed;
         }
         self.solve();
         self.newest.copy_from_slice(&self.right);
@@ -497,10 +510,7 @@ impl Term {
     /// Its slope where the step begins.
     #[inline(always)]
     fn slope<N: Elementary, const L: usize>(&self, known: Known<N, L>) -> N {
-        match self.slope {
-            Slope::Constant(place) => known.coefficients[place as usize],
-            Slope::Series(slot) => known.scalars.get(slot, 0),
-        }
+        known.factor(self.slope, 0)
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! A rate that falls to zero is found exactly. Where what sticks, or the sign of a normal force, is not clear of its limit the step is looked through place by place (see [`super::super::events`]).
 
-use super::super::super::Instance;
-use super::super::Instants;
+use super::super::super::{Computed, Instance};
+use super::super::{Instants, Searched};
 use super::polynomials::{root, scaled};
 use crate::hybrid::contact::{TOUCHING, direction, is_closed};
 use crate::hybrid::descent::{self, Descent};
@@ -22,12 +22,8 @@ enum Sliding {
 }
 
 impl Instance {
-    /// The first change of friction in the last step, if there is nothing but friction, and polynomials tell.
-    pub(in super::super) fn search_frictions(
-        &mut self,
-        instants: &mut Instants,
-        step: [f64; 2],
-    ) -> Option<Option<(f64, usize)>> {
+    /// Looks through the last step by polynomials, if there is nothing but friction; none if these do not tell.
+    pub(in super::super) fn search_frictions(&mut self, instants: &mut Instants, step: [f64; 2]) -> Option<Searched> {
         let model = self.model.clone();
         let program = &model.program().instants;
         let data = program.contacts.as_ref().filter(|_| program.events.is_empty())?;
@@ -44,9 +40,17 @@ impl Instance {
         instants.armed.fill(true);
         if let Some((_, event)) = first {
             instants.armed[event] = false;
+        } else {
+            // A limit may jump there.
+            self.evaluate_sides(instants, (step, step), 1.0);
+            instants.indicators.iter().all(|indicator| *indicator <= 0.0).then_some(())?;
+            instants.overlooked = self.find_violated(instants);
         }
         instants.end = None;
-        Some(first)
+        instants.seen =
+            first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
+        self.computed = Computed::default();
+        Some(Searched { step, first })
     }
 
     /// The first change; none if polynomials do not tell.
