@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cotree_fmu::program::arm_form;
 use cotree_fmu::program::arm_form::{
-    ArmForm, Cause, Coefficient, CoordinatePlace, Factor as FactorData, Frame, MassCoupling, Product, Push,
+    ArmForm, Cause, Coefficient, ContactRow, CoordinatePlace, Factor as FactorData, Frame, MassCoupling, Product, Push,
     SeriesOperation, Slot, Source,
 };
 
+use super::friction::ArmLimit;
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
 use super::{Arm, ArmEquations, ArmFactor, ArmLoad, ArmLoopEquation, Arms, NoSeries};
@@ -39,11 +40,12 @@ pub fn arm_form(
     if repeat_exactly(equations, length, values) {
         let arms = formulate(equations, |row| row.is_imposed() || row.repeats())?;
         if may_choose(equations, &arms, values) {
-            return lower(equations, arms, values);
+            return lower(equations, arms, Vec::new(), values);
         }
     }
     let arms = formulate(equations, Constraint::is_imposed)?;
-    lower(equations, arms, values)
+    let limits = if driven { Vec::new() } else { equations.friction_limits() };
+    lower(equations, arms, limits, values)
 }
 
 /// Do loop equations repeat others, and do all of them hold in this pose?
@@ -106,12 +108,13 @@ fn mean_power(masses: &[f64]) -> Option<f64> {
 /// As [`arm_form`].
 pub fn mass_form(equations: &mut Equations, values: &impl Values) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let arms = equations.arms_without_loads(Constraint::is_imposed)?;
-    lower(equations, arms, values)
+    lower(equations, arms, Vec::new(), values)
 }
 
 fn lower(
     equations: &mut Equations,
     mut arms: ArmEquations,
+    limits: Vec<ArmLimit>,
     values: &impl Values,
 ) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let unit_of_mass = unit_of_mass(equations, &arms, values);
@@ -146,6 +149,7 @@ fn lower(
     lowering.lines();
     lowering.loads()?;
     lowering.pushes()?;
+    lowering.frictions(limits)?;
     let Lowering { mut form, builder, coefficients, .. } = lowering;
     form.tape = builder.finish();
     let coefficients = coefficients.list().to_vec();
@@ -160,20 +164,20 @@ fn lower(
     }
 }
 
-struct Lowering<'a> {
+pub(super) struct Lowering<'a> {
     /// One over the unit of mass.
-    per_unit: Expr,
+    pub(super) per_unit: Expr,
     /// How many coordinates are not integrals of states.
-    mechanical: usize,
+    pub(super) mechanical: usize,
     /// Which loop equations repeat others.
     repeats: &'a [bool],
-    arena: &'a mut Arena,
-    arms: &'a ArmEquations,
-    builder: SeriesBuilder,
-    coefficients: Coefficients,
-    form: ArmForm,
-    numbers: BTreeMap<Arm, u32>,
-    displacements: BTreeMap<usize, u32>,
+    pub(super) arena: &'a mut Arena,
+    pub(super) arms: &'a ArmEquations,
+    pub(super) builder: SeriesBuilder,
+    pub(super) coefficients: Coefficients,
+    pub(super) form: ArmForm,
+    pub(super) numbers: BTreeMap<Arm, u32>,
+    pub(super) displacements: BTreeMap<usize, u32>,
     vectors: BTreeMap<Vec<(Arm, [Expr; 2])>, [Slot; 2]>,
 }
 
@@ -305,7 +309,7 @@ impl Lowering<'_> {
     }
 
     /// A mass, or a force, in the unit of mass.
-    fn mass(&mut self, mass: Expr) -> Coefficient {
+    pub(super) fn mass(&mut self, mass: Expr) -> Coefficient {
         let mass = self.arena.multiply(self.per_unit, mass);
         self.coefficients.place(mass)
     }
@@ -377,7 +381,8 @@ impl Lowering<'_> {
             data.constant = self.coefficients.place(constant);
             if let Some(closed) = row.closed {
                 let open = self.arena.subtract(closed, Expr::ONE);
-                self.form.contacts.push((self.form.rows.len() as u32, self.coefficients.place(open)));
+                let (row, open) = (self.form.rows.len() as u32, self.coefficients.place(open));
+                self.form.contacts.push(ContactRow { row, open, friction: None });
             }
             self.form.rows.push(data);
         }
@@ -396,7 +401,7 @@ impl Lowering<'_> {
     }
 
     /// The unknown that a frame turns with.
-    fn angle(&self, frame: FrameId) -> Option<u32> {
+    pub(super) fn angle(&self, frame: FrameId) -> Option<u32> {
         self.form.frames[self.numbers[&Arm::of(frame)] as usize].unknown
     }
 

@@ -5,6 +5,7 @@
 
 mod armatures;
 mod form;
+mod friction;
 mod linear;
 mod loads;
 mod masses;
@@ -86,6 +87,16 @@ pub struct ArmLoopEquation {
     pub constant: Vec<Expr>,
     /// 1 while it is closed, if it holds on one side only: everything above has it as a factor.
     pub closed: Option<Expr>,
+    /// What friction does here while it slides.
+    pub friction: Option<ArmFriction>,
+}
+
+/// What a friction limit acts on: what the reaction of the loop equation would act on, times the direction of sliding.
+#[derive(Clone, Debug, Default)]
+pub struct ArmFriction {
+    pub arms: Arms,
+    pub displacements: Vec<(usize, Expr)>,
+    pub angles: Vec<(FrameId, Expr)>,
 }
 
 /// value x along, acting along a displacement.

@@ -1,7 +1,9 @@
 //! Loop equations by arms. Constraints along directions of a turning frame become linear by auxiliary displacements, constraints on a distance by a massless rod.
 
 use super::linear::{conjugate_product, linear};
-use super::{Arm, ArmAuxiliary, ArmEquations, ArmFactor, ArmLoopEquation, ArmRod, Arms, Equations, NoSeries};
+use super::{
+    Arm, ArmAuxiliary, ArmEquations, ArmFactor, ArmFriction, ArmLoopEquation, ArmRod, Arms, Equations, NoSeries,
+};
 use crate::equations::form::Coefficient;
 use crate::equations::kinematics::{ScalarMotion, known_angle};
 use crate::equations::vector::FrameId;
@@ -12,7 +14,7 @@ impl Equations {
     pub(super) fn row(&mut self, index: usize, arms: &mut ArmEquations) -> Result<(), NoSeries> {
         let element = self.system.element(self.constraints[index].element).clone();
         let Some(closed) = element.closed else { return self.row_of(index, element, arms) };
-        let is_coupled = element.coupling.is_some();
+        let (is_coupled, slip) = (element.coupling.is_some(), element.slip);
         let (auxiliary, rods) = (arms.auxiliary.len(), arms.rods.len());
         self.row_of(index, element, arms)?;
         if arms.rods.len() > rods || !is_coupled && arms.auxiliary.len() > auxiliary {
@@ -22,6 +24,9 @@ impl Equations {
         }
         // Auxiliary displacements before it are there whether it holds or not.
         if let Some(row) = arms.rows.last_mut() {
+            if let Some(direction) = slip {
+                row.slide(&mut self.system.arena, direction);
+            }
             row.hold_while(&mut self.system.arena, closed);
         }
         Ok(())
@@ -244,6 +249,19 @@ impl Equations {
 }
 
 impl ArmLoopEquation {
+    /// Notes what the friction limit acts on, unless that changes with a function of angles.
+    fn slide(&mut self, arena: &mut Arena, direction: Expr) {
+        if !self.slopes.is_empty() {
+            return;
+        }
+        let (mut arms, mut displacements, mut angles) =
+            (self.arms.clone(), self.displacements.clone(), self.angles.clone());
+        let parts = arms.values_mut().flatten().chain(displacements.iter_mut().map(|(_, factor)| factor));
+        let parts = parts.chain(angles.iter_mut().map(|(_, factor)| factor));
+        parts.for_each(|part| *part = arena.multiply(direction, *part));
+        self.friction = Some(ArmFriction { arms, displacements, angles });
+    }
+
     /// This loop equation while `closed` is 1; where that is 0 nothing is left of it.
     fn hold_while(&mut self, arena: &mut Arena, closed: Expr) {
         let parts = self.arms.values_mut().flatten().chain(self.displacements.iter_mut().map(|(_, factor)| factor));

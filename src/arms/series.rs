@@ -168,6 +168,21 @@ impl SeriesBuilder {
         self.tape.slots - 1
     }
 
+    /// The coefficients of a combination of the components of one frame's unit vector; none if an expression is anything else.
+    pub fn in_frame(&mut self, arena: &mut Arena, c: &mut Coefficients, expr: Expr, frame: u32) -> Option<[Expr; 2]> {
+        let ArmSeries::Sum(Expr::ZERO, terms, _) = self.series(arena, c, expr).ok()? else { return None };
+        let mut components = [Expr::ZERO; 2];
+        for (source, coefficient) in terms {
+            let component = match source {
+                Source::X(arm) if arm == frame => &mut components[0],
+                Source::Y(arm) if arm == frame => &mut components[1],
+                _ => return None,
+            };
+            *component = arena.add(*component, coefficient);
+        }
+        Some(components)
+    }
+
     fn operate_twice(&mut self, a: Slot, operation: impl Fn(Slot, Slot) -> SeriesOperation) -> [Slot; 2] {
         let second = self.allocate(self.levels[a as usize]);
         [self.operate(operation(a, second)), second]

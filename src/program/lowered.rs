@@ -224,10 +224,8 @@ pub fn program(
 /// many bodies move with many angles each.
 fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmForm, Vec<Expr>), NoSeries> {
     let values = typical(pose);
-    if !equations.is_driven() && equations.rubs_dry() {
-        return Err(NoSeries(
-            "dry friction that sticks depends on reactions, which Taylor series do not support yet".to_owned(),
-        ));
+    if !equations.is_driven() && equations.rubs_dry() && has_other_modes(equations) {
+        return Err(NoSeries("dry friction acts next to contacts, or to what drivers move".to_owned()));
     }
     if equations.reads_the_motion() {
         return Err(NoSeries(
@@ -239,6 +237,13 @@ fn series(equations: &mut Equations, length: f64, pose: &State) -> Result<(ArmFo
         Method::Explicit => Err(NoSeries("the scene asks for `method = \"explicit\"`".to_owned())),
         Method::Implicit => Err(NoSeries("the scene asks for `method = \"implicit\"`".to_owned())),
     }
+}
+
+/// Does anything open or close but friction that sticks? Each impact begins a series, which with friction costs more than a Runge-Kutta step.
+fn has_other_modes(equations: &Equations) -> bool {
+    let mechanism = &equations.system.mechanism;
+    let has_contacts = mechanism.contacts.iter().any(|contact| contact.slip.is_none());
+    has_contacts || !mechanism.engaging.is_empty() || equations.first_led().is_some()
 }
 
 /// Would a step by Taylor series cost too much? It factors a matrix at every order; a Runge-Kutta step evaluates a tape at every stage, but

@@ -42,9 +42,10 @@ struct LoadLaw {
 
 /// rest + sum of slope x solution.
 #[derive(Clone)]
-struct AffineSum {
-    rest: Expr,
-    slopes: Vec<(usize, Expr)>,
+pub(crate) struct AffineSum {
+    pub rest: Expr,
+    /// By accelerations of coordinates, then multipliers.
+    pub slopes: Vec<(usize, Expr)>,
 }
 
 /// A solution with its levels.
@@ -283,7 +284,7 @@ fn direction_of(arena: &mut Arena, vector: &[Expr]) -> (Expr, Vec<Expr>) {
 }
 
 /// Sums over accelerations and multipliers as such.
-fn solved_sums(arena: &mut Arena, sums: &[Expr], coordinates: usize) -> Vec<AffineSum> {
+pub(crate) fn solved_sums(arena: &mut Arena, sums: &[Expr], coordinates: usize) -> Vec<AffineSum> {
     let symbols = arena.symbols(sums.iter().copied()).into_iter().filter(|symbol| symbol.is_solved());
     let symbols: Vec<Symbol> = symbols.collect();
     let zero: HashMap<Symbol, Expr> = symbols.iter().map(|&symbol| (symbol, Expr::ZERO)).collect();

@@ -12,7 +12,7 @@ pub use blocks::{Block, Incidence};
 pub(crate) use blocks::{BlockLoops, blocks};
 pub use eliminate::{EliminationSystem, Factorisation, Obstacle};
 pub use least_norm::Shared;
-pub(crate) use levels::{LevelSolution, Levels};
+pub(crate) use levels::{AffineSum, LevelSolution, Levels, solved_sums};
 pub(crate) use motion::typical;
 pub use motion::{MotionSolver, MotionSystem};
 pub use solve_tree::{SolveTree, in_solve_tree};

@@ -16,6 +16,7 @@ use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Contact, Contacts, Coordinate, Instants, Slip};
+use crate::tape::Tape;
 use crate::taylor::TapeAlong;
 
 /// What is open no further than this share of its scale touches: an instant is found to rounding errors of the motion. A rate is zero within the same share of the rates before an impact, and
@@ -37,6 +38,9 @@ pub(crate) struct ContactValues {
     pub rates: Vec<f64>,
     /// The gaps along a step, if they have polynomials.
     pub gaps_along: Option<TapeAlong>,
+    /// If there is friction: the rates of sliding along a step, and whether the ratios of static to kinetic limits stay as they are within one.
+    pub rates_along: Option<TapeAlong>,
+    pub has_constant_ratios: bool,
     /// How long each gap seems to stay open, in steps.
     pub flights: Vec<f64>,
     pub accelerations: Vec<f64>,
@@ -94,11 +98,19 @@ impl ContactValues {
         let results = |of: fn(&Contacts) -> usize| program.instants.contacts.as_ref().map_or(0, of);
         let (sums, locks) = (results(|data| data.pressing.results.len()), results(|data| data.locks.results.len()));
         let zeros = || vec![0.0; count];
+        let along = |tape: fn(&Contacts) -> &Tape, wanted: fn(&Contacts) -> bool| {
+            let data = program.instants.contacts.as_ref().filter(|data| wanted(data))?;
+            TapeAlong::new(model.layout(), tape(data))
+        };
+        let has_friction = |data: &Contacts| data.all.iter().any(|contact| contact.slip.is_some());
         Self {
+            rates_along: along(|data| &data.rates, has_friction),
+            has_constant_ratios: along(|data| &data.restitutions, has_friction)
+                .is_some_and(|ratios| (0..count).all(|index| ratios.is_constant(index))),
             gaps: zeros(),
             rates: zeros(),
             flights: zeros(),
-            gaps_along: program.instants.contacts.as_ref().and_then(|data| TapeAlong::new(model.layout(), &data.gaps)),
+            gaps_along: along(|data| &data.gaps, |_| true),
             accelerations: zeros(),
             restitutions: zeros(),
             sums: vec![0.0; sums],

@@ -46,6 +46,17 @@ impl Accelerations {
             .map_err(|failure| outside(model, machine).or_else(|| undetermined(model, machine)).unwrap_or(failure))
     }
 
+    /// Leaves those in the registers that `known` writes; false if it knows none.
+    pub fn take(&mut self, model: &Model, machine: &mut Machine, known: impl FnOnce(&mut [f64]) -> bool) -> bool {
+        let is_known = known(&mut self.values) && self.values.iter().all(|value| value.is_finite());
+        if is_known {
+            let (accelerations, reactions) = self.values.split_at(self.coordinates);
+            machine.load_accelerations(model, accelerations);
+            machine.load_reactions(model, reactions);
+        }
+        is_known
+    }
+
     /// The accelerations last evaluated, to be changed.
     pub fn accelerations_mut(&mut self) -> &mut [f64] {
         &mut self.values[..self.coordinates]

@@ -266,6 +266,18 @@ impl Stepper {
         self.taylor.as_deref().filter(|_| is_series && !model.is_driven())
     }
 
+    /// Accelerations and multipliers where the last step ends, if its series has found them with the limits of friction.
+    pub(crate) fn solved_at_end(
+        &self,
+        model: &Model,
+        run: &Run,
+        memory: &Memory,
+        settings: &Settings,
+        values: &mut [f64],
+    ) -> bool {
+        self.series(model, run, memory, settings).is_some_and(|taylor| taylor.solved_at_end(values))
+    }
+
     /// Something has changed at the end of the last step, or within it: the run begins anew at this state. A step of the implicit method is taken again up to here, for its polynomial is of a
     /// lower order than its end.
     pub(crate) fn begin_anew(

@@ -17,6 +17,8 @@ pub(crate) type Coefficients = [f64; ORDERS];
 enum Leaf {
     Time,
     Coordinate(usize),
+    /// The rate of a coordinate.
+    Rate(usize),
     /// A register that is constant within a step.
     Register(usize),
 }
@@ -54,7 +56,7 @@ pub(crate) struct TapeAlong {
 }
 
 impl TapeAlong {
-    /// A tape of time, coordinates and what is constant within a step; none if it reads anything else, or if an operation that moves is in pieces or has no recurrence here.
+    /// A tape of time, coordinates, their rates and what is constant within a step; none if it reads anything else, or if an operation that moves is in pieces or has no recurrence here.
     pub fn new(layout: &Layout, tape: &Tape) -> Option<Self> {
         let mut builder = Builder::default();
         for instruction in tape.instructions() {
@@ -97,6 +99,10 @@ impl TapeAlong {
             match source {
                 Leaf::Time => (polynomial[0], polynomial[1]) = (time, 1.0),
                 Leaf::Coordinate(index) => coordinate(index, polynomial),
+                Leaf::Rate(index) => {
+                    coordinate(index, polynomial);
+                    differentiate(polynomial, self.order);
+                }
                 Leaf::Register(register) => polynomial[0] = registers[register],
             }
             self.values[place] = polynomial[0];
@@ -116,6 +122,11 @@ impl TapeAlong {
     /// The polynomial of a result.
     pub fn polynomial(&self, result: usize) -> &[f64] {
         &self.polynomials[self.results[result]][..=self.order]
+    }
+
+    /// True for a result that does not change within a step.
+    pub fn is_constant(&self, result: usize) -> bool {
+        !self.moves[self.results[result]]
     }
 
     /// True for a result that is a sum of coordinates times constants: its polynomial is exact.
@@ -237,6 +248,14 @@ fn sine_and_cosine(a: &Coefficients, written: &mut [Coefficients], length: usize
     }
 }
 
+/// The derivative of a polynomial.
+fn differentiate(polynomial: &mut Coefficients, order: usize) {
+    for k in 0..order {
+        polynomial[k] = (k + 1) as f64 * polynomial[k + 1];
+    }
+    polynomial[order] = 0.0;
+}
+
 /// What is known while the instructions are looked through.
 #[derive(Default)]
 struct Builder {
@@ -253,12 +272,14 @@ impl Builder {
         if let Some(&place) = self.places.get(&register) {
             return Some(place);
         }
-        let coordinates = layout.positions()..layout.rates();
+        let (coordinates, rates) = (layout.positions()..layout.rates(), layout.rates()..layout.accelerations());
         let is_constant = layout.constant_between_instants().contains(&register) || register >= layout.constants();
         let source = if register == layout.time() {
             Leaf::Time
         } else if coordinates.contains(&register) {
             Leaf::Coordinate(register - coordinates.start)
+        } else if rates.contains(&register) {
+            Leaf::Rate(register - rates.start)
         } else if is_constant {
             Leaf::Register(register)
         } else {
@@ -447,8 +468,8 @@ mod tests {
         assert!(of(Power, [1, positions, 0]).is_none());
         // Steps end at the next integer.
         assert!(of(Floor, [positions, 0, 0]).is_some());
-        let rates = layout().rates() as u32;
-        assert!(of(Add, [positions, rates, 0]).is_none());
+        let accelerations = layout().accelerations() as u32;
+        assert!(of(Add, [positions, accelerations, 0]).is_none());
     }
 
     /// Registers are used again.

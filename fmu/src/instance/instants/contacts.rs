@@ -3,6 +3,7 @@
 //! Each is something that happens, as an event does, when its indicator begins to be positive: its reaction while it is closed, minus its gap (of a freewheel minus its rate) while it is open; how far the force exceeds the level
 //! while something sticks, minus its rate while it slips. After them come the sums whose signs are assumed where they press, and what must be positive lest friction locks the mechanism.
 
+mod frictions;
 mod polynomials;
 
 use super::super::snapshot::Phase;
@@ -219,6 +220,7 @@ impl Instance {
                 maximum(SHORTEST_SEEN, (8.0 * APART * self.importer_errors()).sqrt())
             }
             _ => {
+                self.close_for_friction(data)?;
                 self.check_inside(CANCELLED.max(tolerance))?;
                 tolerance
             }
@@ -259,6 +261,18 @@ impl Instance {
             closed.map_err(InstanceError::Solver)?;
         }
         Ok(())
+    }
+
+    /// A polynomial of the series leaves the loops open by about the tolerance, and the next step begins with them closed: whether something that has come to rest slides, and in which direction, must be
+    /// decided for the rates that it then has.
+    fn close_for_friction(&mut self, data: &Contacts) -> Result<(), InstanceError> {
+        if data.all.iter().all(|contact| contact.slip.is_none()) {
+            return Ok(());
+        }
+        let closed = self.stepper.close_positions(&self.model, &mut self.machine, &mut self.now.state);
+        let closed =
+            closed.and_then(|()| self.stepper.close_rates(&self.model, &mut self.machine, &mut self.now.state));
+        closed.map_err(InstanceError::Solver)
     }
 
     /// Looks whether anything is inside what it touches by more than `least` of its scale: at the start, or where a limit has been moved.

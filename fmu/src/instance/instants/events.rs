@@ -88,6 +88,9 @@ impl Instance {
         if let Some(found) = self.search_polynomials(instants, step) {
             return found;
         }
+        if let Some(found) = self.search_frictions(instants, step) {
+            return found;
+        }
         instants.armed.clone_from(&self.now.happened.armed);
         if self.stays_far(instants, step) {
             self.computed = Computed::default();
@@ -272,16 +275,30 @@ impl Instance {
         let mut known = self.stepper.interpolate(&self.model, &mut self.machine, (run, memory), at, &settings).is_ok();
         self.machine.load(&self.model, &instants.within);
         let solved = instants.sides_solved || self.is_any_solved() || share == 1.0 && self.may_lock();
-        if solved {
+        // A series that has begun there has limits of friction that nothing locks.
+        let is_end = share == 1.0 && piece[1] == self.now.run.last.end_time && !instants.sides_solved;
+        let is_begun = known && solved && is_end && self.take_from_series();
+        if solved && !is_begun {
             known = known && self.accelerations.evaluate(&self.model, &mut self.machine).is_ok();
+        }
+        if solved {
             self.machine.load(&self.model, &instants.within);
         }
         self.machine.evaluate(&self.model.program().instants.sides, &mut instants.sides);
-        self.indicate(instants, Some(step), solved);
+        self.indicate(instants, Some(step), solved && !is_begun);
         if !known {
             instants.sides.fill(f64::NAN);
             instants.indicators.fill(f64::NAN);
         }
+    }
+
+    /// Accelerations and multipliers where the last step ends, from the series that begins there; false if it has none.
+    fn take_from_series(&mut self) -> bool {
+        let settings = self.settings();
+        let (run, memory) = (&self.now.run, &self.now.memory);
+        self.accelerations.take(&self.model, &mut self.machine, |values| {
+            self.stepper.solved_at_end(&self.model, run, memory, &settings, values)
+        })
     }
 
     /// True if an event has happened that happens once only.

@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::motion::Run;
 use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
-use crate::taylor::{Changes, Jet};
+use crate::taylor::{Changes, FrictionAlong, Jet};
 pub(crate) use memory::TaylorMemory;
 use propose::order_of;
 pub(crate) use propose::{order_for, share};
@@ -210,6 +210,20 @@ impl Taylor {
     /// The polynomial of the reaction of a loop equation in the last step; false if none is kept.
     pub(crate) fn reaction(&self, run: &Run, constraint: u32, coefficients: &mut [f64]) -> bool {
         self.jet.reaction(&run.last.dense, run.last.order as usize, constraint, coefficients)
+    }
+
+    /// The polynomials of the friction whose limit is the multiplier of a row, in the last step.
+    pub(crate) fn friction<'a>(&self, run: &'a Run, row: u32) -> Option<FrictionAlong<'a>> {
+        self.jet.friction(&run.last.dense, row, run.last.order as usize)
+    }
+
+    /// Accelerations and multipliers where the last step ends, if friction depends on them and a series has been begun there.
+    pub(crate) fn solved_at_end(&self, values: &mut [f64]) -> bool {
+        let is_known = self.jet.is_solved_with_friction() && self.known == Start::Regular;
+        if is_known {
+            self.jet.solved(values);
+        }
+        is_known
     }
 
     /// Begins a series at the end of the last step, on the loops, if that has not been done.

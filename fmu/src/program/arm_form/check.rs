@@ -1,7 +1,8 @@
 //! What must hold for an arm form, so that finding series cannot fail.
 
 use super::{
-    ArmForm, Cause, CoordinatePlace, Factor, Frame, Given, MAX_SWITCHES, SeriesOperation, SeriesStep, Slot, Source,
+    ArmForm, Cause, CoordinatePlace, Factor, Frame, Friction, Given, MAX_SWITCHES, NormalForce, SeriesOperation,
+    SeriesStep, Slope, Slot, Solved, SolvedSum, Source,
 };
 use crate::program::Program;
 
@@ -50,8 +51,13 @@ impl ArmForm {
             let is_valid = (row.constraint as usize) < constraints && coefficient(&row.constant);
             holds(arms && unknowns && signals && is_valid, "a loop equation")?;
         }
-        let is_row = |(row, open): &(u32, u32)| (*row as usize) < self.rows.len() && coefficient(open);
-        holds(self.contacts.iter().all(is_row), "a loop equation that holds on one side")?;
+        for contact in &self.contacts {
+            let is_row = (contact.row as usize) < self.rows.len() && coefficient(&contact.open);
+            holds(is_row, "a loop equation that does not always hold")?;
+            let series = |slot: Slot| written.get(slot as usize) == Some(&true);
+            let friction = contact.friction.as_ref();
+            holds(friction.is_none_or(|friction| self.is_friction(friction, constraints, series)), "a friction")?;
+        }
         for load in &self.loads {
             let value = load.value.is_none_or(|slot| written.get(slot as usize) == Some(&true));
             holds(self.is_arm(load.arm) && value && load.along.iter().all(coefficient), "a load")?;
@@ -65,6 +71,37 @@ impl ArmForm {
             holds(self.is_unknown(push.unknown) && value && coefficient(&push.factor), "a load")?;
         }
         Ok(())
+    }
+
+    fn is_friction(&self, friction: &Friction, constraints: usize, series: impl Fn(Slot) -> bool) -> bool {
+        let coefficient = |place: &u32| (*place as usize) < self.coefficients.results.len();
+        let is_solved = |solved: Solved| match solved {
+            Solved::Unknown(unknown) => self.is_unknown(unknown),
+            Solved::X(arm) | Solved::Y(arm) => (arm as usize) < self.frames.len() && self.is_unknown(arm),
+            Solved::Row(row) => (row as usize) < self.rows.len(),
+            Solved::Limit(contact) => self.contacts.get(contact as usize).is_some_and(|it| it.friction.is_some()),
+        };
+        let is_slope = |slope: Slope| match slope {
+            Slope::Constant(place) => coefficient(&place),
+            Slope::Series(slot) => series(slot),
+        };
+        let is_sum = |sum: &SolvedSum| {
+            let is_term = |&(solved, slope): &(Solved, Slope)| {
+                let is_arm = matches!(solved, Solved::X(_) | Solved::Y(_));
+                is_slope(slope) && is_solved(solved) && !(is_arm && matches!(slope, Slope::Series(_)))
+            };
+            series(sum.rest) && sum.terms.iter().all(is_term)
+        };
+        let is_normal = |force: &NormalForce| match force {
+            NormalForce::Signed(sign, sum) => coefficient(sign) && is_sum(sum),
+            NormalForce::Magnitude(components) => (1..=2).contains(&components.len()) && components.iter().all(is_sum),
+        };
+        (friction.constraint as usize) < constraints
+            && friction.arms.iter().all(|(arm, along)| self.is_arm(*arm) && along.iter().all(coefficient))
+            && friction.unknowns.iter().all(|(unknown, factor)| self.is_unknown(*unknown) && coefficient(factor))
+            && is_slope(friction.free)
+            && is_slope(friction.share)
+            && friction.normal.iter().all(is_normal)
     }
 
     /// A tree has all arms, once each, of frames that turn by themselves and of lines in the world; and nothing else couples them.

@@ -53,8 +53,8 @@ pub struct ArmForm {
     pub links: Vec<Link>,
     /// Loop equations.
     pub rows: Vec<LoopEquation>,
-    /// Loop equations that hold on one side only, and what stands on the diagonal of their reactions: 0 while they are closed, else -1.
-    pub contacts: Vec<(u32, Coefficient)>,
+    /// Loop equations that do not always hold.
+    pub contacts: Vec<ContactRow>,
     /// Loads along arms.
     pub loads: Vec<Load>,
     /// Loads on unknowns.
@@ -177,6 +177,77 @@ pub struct LoopEquation {
     pub signals: Vec<(Slot, Coefficient)>,
     /// Constant term.
     pub constant: Coefficient,
+}
+
+/// A loop equation that holds while a contact is closed, or a friction sticks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactRow {
+    /// The loop equation.
+    pub row: u32,
+    /// What stands on the diagonal of its reaction: 0 while it is closed, else -1.
+    pub open: Coefficient,
+    /// The friction there.
+    pub friction: Option<Friction>,
+}
+
+/// A friction limit s = free + share x normal force, and the force on what slides: a load for each unit of the limit. Its series is found together with the accelerations and reactions of each
+/// order, from which the normal force follows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Friction {
+    /// The row of the program whose multiplier the limit is.
+    pub constraint: u32,
+    /// (arm, world components of the force for each unit of the limit); zero while it sticks.
+    pub arms: Vec<(u32, [Coefficient; 2])>,
+    /// (unknown, generalised force for each unit of the limit)
+    pub unknowns: Vec<(u32, Coefficient)>,
+    /// The part that does not follow from reactions.
+    pub free: Slope,
+    /// The coefficient of friction, or its product with a radius.
+    pub share: Slope,
+    /// The normal force is the sum of these.
+    pub normal: Vec<NormalForce>,
+}
+
+/// Part of a normal force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum NormalForce {
+    /// A sum times its sign, which events keep.
+    Signed(Coefficient, SolvedSum),
+    /// The magnitude of a vector of one component or two.
+    Magnitude(Vec<SolvedSum>),
+}
+
+/// An affine function of accelerations, reactions and friction limits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SolvedSum {
+    /// Its value without them, a series.
+    pub rest: Slot,
+    /// Its derivatives by them.
+    pub terms: Vec<(Solved, Slope)>,
+}
+
+/// What is solved for at each order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Solved {
+    /// The second derivative of an unknown.
+    Unknown(u32),
+    /// Those of the components of a frame's unit vector, where the frame's angle is an unknown.
+    X(u32),
+    /// As above.
+    Y(u32),
+    /// The reaction of a loop equation, in the unit of mass.
+    Row(u32),
+    /// The friction limit of one of the contacts.
+    Limit(u32),
+}
+
+/// A factor, or a derivative of a sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Slope {
+    /// It follows from the parameters.
+    Constant(Coefficient),
+    /// It changes with the motion.
+    Series(Slot),
 }
 
 /// Part of the force on an arm, as seen from the arm's frame of constants.

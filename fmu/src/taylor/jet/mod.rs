@@ -12,6 +12,7 @@ mod batch;
 mod clearance;
 mod curves;
 mod frames;
+mod friction;
 mod orders;
 mod pairs;
 mod pieces;
@@ -37,6 +38,8 @@ use crate::taylor::tape::{Scalars, Vectors};
 pub(crate) use batch::{Batch, MEMBERS};
 pub use clearance::Changes;
 use curves::CurveSlope;
+pub(crate) use friction::FrictionAlong;
+use friction::Limits;
 use reactions::Reactions;
 use response::Response;
 pub(crate) use start::CLOSED;
@@ -192,6 +195,7 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     curves: Vec<CurveSlope<N>>,
     /// Loop equations that whole turns leave closed.
     direction_rows: Vec<usize>,
+    limits: Limits<N, L>,
     pushes: Loads,
     loads: Loads,
     coupling: Coupling<N, L>,
@@ -248,6 +252,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     weights: Vec<Lane<f64, L>>,
     /// Unknowns and their first two derivatives where the polynomial was last evaluated.
     end: [Vec<Lane<N, L>>; 3],
+    /// True if no order behind the first has been found.
+    at_start: bool,
 }
 
 /// Numbers that series are made of, with what solves their equations.
@@ -309,6 +315,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             row_scales: row_scales(model, &form),
             terms,
             direction_rows: curves::direction_rows(model, &form),
+            limits: Limits::new(&form, &shape),
             curves,
             pushes: Loads::of_pushes(&form, &shape),
             loads: Loads::of_arms(&form, &shape),
@@ -336,6 +343,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             least_rate: model.least_rate(None),
             weights: vec![splat(1.0); all],
             end: [zeros(all), zeros(all), zeros(all)],
+            at_start: false,
             unknowns,
             turned_by,
             special,
@@ -407,7 +415,7 @@ impl Jet {
         let mut machine = Machine::new(model);
         machine.load(model, &model.default_state(0.0));
         jet.update(machine.registers());
-        if jet.form.has_only_frames() {
+        if jet.form.has_only_frames() && jet.limits.is_empty() {
             let (all, lanes) = (jet.shape.all(), jet.solution.len());
             jet.frames = [all, lanes];
             if all == 1 {

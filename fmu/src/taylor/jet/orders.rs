@@ -25,6 +25,7 @@ impl Jet {
 
     #[inline(always)]
     fn advance_all(&mut self, first: usize, last: usize) {
+        self.at_start = last == 0;
         self.scalars.signals(last + 2);
         let done = match self.frames {
             [1, 1] => self.advance_frames::<1, 1>(first, last),
@@ -57,9 +58,13 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.scalars.rates(k, vectors(&self.x, &self.y, &self.values, self.shape.all()));
         self.predict(k);
         self.foresee_curves(k);
+        if !self.limits.is_empty() {
+            self.applied.iter_mut().for_each(|lanes| lanes.fill(splat(N::ZERO)));
+        }
         self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
         self.residual_of_balance(k);
         self.solve();
+        self.solve_limits(k);
         self.keep_reactions(k);
         self.correct(k);
         self.follow(k + 2);

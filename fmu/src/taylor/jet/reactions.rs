@@ -1,10 +1,11 @@
 //! Series of reactions: a contact ceases to press at a root of one.
 
+use super::friction::Limits;
 use super::{Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, splat};
 use crate::linalg::number::Number;
 use crate::model::Model;
-use crate::program::arm_form::{ArmForm, Coefficient, ORDERS};
+use crate::program::arm_form::{ArmForm, ContactRow, ORDERS};
 use crate::taylor::products::move_start;
 
 /// Those of all loop equations, if any is kept.
@@ -27,7 +28,7 @@ impl<N: Number, const L: usize> Reactions<N, L> {
 
     /// Detects whether any contact is closed: the reactions of the others are zero.
     pub fn detect_closed(&mut self, form: &ArmForm, coefficients: &[N]) {
-        let is_closed = |&(_, open): &(u32, Coefficient)| coefficients[open as usize] == N::ZERO;
+        let is_closed = |contact: &ContactRow| coefficients[contact.open as usize] == N::ZERO;
         self.wanted = self.lanes > 0 && form.contacts.iter().any(is_closed);
     }
 
@@ -52,9 +53,16 @@ fn lanes(model: &Model, form: &ArmForm, width: usize) -> usize {
 }
 
 impl Jet {
-    /// Numbers in a polynomial of the highest order, with reactions behind it.
+    /// Numbers in a polynomial of the highest order, with reactions and series of friction behind it.
     pub fn room(model: &Model, form: &ArmForm) -> usize {
-        ORDERS * (Shape::new(form, WIDTH).all() + lanes(model, form, WIDTH)) * WIDTH
+        let lanes = Shape::new(form, WIDTH).all() + lanes(model, form, WIDTH);
+        ORDERS * (lanes * WIDTH + Limits::<f64, WIDTH>::kept(form))
+    }
+
+    /// Where the series of friction begin in a polynomial.
+    pub(super) fn friction_in(&self) -> usize {
+        let [first, count] = self.reactions_in();
+        first + ORDERS * count
     }
 
     /// Where reactions begin in a polynomial, and how many numbers are those of one order.
@@ -66,6 +74,8 @@ impl Jet {
     pub fn write_polynomial(&self, order: usize, polynomial: &mut [f64]) {
         let unknowns = self.values[..(order + 1) * self.shape.all()].as_flattened();
         polynomial[..unknowns.len()].copy_from_slice(unknowns);
+        let first = self.friction_in();
+        self.limits.write(order - 2, self.form.unit_of_mass, &mut polynomial[first..]);
         if !self.reactions_kept.wanted {
             return;
         }
@@ -93,6 +103,9 @@ impl Jet {
         move_start(&mut polynomial[..(order + 1) * places], places, dt);
         if count > 0 {
             move_start(&mut polynomial[first..][..(order - 1) * count], count, dt);
+        }
+        for series in polynomial[self.friction_in()..].as_chunks_mut::<ORDERS>().0 {
+            move_start(&mut series[..order - 1], 1, dt);
         }
     }
 }

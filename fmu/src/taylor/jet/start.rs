@@ -63,6 +63,7 @@ impl Jet {
         self.pose(motion)?;
         let open = self.put_on_loops(&motion[self.form.coordinates.len()..], CLOSED);
         self.respond();
+        self.respond_to_limits();
         self.weigh();
         for k in 0..2 {
             self.follow(k);
@@ -76,7 +77,13 @@ impl Jet {
     pub fn accelerations(&mut self, model: &Model, registers: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         let layout = model.layout();
         self.begin(model, registers, &registers[layout.positions()..layout.accelerations()])?;
-        let (accelerations, reactions) = values.split_at_mut(model.coordinates());
+        self.solved(values);
+        Ok(())
+    }
+
+    /// Accelerations and multipliers where the series begins, with zeros for equations that are left out.
+    pub fn solved(&self, values: &mut [f64]) {
+        let (accelerations, reactions) = values.split_at_mut(self.form.coordinates.len());
         self.coordinates(2, accelerations);
         accelerations.iter_mut().for_each(|coefficient| *coefficient *= 2.0);
         reactions.fill(0.0);
@@ -84,7 +91,9 @@ impl Jet {
         for (row, reaction) in self.form.rows.iter().zip(solution) {
             reactions[row.constraint as usize] = *reaction * self.form.unit_of_mass;
         }
-        Ok(())
+        for (row, limit) in self.limits.at_start() {
+            reactions[row] = limit;
+        }
     }
 
     /// The choices of laws at q and v, in a singular pose too: they need no accelerations.
@@ -134,6 +143,7 @@ impl Jet {
         self.turn_rates();
         (0..2).for_each(|_| _ = self.close(1, 0.0));
         self.respond();
+        self.respond_to_limits();
         self.weigh();
         (0..2).for_each(|k| self.follow(k));
         self.advance(0, 0);

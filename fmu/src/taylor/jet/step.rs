@@ -1,11 +1,12 @@
 //! What a step needs of the series: how far it reaches, and the motion at its end.
 
+use super::friction::Limits;
 use super::{Coefficient, Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
 use crate::linalg::number::Number;
 use crate::math;
-use crate::program::arm_form::MAX_ORDER;
 use crate::program::arm_form::CoordinatePlace;
+use crate::program::arm_form::MAX_ORDER;
 
 /// Where the value of a coordinate lies.
 #[derive(Clone, Copy, Debug)]

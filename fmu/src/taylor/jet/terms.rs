@@ -209,8 +209,8 @@ impl<N: Elementary> Terms<N> {
             terms.loops.extend(plan.slopes(index).filter_map(column));
             let column = |(place, value)| Some(Term::new(row, plan.equation(place)?, value));
             terms.linear.extend(plan.linear(index).filter_map(column));
-            let openings = plan.form.contacts.iter().filter(|(equation, _)| *equation as usize == index);
-            terms.diagonal.extend(openings.map(|&(_, open)| Term::new(row, row, open)));
+            let openings = plan.form.contacts.iter().filter(|contact| contact.row as usize == index);
+            terms.diagonal.extend(openings.map(|contact| Term::new(row, row, contact.open)));
         }
         terms
     }

@@ -59,9 +59,10 @@ pub(crate) fn variations(model: &Model, directions: usize) -> Option<Box<dyn Var
     })
 }
 
-/// Are all laws analytic, and none of them steep?
+/// Are all laws analytic, and none of them steep, and is there no friction that depends on reactions?
 fn is_gentle(form: &ArmForm) -> bool {
-    form.tape.switches.is_empty() && !form.tape.has_layers()
+    let has_friction = form.contacts.iter().any(|contact| contact.friction.is_some());
+    form.tape.switches.is_empty() && !form.tape.has_layers() && !has_friction
 }
 
 impl<const D: usize> Coefficient for Dual<D> {

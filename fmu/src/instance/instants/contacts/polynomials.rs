@@ -41,7 +41,7 @@ impl Instance {
     }
 
     fn search_contacts(&mut self, instants: &mut Instants, gaps: &mut TapeAlong, step: [f64; 2]) -> Option<Searched> {
-        self.expand_gaps(gaps, step[0])?;
+        self.expand_along(gaps, step[0])?;
         self.test_reactions(instants, step)?;
         let whole = step[1] - step[0];
         let mut flights = std::mem::take(&mut instants.contacts.flights);
@@ -144,14 +144,14 @@ impl Instance {
         }
     }
 
-    /// Finds the polynomials of all gaps in the last step; none if it has no series.
-    fn expand_gaps(&mut self, gaps: &mut TapeAlong, start: f64) -> Option<()> {
+    /// Finds the polynomials of a tape in the last step; none if it has no series.
+    pub(super) fn expand_along(&mut self, tape: &mut TapeAlong, start: f64) -> Option<()> {
         let settings = self.settings();
         self.machine.load_constant(&self.model, &self.now.state);
         let (run, memory) = (&self.now.run, &self.now.memory);
         let series = self.stepper.series(&self.model, run, memory, &settings)?;
         let order = run.last.order as usize;
-        gaps.begin(self.machine.registers(), (start, order), |index, coefficients| {
+        tape.begin(self.machine.registers(), (start, order), |index, coefficients| {
             series.coordinate(run, index, coefficients);
         });
         Some(())
@@ -213,7 +213,7 @@ impl Instance {
 }
 
 /// The coefficients in the share of a span.
-fn scaled(polynomial: &[f64], span: f64) -> [f64; ORDERS] {
+pub(super) fn scaled(polynomial: &[f64], span: f64) -> [f64; ORDERS] {
     let (mut scaled, mut power) = ([0.0; ORDERS], 1.0);
     for (place, coefficient) in scaled.iter_mut().zip(polynomial) {
         *place = coefficient * power;
@@ -223,7 +223,12 @@ fn scaled(polynomial: &[f64], span: f64) -> [f64; ORDERS] {
 }
 
 /// Where a function is zero that is positive at one place and negative at the other, from its polynomial, which is nearly right: Newton's method. Where that leads out of the interval it is closed in from both sides.
-fn root(polynomial: &[f64], [mut from, mut to]: [f64; 2], spacing: f64, function: &mut impl FnMut(f64) -> f64) -> f64 {
+pub(super) fn root(
+    polynomial: &[f64],
+    [mut from, mut to]: [f64; 2],
+    spacing: f64,
+    function: &mut impl FnMut(f64) -> f64,
+) -> f64 {
     let is_found = |at: f64, next: f64| (next - at).abs() <= maximum(spacing, SPACINGS * next.abs());
     let mut at = within(polynomial, [from, to], is_found);
     for _ in 0..IMPROVEMENTS {
