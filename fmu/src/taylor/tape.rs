@@ -97,7 +97,7 @@ fn degrees(tape: &SeriesTape) -> Vec<usize> {
         degrees[slot as usize] = if given == Given::Time { 1 } else { GIVEN - 1 };
     }
     for step in &tape.signals {
-        if let Operation::Linear { first, count, .. } = step.operation {
+        if let SeriesOperation::Linear { first, count, .. } = step.operation {
             let degree =
                 |term: &Term| if let Source::Slot(slot) = term.source { degrees[slot as usize] } else { ORDERS };
             let terms = &tape.terms[first as usize..][..count as usize];

@@ -1,6 +1,5 @@
 //! What a step needs of the series: how far it reaches, and the motion at its end.
 
-use super::friction::Limits;
 use super::{Coefficient, Jet, Shape};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, by_width, larger, largest, multiply, plus, splat, subtract};
 use crate::linalg::number::Number;
