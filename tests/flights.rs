@@ -150,3 +150,15 @@ fn polynomials_find_what_places_find() {
         }
     }
 }
+
+/// A cam that presses is not looked at in many places of a step.
+#[test]
+fn a_reaction_is_searched_by_its_polynomial() {
+    let text = valve(220.0);
+    let [polynomials, places] = [text.clone(), text + NEVER].map(|text| {
+        let mut run = started(&model(&text), None, 0.25, 1e-6);
+        run.step_to(0.25).unwrap();
+        run.statistics().work as f64
+    });
+    assert!(polynomials < 0.85 * places, "{polynomials} {places}");
+}
