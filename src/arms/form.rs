@@ -11,7 +11,7 @@ use cotree_fmu::program::arm_form::{
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
 use super::{Arm, ArmEquations, ArmFactor, ArmLoad, ArmLoopEquation, Arms, NoSeries};
-use crate::equations::{Constraint, Equations, FrameId};
+use crate::equations::{Constraint, Equations, FrameId, MotionLayout, MotionVariable};
 use crate::expr::{Arena, Expr, ExprNode, Order, Property, Symbol, Unary, Values};
 
 /// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
@@ -121,13 +121,13 @@ fn lower(
     }
     let arms = &arms;
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
-    let mechanical = angular.len();
+    let layout = equations.motion_layout();
     let angular = [angular, vec![false; equations.states.len()]].concat();
     let repeats: Vec<bool> = equations.constraints.iter().map(Constraint::repeats).collect();
     let per_unit = equations.system.arena.constant(1.0 / unit_of_mass);
     let mut lowering = Lowering {
         per_unit,
-        mechanical,
+        layout,
         repeats: &repeats,
         arena: &mut equations.system.arena,
         arms,
@@ -164,7 +164,7 @@ struct Lowering<'a> {
     /// One over the unit of mass.
     per_unit: Expr,
     /// How many coordinates are not integrals of states.
-    mechanical: usize,
+    layout: MotionLayout,
     /// Which loop equations repeat others.
     repeats: &'a [bool],
     arena: &'a mut Arena,
@@ -247,15 +247,15 @@ impl Lowering<'_> {
                 [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
             }
         };
-        let symbols = match index.checked_sub(self.mechanical) {
-            None => vec![
-                (Symbol::Coordinate(index, Order::Position), Source::Unknown as fn(u32) -> Source),
-                (Symbol::Coordinate(index, Order::Velocity), Source::UnknownRate),
-            ],
-            Some(state) => vec![(Symbol::State(state, Order::Position), Source::UnknownRate as fn(u32) -> Source)],
+        let variable = self.layout.variable(index);
+        let orders: &[(Order, fn(u32) -> Source)] = match variable {
+            MotionVariable::Coordinate(_) => {
+                &[(Order::Position, Source::Unknown), (Order::Velocity, Source::UnknownRate)]
+            }
+            MotionVariable::State(_) => &[(Order::Velocity, Source::UnknownRate)],
         };
-        for (symbol, source) in symbols {
-            let symbol = self.arena.symbol(symbol);
+        for &(order, source) in orders {
+            let symbol = self.arena.symbol(variable.symbol(order));
             let sum = terms.iter().map(|&(arm, sign)| (source(arm), self.arena.constant(sign))).collect();
             self.builder.define(symbol, sum);
         }
