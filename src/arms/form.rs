@@ -248,17 +248,16 @@ impl Lowering<'_> {
             }
         };
         let variable = self.layout.variable(index);
-        let orders: &[(Order, fn(u32) -> Source)] = match variable {
-            MotionVariable::Coordinate(_) => {
-                &[(Order::Position, Source::Unknown), (Order::Velocity, Source::UnknownRate)]
-            }
-            MotionVariable::State(_) => &[(Order::Velocity, Source::UnknownRate)],
-        };
-        for &(order, source) in orders {
+        let mut define = |order: Order, source: fn(u32) -> Source| {
             let symbol = self.arena.symbol(variable.symbol(order));
             let sum = terms.iter().map(|&(arm, sign)| (source(arm), self.arena.constant(sign))).collect();
             self.builder.define(symbol, sum);
+        };
+        // Nothing depends on the integral of a state.
+        if matches!(variable, MotionVariable::Coordinate(_)) {
+            define(Order::Position, Source::Unknown);
         }
+        define(Order::Velocity, Source::UnknownRate);
     }
 
     fn shapes(&mut self) -> Result<(), NoSeries> {
