@@ -12,7 +12,7 @@ use super::friction::ArmLimit;
 use super::linear::conjugate_product;
 use super::series::{Coefficients, SeriesBuilder};
 use super::{Arm, ArmEquations, ArmFactor, ArmLoad, ArmLoopEquation, Arms, NoSeries};
-use crate::equations::{Constraint, Equations, FrameId};
+use crate::equations::{Constraint, Equations, FrameId, MotionLayout, MotionVariable};
 use crate::expr::{Arena, Expr, ExprNode, Order, Property, Symbol, Unary, Values};
 
 /// Loop equations that repeat others and are open by more than this, relative to their scales, repeat them but nearly: each choice of them is another motion.
@@ -124,13 +124,13 @@ fn lower(
     }
     let arms = &arms;
     let angular: Vec<bool> = equations.coordinates.iter().map(|coordinate| coordinate.angular).collect();
-    let mechanical = angular.len();
+    let layout = equations.motion_layout();
     let angular = [angular, vec![false; equations.states.len()]].concat();
     let repeats: Vec<bool> = equations.constraints.iter().map(Constraint::repeats).collect();
     let per_unit = equations.system.arena.constant(1.0 / unit_of_mass);
     let mut lowering = Lowering {
         per_unit,
-        mechanical,
+        layout,
         repeats: &repeats,
         arena: &mut equations.system.arena,
         arms,
@@ -167,8 +167,8 @@ fn lower(
 pub(super) struct Lowering<'a> {
     /// One over the unit of mass.
     pub(super) per_unit: Expr,
-    /// How many coordinates are not integrals of states.
-    pub(super) mechanical: usize,
+    /// Which entries of the motion are coordinates, and which are integrals of states.
+    pub(super) layout: MotionLayout,
     /// Which loop equations repeat others.
     repeats: &'a [bool],
     pub(super) arena: &'a mut Arena,
@@ -251,18 +251,17 @@ impl Lowering<'_> {
                 [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
             }
         };
-        let symbols = match index.checked_sub(self.mechanical) {
-            None => vec![
-                (Symbol::Coordinate(index, Order::Position), Source::Unknown as fn(u32) -> Source),
-                (Symbol::Coordinate(index, Order::Velocity), Source::UnknownRate),
-            ],
-            Some(state) => vec![(Symbol::State(state, Order::Position), Source::UnknownRate as fn(u32) -> Source)],
-        };
-        for (symbol, source) in symbols {
-            let symbol = self.arena.symbol(symbol);
+        let variable = self.layout.variable(index);
+        let mut define = |order: Order, source: fn(u32) -> Source| {
+            let symbol = self.arena.symbol(variable.symbol(order));
             let sum = terms.iter().map(|&(arm, sign)| (source(arm), self.arena.constant(sign))).collect();
             self.builder.define(symbol, sum);
+        };
+        // Nothing depends on the integral of a state.
+        if matches!(variable, MotionVariable::Coordinate(_)) {
+            define(Order::Position, Source::Unknown);
         }
+        define(Order::Velocity, Source::UnknownRate);
     }
 
     fn shapes(&mut self) -> Result<(), NoSeries> {

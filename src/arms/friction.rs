@@ -188,7 +188,7 @@ impl Lowering<'_> {
 
     /// What an acceleration or a multiplier of the program is made of, with factors.
     fn solved(&mut self, index: usize, limits: &BTreeMap<usize, u32>) -> Result<Vec<(Solved, Expr)>, NoSeries> {
-        let Some(row) = index.checked_sub(self.mechanical) else {
+        let Some(row) = index.checked_sub(self.layout.coordinates().len()) else {
             return Ok(match self.form.coordinates[index] {
                 CoordinatePlace::Displacement { arm } => vec![(Solved::Unknown(arm), Expr::ONE)],
                 CoordinatePlace::Angle { arm, parent, reversed } => {

@@ -159,7 +159,7 @@ impl Equations {
         directions: &[[Expr; 2]],
         arms: &mut ArmEquations,
     ) -> usize {
-        let first = self.coordinates.len() + self.states.len() + arms.auxiliary.len();
+        let first = self.motion_layout().count() + arms.auxiliary.len();
         for (displacement, &free) in (first..).zip(directions) {
             arms.auxiliary.push(ArmAuxiliary { displacement, free, row: arms.rows.len() });
             gap.insert(Arm { frame, factor: ArmFactor::Displacement(displacement) }, free);

@@ -11,7 +11,7 @@ impl Equations {
     pub(super) fn state_arms(&mut self, mass: f64, arms: &mut ArmEquations) {
         let mass = self.system.arena.constant(mass);
         let along = [mass, Expr::ZERO];
-        for (index, &rate) in (self.coordinates.len()..).zip(&self.states) {
+        for (index, &rate) in self.motion_layout().states().zip(&self.states) {
             let arm = Arm { frame: FrameId::WORLD, factor: ArmFactor::Displacement(index) };
             if arms.links.is_empty() {
                 arms.coupling.insert((arm, arm), along);

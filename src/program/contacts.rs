@@ -127,7 +127,7 @@ impl ContactKernels {
             let without = solver.impact(arena, &requested);
             kernels.impact = levels.solve(arena, without, true).values;
             // States have no impulses.
-            let first = equations.coordinates.len();
+            let first = equations.motion_layout().states().start;
             kernels.impact.splice(first..first, equations.states.iter().map(|_| Expr::ZERO));
         }
         kernels

@@ -12,7 +12,7 @@ use super::dependency_sets::dependency_sets;
 use super::lowered::inverse;
 use super::table::TableRow;
 use super::variable::Variability;
-use crate::equations::{Constraint, Equations};
+use crate::equations::{Constraint, Equations, MotionLayout};
 use crate::expr::{Arena, Expr, Order, Symbol};
 use crate::solve::Block;
 
@@ -37,10 +37,10 @@ pub(crate) struct Moving<'a> {
 /// Finds the dependencies of all variables in motion. Dynamic motion: through the accelerations and reactions to what is in their expressions.
 /// Driven motion: through the blocks of the loop equations to the inputs in them.
 pub(crate) fn in_motion(rows: &mut [TableRow], equations: &mut Equations, moving: &Moving) {
-    let (driven, mechanical) = (moving.solved.is_empty(), equations.coordinates.len());
+    let (driven, layout) = (moving.solved.is_empty(), equations.motion_layout());
     // Discrete variables are no knowns of the standard: they change at events only.
     let open = rows.iter().enumerate().filter(|(_, row)| row.variable.variability != Variability::Discrete);
-    let given = open.filter_map(|(place, row)| Some((place, known(row.source, driven, mechanical)?)));
+    let given = open.filter_map(|(place, row)| Some((place, known(row.source, driven, layout)?)));
     // Time is beyond all places.
     let given: Vec<_> = given.chain([(rows.len(), vec![Symbol::Time])]).collect();
     let mut sources = Sources::new(equations, &given);
@@ -90,16 +90,13 @@ impl Changing {
 }
 
 /// The symbols of a parameter, input or state; a driven mechanism has no states but those of its drivers.
-fn known(source: Source, driven: bool, mechanical: usize) -> Option<Vec<Symbol>> {
+fn known(source: Source, driven: bool, layout: MotionLayout) -> Option<Vec<Symbol>> {
     match source {
         Source::Parameter(index) => Some(vec![Symbol::Parameter(index as usize)]),
         // The derivatives of an input are set together with it.
         Source::Input(index) => Some(ORDERS.map(|order| Symbol::Input(index as usize, order)).to_vec()),
         Source::Coordinate(index) if !driven => Some(vec![Symbol::Coordinate(index as usize, Order::Position)]),
-        Source::Rate(index) if !driven => Some(vec![match (index as usize).checked_sub(mechanical) {
-            Some(state) => Symbol::State(state, Order::Position),
-            None => Symbol::Coordinate(index as usize, Order::Velocity),
-        }]),
+        Source::Rate(index) if !driven => Some(vec![layout.variable(index as usize).symbol(Order::Velocity)]),
         _ => None,
     }
 }
@@ -208,14 +205,10 @@ impl Sources {
     /// Accelerations, then reactions, from their expressions.
     fn add_solved(&mut self, equations: &Equations, solved: &[Expr]) {
         let found = self.of(&equations.system.arena, solved);
-        let (coordinates, states) = (equations.coordinates.len(), equations.states.len());
+        let layout = equations.motion_layout();
         self.places.extend(found.into_iter().enumerate().map(|(index, places)| {
-            let symbol = match (index.checked_sub(coordinates), index.checked_sub(coordinates + states)) {
-                (_, Some(reaction)) => Symbol::Reaction(reaction),
-                (Some(state), None) => Symbol::State(state, Order::Velocity),
-                (None, None) => Symbol::Coordinate(index, Order::Acceleration),
-            };
-            (symbol, places)
+            let reaction = index.checked_sub(layout.count()).map(Symbol::Reaction);
+            (reaction.unwrap_or_else(|| layout.variable(index).symbol(Order::Acceleration)), places)
         }));
     }
 

@@ -128,14 +128,13 @@ fn differentiate(
     row: usize,
     jacobian: &mut Vec<((u32, u32), Expr)>,
 ) {
-    let mechanical = equations.coordinates.len();
-    let coordinates = mechanical + equations.states.len();
+    let layout = equations.motion_layout();
     for symbol in equations.system.arena.symbols([value]) {
         let column = match symbol {
             Symbol::Coordinate(index, of) if of == order => index,
             // A state is the rate of a coordinate.
-            Symbol::State(index, Order::Position) if order == Order::Velocity => mechanical + index,
-            Symbol::Follower(index, of) if of == order => coordinates + index,
+            Symbol::State(index, Order::Position) if order == Order::Velocity => layout.state(index),
+            Symbol::Follower(index, of) if of == order => layout.count() + index,
             Symbol::Coordinate(..) | Symbol::Follower(..) | Symbol::Time | Symbol::Parameter(_) => continue,
             Symbol::Discrete(_)
             | Symbol::Input(..)

@@ -263,7 +263,7 @@ fn is_too_large(program: &Program) -> bool {
 
 impl PositionKernels {
     fn new(equations: &mut Equations, length: f64) -> Self {
-        let coordinates = equations.coordinates.len() + equations.states.len();
+        let coordinates = equations.motion_layout().count();
         let mut jacobian = Vec::new();
         for (row, constraint) in equations.constraints.iter().enumerate() {
             let followers = constraint.followers.iter().map(|&(index, entry)| (coordinates + index, entry));
@@ -333,7 +333,7 @@ impl MotionKernels {
 
     /// Rates of states stand between accelerations and reactions, which they may read.
     fn add_states(&mut self, equations: &mut Equations) {
-        let first = equations.coordinates.len();
+        let first = equations.motion_layout().states().start;
         let rates = self.known(equations, &equations.states.clone());
         self.solved.splice(first..first, rates);
     }
@@ -538,8 +538,7 @@ fn assemble(
             Method::Auto if arms.is_some() => Engine::Taylor,
             Method::Auto | Method::Explicit => Engine::Dop853,
         },
-        automatic: mechanism.solver.method == Method::Auto
-            && equations.coordinates.len() + equations.states.len() <= MOST_IMPLICIT,
+        automatic: mechanism.solver.method == Method::Auto && equations.motion_layout().count() <= MOST_IMPLICIT,
         instants,
         arms,
         masses,

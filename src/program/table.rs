@@ -7,7 +7,7 @@ use cotree_fmu::program::{self, Source};
 use super::dependencies::{self, Moving};
 use super::initial::{Given, settable};
 use super::variable::{Causality, ScalarVariable, StartValue, Variability};
-use crate::equations::Equations;
+use crate::equations::{Equations, MotionVariable};
 use crate::expr::{Expr, Order, Symbol};
 use crate::model::{
     Calculated, Class, DiscreteId, DiscreteKind, DisplayUnit, Formula, Mechanism, Output, Parameter, StateId, Unit,
@@ -170,17 +170,17 @@ impl VariableTable {
         if driven {
             return;
         }
-        let mechanical = equations.coordinates.len();
+        let layout = equations.motion_layout();
         let places: HashMap<Source, usize> =
             self.rows.iter().enumerate().map(|(place, row)| (row.source, place)).collect();
         for row in &mut self.rows {
             // Continuous states are q and v of each coordinate in turn, then those of the scene.
             let (of, state) = match row.source {
                 Source::Rate(index) => (Source::Coordinate(index), 2 * index as usize),
-                Source::Acceleration(index) if (index as usize) < mechanical => {
-                    (Source::Rate(index), 2 * index as usize + 1)
-                }
-                Source::Acceleration(index) => (Source::Rate(index), mechanical + index as usize),
+                Source::Acceleration(index) => match layout.variable(index as usize) {
+                    MotionVariable::Coordinate(coordinate) => (Source::Rate(index), 2 * coordinate + 1),
+                    MotionVariable::State(state) => (Source::Rate(index), 2 * layout.states().start + state),
+                },
                 Source::Time
                 | Source::Parameter(_)
                 | Source::Input(_)

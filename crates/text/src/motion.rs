@@ -71,7 +71,7 @@ impl MotionEquations {
             blocks.push(DocumentBlock::Text(vec![Piece::words(text)]));
         } else {
             blocks.push(DocumentBlock::Equations(self.form(equations)));
-            blocks.push(DocumentBlock::Heading("CoordinateChoice".into()));
+            blocks.push(DocumentBlock::Heading("Coordinates".into()));
             blocks.push(DocumentBlock::table(Vec::new(), coordinates(equations)));
         }
         let lines = formulas.definitions.len() + formulas.formulas.len();

@@ -1,5 +1,6 @@
 //! Natural vibrations: the eigenvalues of the independent motion, with shapes in all coordinates.
 
+use cotree::equations::MotionVariable;
 use cotree::formulate::Formulated;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -81,7 +82,7 @@ pub fn modes(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Vibrati
 
 /// The same with states of the scene: the eigenvalues of the whole system x' = A x, one of each conjugate pair.
 fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<VibrationMode>, AnalysisFailure> {
-    let (scales, mechanical) = (scales(formulated), formulated.equations.coordinates.len());
+    let (scales, layout) = (scales(formulated), formulated.equations.motion_layout());
     let scale_of: Vec<f64> = system.partition.independent.iter().map(|&index| scales[index]).collect();
     let states = formulated.equations.states.len();
     let f = scale_of.len() - states;
@@ -101,9 +102,9 @@ fn with_states(formulated: &Formulated, system: &StateSpace) -> Result<Vec<Vibra
         let x = null_vector(turned, repeated)?;
         let q = DVector::from_fn(f, |row, _| x[row] * natural[row]);
         let q = system.shape.map(Complex::from) * q;
-        let all = DVector::from_fn(scales.len(), |row, _| match row.checked_sub(mechanical) {
-            None => q[row],
-            Some(state) => x[2 * f + state] * natural[2 * f + state],
+        let all = DVector::from_fn(scales.len(), |row, _| match layout.variable(row) {
+            MotionVariable::Coordinate(row) => q[row],
+            MotionVariable::State(state) => x[2 * f + state] * natural[2 * f + state],
         });
         let shape = normalised(all, &scales).into_iter().map(unsigned).collect();
         modes.push(VibrationMode { eigenvalue: unsigned(eigenvalue), shape });

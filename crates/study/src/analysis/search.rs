@@ -4,6 +4,7 @@
 //! moved along its accelerations from rest for a while, and the search continues from there; if it converges to the same point again, the motion from the
 //! guess is followed longer and longer.
 
+use cotree::equations::MotionVariable;
 use cotree::formulate::Formulated;
 use cotree::report::data::shown;
 use nalgebra::{DMatrix, DVector};
@@ -103,14 +104,17 @@ fn stuck_at(
     let numbers = variation.motion_at(equations, point)?;
     let accelerations = accelerations(&numbers, point)?;
     let scales = scales(formulated);
-    let units = &equations.system.mechanism.units;
-    let told = |index: usize, value: f64, [angular, straight]: [&str; 2]| {
-        let Some(coordinate) = equations.coordinates.get(index) else {
-            let state = &equations.system.mechanism.states[index - equations.coordinates.len()];
-            return format!("`{}` ({value} {})", state.name, state.unit.per_second().si);
-        };
-        let unit = shown(units, if coordinate.angular { angular } else { straight });
-        format!("`{}` ({})", coordinate.name.position, unit.show(value))
+    let (units, layout) = (&equations.system.mechanism.units, equations.motion_layout());
+    let told = |index: usize, value: f64, [angular, straight]: [&str; 2]| match layout.variable(index) {
+        MotionVariable::State(state) => {
+            let state = &equations.system.mechanism.states[state];
+            format!("`{}` ({value} {})", state.name, state.unit.per_second().si)
+        }
+        MotionVariable::Coordinate(index) => {
+            let coordinate = &equations.coordinates[index];
+            let unit = shown(units, if coordinate.angular { angular } else { straight });
+            format!("`{}` ({})", coordinate.name.position, unit.show(value))
+        }
     };
     let mut order: Vec<usize> = (0..scales.len()).collect();
     let size = |index: &usize| (accelerations[*index] / scales[*index]).abs();
@@ -119,7 +123,7 @@ fn stuck_at(
     if most < STILL {
         let pose: Vec<String> = order
             .iter()
-            .filter(|&&index| index < equations.coordinates.len())
+            .filter(|index| layout.coordinates().contains(index))
             .take(3)
             .map(|&index| told(index, point.positions()[index], ["rad", "m"]))
             .collect();

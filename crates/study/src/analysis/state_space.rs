@@ -5,6 +5,7 @@
 //! Phi = 0 and its rate gives the dependent coordinates and rates, varying \[M J^T; J 0\] {a, lambda} = {Q, gamma} the accelerations and
 //! reactions. What slides adds its level s to the unknowns and its law s = F + mu p(a, lambda) to the equations. Nothing is approximated.
 
+use cotree::equations::MotionLayout;
 use cotree::expr::{Order, Symbol, Values};
 use cotree::formulate::Formulated;
 use cotree::model::{DiscreteKind, Unit};
@@ -14,7 +15,7 @@ use nalgebra::DMatrix;
 use super::contacts::{ContactStatus, statuses};
 use super::independent::{Partition, SingularCoordinate};
 use super::search::scales;
-use super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
+use super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
 use super::{AnalysisFailure, OperatingPoint};
 
 /// A state, input or output, and its value at the point.
@@ -86,8 +87,9 @@ impl StateSpace {
             (matrix.columns(0, states).into_owned(), matrix.columns(states, count - states).into_owned())
         };
         let ((a, b), (c, d)) = (split(&rates), split(&outputs));
-        let moving = partition.independent.iter().filter(|&&index| index < basis.mechanical).count();
-        let shape = motion.positions.view((0, 0), (basis.mechanical, moving)).into_owned();
+        let mechanical = basis.layout.coordinates();
+        let moving = partition.independent.iter().filter(|index| mechanical.contains(index)).count();
+        let shape = motion.positions.view((0, 0), (mechanical.len(), moving)).into_owned();
         let signals = |symbols: &[Symbol]| symbols.iter().map(|&symbol| signal(formulated, point, symbol)).collect();
         Ok(StateSpace {
             time: point.time(),
@@ -164,8 +166,7 @@ struct MotionChanges {
 }
 
 struct Basis {
-    /// The number of coordinates of the mechanism.
-    mechanical: usize,
+    layout: MotionLayout,
     states: Vec<Symbol>,
     inputs: Vec<Symbol>,
     /// How the signals of the equations vary: one row for each signal, one column for each state and input.
@@ -177,11 +178,12 @@ impl Basis {
         let program = &formulated.lowered.program;
         let source_of = |symbol: &Symbol| source(formulated, *symbol);
         let followers = || program.followers.iter().enumerate();
-        let mechanical = formulated.equations.coordinates.len();
+        let layout = formulated.equations.motion_layout();
         let coordinates = |order: Order| {
             // Integrals of states are no states.
-            let rows = partition.independent.iter().filter(move |&&i| order != Order::Position || i < mechanical);
-            rows.map(move |&i| unknown(mechanical, i, order))
+            let is_state = move |index| order != Order::Position || layout.coordinates().contains(index);
+            let rows = partition.independent.iter().filter(move |index| is_state(index));
+            rows.map(move |&i| layout.variable(i).symbol(order))
         };
         let states: Vec<Symbol> = coordinates(Order::Position)
             .chain(coordinates(Order::Velocity))
@@ -206,7 +208,7 @@ impl Basis {
         let rows = variation.signals();
         let same = |row: usize, column: usize| f64::from(u8::from(source_of(&rows[row]) == columns[column]));
         let signals = DMatrix::from_fn(rows.len(), columns.len(), same);
-        Basis { mechanical, states, inputs, signals }
+        Basis { layout, states, inputs, signals }
     }
 
     /// Varies the loop equations, their rates, and the equations of motion; `None` in a singular pose.
@@ -215,7 +217,8 @@ impl Basis {
         let jacobian = numbers.block(RowBlock::Loops, ColumnBlock::Positions);
         let (n, count) = (jacobian.ncols(), self.signals.ncols());
         let held = jacobian.select_columns(dependent);
-        let moving: Vec<usize> = independent.iter().copied().filter(|&index| index < self.mechanical).collect();
+        let mechanical = self.layout.coordinates();
+        let moving: Vec<usize> = independent.iter().copied().filter(|index| mechanical.contains(index)).collect();
         // Columns of the independent coordinates and rates are unit columns; the dependent ones follow.
         let complete = |first: usize, rows: &[usize], rest: DMatrix<f64>| {
             let mut all = DMatrix::zeros(n, count);
@@ -265,7 +268,7 @@ impl Basis {
         match state {
             Symbol::Coordinate(index, Order::Position) => motion.rates.row(index).into_owned(),
             Symbol::Coordinate(index, _) => motion.accelerations.row(index).into_owned(),
-            Symbol::State(index, _) => motion.accelerations.row(self.mechanical + index).into_owned(),
+            Symbol::State(index, _) => motion.accelerations.row(self.layout.state(index)).into_owned(),
             Symbol::Time
             | Symbol::Parameter(_)
             | Symbol::Discrete(_)

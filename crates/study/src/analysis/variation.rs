@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use cotree::equations::{Equations, Feedback, Level, Pressing};
+use cotree::equations::{Equations, Feedback, Level, MotionVariable, Pressing};
 use cotree::expr::{Expr, Order, Symbol, Unary};
 use cotree::formulate::Formulated;
 use cotree::laws::motion_indicators;
@@ -140,12 +140,11 @@ impl Variation {
         groups: Vec<(RowBlock, Vec<Expr>)>,
         signals: Vec<Symbol>,
     ) -> Self {
-        let (mechanical, coordinates) =
-            (equations.coordinates.len(), equations.coordinates.len() + equations.states.len());
+        let layout = equations.motion_layout();
         let arena = &mut equations.system.arena;
         let rows = levels.iter().map(|level| level.level.row).chain(loads.iter().map(|load| load.row));
         let columns: Vec<Symbol> = (Order::ALL.into_iter())
-            .flat_map(|order| (0..coordinates).map(move |index| unknown(mechanical, index, order)))
+            .flat_map(|order| (0..layout.count()).map(move |index| layout.variable(index).symbol(order)))
             .chain(active.iter().copied().chain(rows).map(Symbol::Reaction))
             .chain(signals)
             .collect();
@@ -173,7 +172,7 @@ impl Variation {
             places,
             derivatives,
             rows,
-            coordinates,
+            coordinates: layout.count(),
             active,
             masks,
             levels,
@@ -370,9 +369,9 @@ impl Variation {
         if let Some(output) = within(RowBlock::Outputs) {
             self.outputs.get(output).cloned().unwrap_or_default()
         } else if let Some(coordinate) = within(RowBlock::Motion) {
-            match coordinate.checked_sub(equations.coordinates.len()) {
-                None => equations.coordinates[coordinate].name.position.clone(),
-                Some(state) => equations.system.mechanism.states[state].name.clone(),
+            match equations.motion_layout().variable(coordinate) {
+                MotionVariable::Coordinate(index) => equations.coordinates[index].name.position.clone(),
+                MotionVariable::State(state) => equations.system.mechanism.states[state].name.clone(),
             }
         } else if let Some(level) = within(RowBlock::Levels) {
             match self.levels.get(level) {
@@ -460,16 +459,6 @@ fn loops(equations: &mut Equations, active: &[usize]) -> Vec<(RowBlock, Vec<Expr
         (RowBlock::Loops, active.iter().map(|&row| equations.gap(row)).collect()),
         (RowBlock::Rates, active.iter().map(|&row| equations.constraint_rate(row)).collect()),
     ]
-}
-
-/// A coordinate, its rate or its acceleration. After those of the mechanism come the states, each as the rate of its integral, which nothing depends on.
-pub(super) fn unknown(mechanical: usize, index: usize, order: Order) -> Symbol {
-    match (index.checked_sub(mechanical), order) {
-        (None, order) => Symbol::Coordinate(index, order),
-        (Some(_), Order::Position) => Symbol::Argument,
-        (Some(state), Order::Velocity) => Symbol::State(state, Order::Position),
-        (Some(state), Order::Acceleration) => Symbol::State(state, Order::Velocity),
-    }
 }
 
 /// The loop equations that repeat others.

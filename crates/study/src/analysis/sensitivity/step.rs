@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use cotree::equations::MotionVariable;
 use cotree::expr::{Order, Values};
 use cotree::formulate::Formulated;
 use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
@@ -10,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::driven::DrivenInputs;
 use super::super::point::OperatingPoint;
-use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation, unknown};
+use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
 use super::super::{AnalysisFailure, SetError, decompose};
 use super::collocation::SMALLEST;
 use super::corner::Switched;
@@ -203,10 +204,10 @@ impl<'f> DifferentiatedMotion<'f> {
 
     /// q, v or a of the coordinates.
     pub(super) fn values(&self, point: &OperatingPoint, order: Order) -> DVector<f64> {
-        let mechanical = self.formulated.equations.coordinates.len();
-        DVector::from_fn(self.model.coordinates(), |index, _| match index < mechanical || order != Order::Position {
-            true => point.value(unknown(mechanical, index, order)),
-            false => 0.0,
+        let layout = self.formulated.equations.motion_layout();
+        DVector::from_fn(self.model.coordinates(), |index, _| match (layout.variable(index), order) {
+            (MotionVariable::State(_), Order::Position) => 0.0,
+            (variable, order) => point.value(variable.symbol(order)),
         })
     }
 
