@@ -10,7 +10,7 @@ use cotree::scene::Scene;
 use cotree_fmu::instance::InstanceError;
 use cotree_fmu::program::Engine;
 
-const METHODS: [Engine; 2] = [Engine::Dop853, Engine::Radau];
+const METHODS: [Engine; 3] = [Engine::Dop853, Engine::Radau, Engine::Taylor];
 
 /// A mass on a spring that rubs: each swing is a half-cycle of a cosine about +-F/k.
 const OSCILLATOR: &str = r#"
@@ -828,7 +828,7 @@ fn random_chains_obey_the_law_of_friction_and_newtons() {
     for seed in 0..12 {
         let chain = Chain::random(seed);
         let count = chain.masses.len();
-        let mut run = started(&model(&chain.scene()), Some(METHODS[seed as usize % 2]), 3.0, 1e-10);
+        let mut run = started(&model(&chain.scene()), Some(METHODS[seed as usize % METHODS.len()]), 3.0, 1e-10);
         let rows = (0..=1500).map(|row| {
             let time = 1e-3 * f64::from(row);
             if time > 0.0 {
@@ -973,7 +973,7 @@ fn chain_at(chain: &Chain, method: Engine, tolerance: f64) -> Result<Vec<f64>, I
 /// The largest error of a chain at each of these tolerances, by that tolerance; the finest run is the reference, and obeys the law of friction and momentum as the chains above.
 fn chain_errors(seed: u64, tolerances: &[f64]) -> Vec<f64> {
     let chain = Chain::random(seed);
-    let method = METHODS[seed as usize % 2];
+    let method = METHODS[seed as usize % METHODS.len()];
     let reference = chain_at(&chain, Engine::Dop853, 1e-12).unwrap_or_else(|refused| panic!("{seed}: {refused}"));
     let error = |&tolerance: &f64| {
         let found = match chain_at(&chain, method, tolerance) {
@@ -1032,4 +1032,61 @@ fn a_linkage_stays_where_its_pins_hold_it() {
         let moved = value(&mut run, "crank.angle") - 50f64.to_radians();
         assert!(if holds { moved.abs() < 1e-12 } else { moved > 0.1 }, "{torque}: {moved}");
     }
+}
+
+/// A four-bar with friction in all pins.
+fn rubbing_four_bar(mu: f64, more: &str) -> String {
+    let pin = |name: &str, ends: &str| {
+        format!(
+            "[joints.{name}]\ntype = \"revolute\"\nbetween = {ends}\nfriction = {{ mu = {mu}, radius = \"12 mm\" }}\n"
+        )
+    };
+    let body = |name: &str, [mass, inertia, half]: [f64; 3]| {
+        format!(
+            "[bodies.{name}]\nmass = {mass}\ninertia = {inertia}\npoints = {{ a = [{}, 0], b = [{half}, 0] }}\n",
+            -half
+        )
+    };
+    format!(
+        "name = \"four_bar\"\ngravity = [0, -9.81]\n[ground.points]\nright = [0.66, 0.05]\n{}{}{}{}{}{}{}{more}\n[initial]\n\"crank.angle\" = \"40 deg\"\n\"crank.omega\" = 10.0\n\"coupler.angle\" = {{ guess = \"20 deg\" }}\n\"rocker.angle\" = {{ guess = \"75 deg\" }}\n[outputs]\nvariables = [\"crank.angle\", \"p2.fx\", \"p3.fy\", \"p1.torque\", \"energy.total\"]\n[experiment]\nstop = 1\n",
+        body("crank", [0.7, 0.005, 0.14]),
+        body("coupler", [1.5, 0.08, 0.38]),
+        body("rocker", [1.1, 0.03, 0.29]),
+        pin("p1", "[\"ground\", \"crank.a\"]"),
+        pin("p2", "[\"crank.b\", \"coupler.a\"]"),
+        pin("p3", "[\"coupler.b\", \"rocker.b\"]"),
+        pin("p4", "[\"ground.right\", \"rocker.a\"]"),
+    )
+}
+
+#[test]
+fn a_four_bar_whose_pins_rub_moves_alike_by_series_and_by_other_methods() {
+    for mu in [0.05, 0.2, 0.4] {
+        let model = model(&rubbing_four_bar(mu, ""));
+        assert_eq!(model.program().engine, Engine::Taylor);
+        for (tolerance, allowed) in [(1e-4, 1e-2), (1e-6, 1e-4), (1e-8, 1e-6), (1e-11, 1e-8)] {
+            let engines = [None, Some(Engine::Dop853), Some(Engine::Radau)];
+            let finest = f64::min(tolerance, 1e-9);
+            let mut runs =
+                engines.map(|engine| started(&model, engine, 1.0, if engine.is_none() { tolerance } else { finest }));
+            for time in [0.05, 0.31, 0.5, 0.77, 1.0] {
+                let rows = runs.each_mut().map(|run| {
+                    run.step_to(time).unwrap();
+                    ["crank.angle", "p2.fx", "p3.fy", "p1.torque", "energy.total"].map(|name| value(run, name))
+                });
+                for other in &rows[1..] {
+                    for (one, other) in rows[0].iter().zip(other) {
+                        let off = (one - other).abs() / (1.0 + other.abs());
+                        assert!(off < allowed, "{mu} {tolerance:e} {time}: {rows:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn friction_next_to_hard_stops_is_integrated_by_runge_kutta_steps() {
+    let stop = "[bodies.free]\nmass = 1.0\n[joints.slide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"free\"]\naxis = [1, 0]\nlimits = [-1, 1]\n";
+    assert_eq!(model(&rubbing_four_bar(0.1, stop)).program().engine, Engine::Dop853);
 }

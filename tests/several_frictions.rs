@@ -9,7 +9,7 @@ use crate::support::run::{model, started, value};
 use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::program::Engine;
 
-const METHODS: [Engine; 2] = [Engine::Dop853, Engine::Radau];
+const METHODS: [Engine; 3] = [Engine::Dop853, Engine::Radau, Engine::Taylor];
 const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 const STOP: f64 = 3.0;
 /// What a run may be off by, in tolerances, and what the reference is exact to.
