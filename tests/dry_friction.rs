@@ -828,7 +828,8 @@ fn random_chains_obey_the_law_of_friction_and_newtons() {
     for seed in 0..12 {
         let chain = Chain::random(seed);
         let count = chain.masses.len();
-        let mut run = started(&model(&chain.scene()), Some(METHODS[seed as usize % METHODS.len()]), 3.0, 1e-10);
+        let method = METHODS[seed as usize % METHODS.len()];
+        let mut run = started(&model(&chain.scene()), Some(method), 3.0, 1e-10);
         let rows = (0..=1500).map(|row| {
             let time = 1e-3 * f64::from(row);
             if time > 0.0 {
@@ -876,7 +877,7 @@ fn random_chains_obey_the_law_of_friction_and_newtons() {
                 let pushed = 1e-3 / 3.0 * (total(0) + 4.0 * total(1) + total(2));
                 let gained = chain.masses[block] * (three[2][block][1] - three[0][block][1]);
                 // The implicit method reads rates within a step from a polynomial of its order.
-                let allowed = [1e-8, 1e-7][seed as usize % 2];
+                let allowed = if method == Engine::Radau { 1e-7 } else { 1e-8 };
                 assert!((pushed - gained).abs() < allowed, "{seed} {row} {block}: {pushed} {gained}");
             }
         }
@@ -1087,6 +1088,6 @@ fn a_four_bar_whose_pins_rub_moves_alike_by_series_and_by_other_methods() {
 
 #[test]
 fn friction_next_to_hard_stops_is_integrated_by_runge_kutta_steps() {
-    let stop = "[bodies.free]\nmass = 1.0\n[joints.slide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"free\"]\naxis = [1, 0]\nlimits = [-1, 1]\n";
+    let stop = "[bodies.free]\nmass = 1.0\n[joints.slide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"free\"]\naxis = [1, 0]\nlimits = { max = 1 }\n";
     assert_eq!(model(&rubbing_four_bar(0.1, stop)).program().engine, Engine::Dop853);
 }

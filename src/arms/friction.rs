@@ -57,7 +57,9 @@ impl Lowering<'_> {
             let place = contacts.get(&limit.contact).copied();
             let acts = place.and_then(|place| self.arms.rows[self.form.contacts[place].row as usize].friction.clone());
             let (Some(place), Some(acts)) = (place, acts) else {
-                return Err(NoSeries("friction acts on what is no constant combination of arms".to_owned()));
+                return Err(NoSeries(
+                    "a friction force acts along what is not a constant combination of arms".to_owned(),
+                ));
             };
             let friction = self.friction(acts, limit, &places)?;
             self.form.contacts[place].friction = Some(friction);

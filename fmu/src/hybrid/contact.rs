@@ -471,14 +471,17 @@ impl ContactValues {
         self.kept.copy_from_slice(context.state.discrete());
         self.halt(context, &turns);
         self.redundant.fill(false);
-        self.choose(context, &turns).or_else(|failure| {
-            let slips = |(index, contact): (usize, &Contact)| contact.slip.is_some() && turns(index);
-            let none_fits = matches!(failure, Failure::Contact { why: NO_MODE, .. });
-            match none_fits && context.data.all.iter().enumerate().any(slips) {
-                true => self.choose(context, |_| false).map_err(|_| failure),
-                false => Err(failure),
-            }
-        })
+        if self.choose(context, &turns)? {
+            return Ok(());
+        }
+        let slips = |(index, contact): (usize, &Contact)| contact.slip.is_some() && turns(index);
+        let any_slips = context.data.all.iter().enumerate().any(slips);
+        if any_slips && self.choose(context, |_| false).unwrap_or(false) {
+            return Ok(());
+        }
+        self.list_of_modes(context, &turns);
+        context.state.discrete_mut().copy_from_slice(&self.kept);
+        Err(context.failure(&self.choices, NO_MODE))
     }
 
     /// What has been found to turn has no rate here, to within the errors of the method: neither has what moves with it. Then rounding errors tell what rests.
@@ -534,8 +537,8 @@ impl ContactValues {
     }
 
     /// The modes in which what is open does not go in, what is closed presses, what sticks does so by no more than its level, and what begins to slip goes on. Of several that fit where margins
-    /// are zero, it is the one that the motion does not leave: the rates of these margins tell (see [`Ahead`]). One with redundant constraints is taken only where no other fits.
-    fn choose(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<(), Failure> {
+    /// are zero, it is the one that the motion does not leave: the rates of these margins tell (see [`Ahead`]). One with redundant constraints is taken only where no other fits. False if none fits.
+    fn choose(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<bool, Failure> {
         self.list_of_modes(context, turns);
         if self.choices.trials() > MOST_TRIALS {
             return Err(context.failure(&self.choices, TOO_MANY));
@@ -546,10 +549,10 @@ impl ContactValues {
             self.try_modes(context, true, &mut found);
         }
         if let Some(mode) = found.best {
-            return self.accept(context, mode, &found);
+            return self.accept(context, mode, &found).map(|()| true);
         }
         context.state.discrete_mut().copy_from_slice(&self.kept);
-        Err(context.failure(&self.choices, if found.locked { LOCKS } else { NO_MODE }))
+        if found.locked { Err(context.failure(&self.choices, LOCKS)) } else { Ok(false) }
     }
 
     /// Tries all modes, those with redundant constraints or the others, up to one that lasts.

@@ -12,12 +12,10 @@ use crate::program::arm_form::{ArmForm, Friction, NormalForce, ORDERS, Slope, So
 use crate::taylor::products::{convolution, inner_square, tail};
 use crate::taylor::tape::{Numbers, Scalars};
 
-/// Newton's steps at most: each squares an error, which begins with the share of friction in what presses.
+/// Newton's steps at most: each squares an error, which begins with the share of friction in the normal force.
 const STEPS: usize = 12;
-/// Limits are known where a step changes them by no more than this share of the largest.
-const KNOWN: f64 = f64::EPSILON;
-/// So are those that steps change no less than before, by less than this share: rounding errors of sums that cancel.
-const ROUGHLY: f64 = 1e-9;
+/// Limits are known where a step has changed them by no more than this share of the largest: its square is below rounding errors.
+const KNOWN: f64 = 1e-9;
 
 /// All limits of a form.
 #[derive(Clone, Debug, Default)]
@@ -25,7 +23,10 @@ pub(super) struct Limits<N, const L: usize> {
     all: Vec<Limit<N>>,
     /// What a limit of one adds to the solution, for each limit.
     responses: Vec<Vec<Lane<N, L>>>,
-    /// What is solved for and multiplied by a series, by orders.
+    /// What sums are made of, and its newest coefficients without the newest limits.
+    places: Vec<Place>,
+    values: Vec<N>,
+    /// What is multiplied by a series, by orders.
     solved: Vec<(Place, Numbers<N>)>,
     /// By rows: 1 - share n Y, then its factors.
     matrix: Vec<N>,
@@ -61,7 +62,7 @@ struct Normal<N> {
 #[derive(Clone, Debug)]
 struct Sum<N> {
     rest: u32,
-    terms: Vec<Term>,
+    terms: Vec<Term<N>>,
     /// Y: what each limit changes in it.
     changes: Vec<N>,
     /// The derivative of the magnitude by it.
@@ -70,9 +71,12 @@ struct Sum<N> {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Term {
-    of: Place,
+struct Term<N> {
+    /// Its number among the places.
+    of: usize,
     slope: Slope,
+    /// The slope where the step begins.
+    start: N,
     /// Where its orders are among `solved`, if the slope is a series.
     kept: usize,
 }
@@ -103,14 +107,18 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
                 Place::Limit(contacts.iter().position(|(place, ..)| *place == contact).unwrap_or_default())
             }
         };
-        let mut solved: Vec<(Place, Numbers<N>)> = Vec::new();
-        let mut term = |(of, slope): &(Solved, Slope)| {
-            let (of, slope) = (place(*of), *slope);
-            let kept = solved.iter().position(|(kept, _)| *kept == of).unwrap_or(solved.len());
-            if kept == solved.len() && matches!(slope, Slope::Series(_)) {
-                solved.push((of, [N::ZERO; ORDERS]));
+        let (mut places, mut solved): (Vec<Place>, Vec<(Place, Numbers<N>)>) = (Vec::new(), Vec::new());
+        let mut term = |(solved_for, slope): &(Solved, Slope)| {
+            let (place, slope) = (place(*solved_for), *slope);
+            let of = places.iter().position(|known| *known == place).unwrap_or(places.len());
+            if of == places.len() {
+                places.push(place);
             }
-            Term { of, slope, kept }
+            let kept = solved.iter().position(|(kept, _)| *kept == place).unwrap_or(solved.len());
+            if kept == solved.len() && matches!(slope, Slope::Series(_)) {
+                solved.push((place, [N::ZERO; ORDERS]));
+            }
+            Term { of, slope, start: N::ZERO, kept }
         };
         let mut sum = |sum: &SolvedSum| Sum {
             rest: sum.rest,
@@ -140,6 +148,8 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
         let room = shape.all() + form.rows.len().div_ceil(L);
         Self {
             all,
+            values: vec![N::ZERO; places.len()],
+            places,
             solved,
             responses: vec![vec![splat(N::ZERO); room]; count],
             matrix: vec![N::ZERO; count * count],
@@ -207,12 +217,16 @@ impl<N: Elementary, const L: usize> Known<'_, N, L> {
 impl<N: Elementary, const L: usize> Limits<N, L> {
     /// The limits of an order; those before it are known.
     fn find(&mut self, k: usize, known: Known<N, L>) {
+        for (value, place) in self.values.iter_mut().zip(&self.places) {
+            *value = known.newest(*place);
+        }
         for limit in &mut self.all {
             limit.share[k] = known.factor(limit.data.share, k);
-            for normal in &mut limit.normals {
-                for sum in &mut normal.sums {
-                    sum.series[k] = sum.without_newest(k, &self.solved, known);
+            for sum in limit.normals.iter_mut().flat_map(|normal| &mut normal.sums) {
+                if k == 0 {
+                    sum.respond(&self.places, &self.responses, known);
                 }
+                sum.series[k] = sum.without_newest(k, (&self.values, &self.solved), known);
             }
         }
         if k == 0 { self.begin(known) } else { self.advance(k, known) }
@@ -220,13 +234,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
 
     /// Order zero, by Newton's method. Where it does not converge, or a pivot is not positive (the mechanism locks itself), no limit is a number.
     fn begin(&mut self, known: Known<N, L>) {
-        for limit in &mut self.all {
-            for sum in limit.normals.iter_mut().flat_map(|normal| &mut normal.sums) {
-                sum.respond(&self.responses, known);
-            }
-        }
         self.newest.fill(N::ZERO);
-        let mut before = f64::INFINITY;
         for step in 0..=STEPS {
             self.linearize(known);
             let (mut change, mut size) = (0.0, 0.0);
@@ -242,11 +250,12 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
                 change = maximum(change, step.value().abs());
                 size = maximum(size, newest.value().abs());
             }
-            let is_known = change <= KNOWN * size || change <= ROUGHLY * size && change >= 0.5 * before;
-            if regular && is_known {
+            if regular && change <= KNOWN * size {
+                // What the other orders are found by.
+                self.linearize(known);
+                self.factor();
                 break;
             }
-            before = change;
             if !regular || step == STEPS {
                 self.newest.fill(N::all(f64::NAN));
                 break;
@@ -469,23 +478,32 @@ impl<N: Elementary> Normal<N> {
 
 impl<N: Elementary> Sum<N> {
     /// Order k of it without the newest limits.
-    fn without_newest<const L: usize>(&self, k: usize, solved: &[(Place, Numbers<N>)], known: Known<N, L>) -> N {
-        let rest = known.scalars.get(self.rest, k);
-        self.terms.iter().fold(rest, |total, term| {
-            let earlier = match term.slope {
-                Slope::Constant(_) => N::ZERO,
-                Slope::Series(slot) => tail(known.scalars.series(slot), &solved[term.kept].1, k),
-            };
-            total + (term.slope(known) * known.newest(term.of) + earlier)
-        })
+    #[inline(always)]
+    fn without_newest<const L: usize>(
+        &self,
+        k: usize,
+        (values, solved): (&[N], &[(Place, Numbers<N>)]),
+        known: Known<N, L>,
+    ) -> N {
+        let mut sum = known.scalars.get(self.rest, k);
+        for term in &self.terms {
+            sum += term.start * values[term.of];
+            if let Slope::Series(slot) = term.slope {
+                sum += tail(known.scalars.series(slot), &solved[term.kept].1, k);
+            }
+        }
+        sum
     }
 
-    /// What each limit changes in it.
-    fn respond<const L: usize>(&mut self, responses: &[Vec<Lane<N, L>>], known: Known<N, L>) {
+    /// The slopes where the step begins, and what each limit changes in it.
+    fn respond<const L: usize>(&mut self, places: &[Place], responses: &[Vec<Lane<N, L>>], known: Known<N, L>) {
+        for term in &mut self.terms {
+            term.start = known.factor(term.slope, 0);
+        }
         for (limit, (change, response)) in self.changes.iter_mut().zip(responses).enumerate() {
-            *change = self.terms.iter().fold(N::ZERO, |total, term| match term.of {
-                Place::Limit(of) if of == limit => total + term.slope(known),
-                of => total + term.slope(known) * known.change(of, response.as_flattened()),
+            *change = self.terms.iter().fold(N::ZERO, |total, term| match places[term.of] {
+                Place::Limit(of) if of == limit => total + term.start,
+                of => total + term.start * known.change(of, response.as_flattened()),
             });
         }
     }
@@ -494,14 +512,6 @@ impl<N: Elementary> Sum<N> {
     #[inline(always)]
     fn change(&self, limits: &[N]) -> N {
         self.changes.iter().zip(limits).fold(N::ZERO, |total, (change, limit)| total + *change * *limit)
-    }
-}
-
-impl Term {
-    /// Its slope where the step begins.
-    #[inline(always)]
-    fn slope<N: Elementary, const L: usize>(&self, known: Known<N, L>) -> N {
-        known.factor(self.slope, 0)
     }
 }
 

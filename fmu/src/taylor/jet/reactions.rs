@@ -74,8 +74,10 @@ impl Jet {
     pub fn write_polynomial(&self, order: usize, polynomial: &mut [f64]) {
         let unknowns = self.values[..(order + 1) * self.shape.all()].as_flattened();
         polynomial[..unknowns.len()].copy_from_slice(unknowns);
-        let first = self.friction_in();
-        self.limits.write(order - 2, self.form.unit_of_mass, &mut polynomial[first..]);
+        if !self.limits.is_empty() {
+            let first = self.friction_in();
+            self.limits.write(order - 2, self.form.unit_of_mass, &mut polynomial[first..]);
+        }
         if !self.reactions_kept.wanted {
             return;
         }
@@ -104,8 +106,10 @@ impl Jet {
         if count > 0 {
             move_start(&mut polynomial[first..][..(order - 1) * count], count, dt);
         }
-        for series in polynomial[self.friction_in()..].as_chunks_mut::<ORDERS>().0 {
-            move_start(&mut series[..order - 1], 1, dt);
+        if !self.limits.is_empty() {
+            for series in polynomial[self.friction_in()..].as_chunks_mut::<ORDERS>().0 {
+                move_start(&mut series[..order - 1], 1, dt);
+            }
         }
     }
 }
