@@ -33,7 +33,9 @@ pub fn write(text: &mut String) -> Result<(), Failure> {
         };
         let begin = repeated(&mut || _ = black_box(jet.begin(&model, machine.registers(), black_box(&motion))))?;
         let orders = repeated(&mut || black_box(&mut jet).advance(1, ORDER - 2))?;
-        let polynomial = jet.polynomial(ORDER).to_vec();
+        let room = model.program().arms.as_ref().map_or(0, |form| Jet::room(&model, form));
+        let mut polynomial = vec![0.0; room];
+        jet.write_polynomial(ORDER, &mut polynomial);
         let end = repeated(&mut || {
             let h = black_box(&mut jet).reach(ORDER, 1e-8, 1);
             jet.evaluate(black_box(&polynomial), ORDER, 0.5 * h, &mut motion);
