@@ -17,6 +17,11 @@ pub struct Memory {
 }
 
 impl Memory {
+    /// True if the last step is one of the implicit method.
+    pub fn is_implicit(&self) -> bool {
+        self.implicit.is_last()
+    }
+
     /// At the beginning of a run.
     pub fn new(model: &Model) -> Self {
         Self {

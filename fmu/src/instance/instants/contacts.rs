@@ -175,7 +175,7 @@ impl Instance {
                 // Squares are smooth where the force changes its sign.
                 (force * force - level * level.abs()) - none * none
             } else if direction.abs() == 1.0 && rubs {
-                -direction * instants.contacts.rates[index] - ROUNDING * row_of(model.program(), contact).scale
+                -direction * instants.contacts.rates[index] - self.at_rest() * row_of(model.program(), contact).scale
             } else {
                 -1.0
             };
@@ -190,6 +190,12 @@ impl Instance {
             // Signs alone: they are the same at the ends of a piece and in it. What is not a number is not positive.
             *indicator = if *lock > 0.0 { -1.0 } else { 1.0 };
         }
+    }
+
+    /// What slides back by no more than this share of its scale in a second rests: rounding errors. A polynomial of the implicit method knows rates within a step to within the tolerance only, and would return a
+    /// sliding that has just begun to rest.
+    fn at_rest(&self) -> f64 {
+        if self.now.memory.is_implicit() { maximum(ROUNDING, self.now.tolerance) } else { ROUNDING }
     }
 
     /// The indicators at the present state.
