@@ -1086,6 +1086,28 @@ fn a_four_bar_whose_pins_rub_moves_alike_by_series_and_by_other_methods() {
     }
 }
 
+/// The load is zero at small rates, so that a normal force without it would be right in most states.
+#[test]
+fn a_load_that_begins_at_a_rate_is_in_the_normal_forces() {
+    let load = "[loads.air]\ntype = \"force\"\non = \"coupler.b\"\nvector = [\"-20*max(crank.omega - 3, 0)\", 0]\n";
+    let model = model(&rubbing_four_bar(0.3, load));
+    assert_eq!(model.program().engine, Engine::Taylor);
+    let mut runs = [None, Some(Engine::Dop853)].map(|engine| started(&model, engine, 0.5, 1e-9));
+    for time in [0.1, 0.25, 0.5] {
+        let rows = runs.each_mut().map(|run| {
+            run.step_to(time).unwrap();
+            ["crank.angle", "p2.fx", "p3.fy", "energy.total"].map(|name| value(run, name))
+        });
+        for (one, other) in rows[0].iter().zip(&rows[1]) {
+            assert!((one - other).abs() < 1e-6 * (1.0 + other.abs()), "{time}: {rows:?}");
+        }
+    }
+    // The steps are those of the series: accelerations without the load would differ, and each step be left to another method.
+    let [series, explicit] = runs.map(|run| run.statistics());
+    assert!(4 * series.evaluations < explicit.evaluations, "{series:?} {explicit:?}");
+    assert_eq!(series.fallbacks, 0, "{series:?}");
+}
+
 #[test]
 fn friction_next_to_hard_stops_is_integrated_by_runge_kutta_steps() {
     let stop = "[bodies.free]\nmass = 1.0\n[joints.slide]\ntype = \"prismatic\"\nbetween = [\"ground\", \"free\"]\naxis = [1, 0]\nlimits = { max = 1 }\n";

@@ -8,10 +8,10 @@ use cotree_fmu::program::arm_form::{CoordinatePlace, Friction, NormalForce, Slop
 use super::form::Lowering;
 use super::{ArmFriction, NoSeries, Turning};
 use crate::equations::{Equations, Level, Pressing};
-use crate::expr::{Arena, Expr, Order, Symbol};
+use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
 use crate::solve::{AffineSum, solved_sums};
 
-/// So many random states, and to this share, an identity is tried at.
+/// The number of random states in which an identity is tested, and its greatest error there, relative to the terms.
 const STATES: u64 = 4;
 const EQUAL: f64 = 1e-10;
 
@@ -142,12 +142,15 @@ impl Lowering<'_> {
     }
 
     /// The same sum by second derivatives of arms, whose slopes are constant: of A x'' + B y'' the angle's second derivative has the slope B x - A y, and -omega^2 (A x + B y) is left. None if the
-    /// rest has anything else that moves.
+    /// rest has anything else that depends on rates. It must be analytic: a function in pieces, such as a load that begins at a rate, may be zero in all states that are tried.
     fn by_arms(
         &mut self,
         slopes: &BTreeMap<Solved, Expr>,
         [rest, at_rest]: [Expr; 2],
     ) -> Option<BTreeMap<Solved, Expr>> {
+        if !is_analytic(self.arena, rest) {
+            return None;
+        }
         let mut by_arms = BTreeMap::new();
         let mut difference = self.arena.subtract(rest, at_rest);
         for (&solved, &slope) in slopes {
@@ -227,7 +230,19 @@ fn at_rest(arena: &mut Arena, exprs: &[Expr]) -> Vec<Expr> {
     arena.import(&before, exprs, &zero)
 }
 
-/// Is an expression zero in random states, beside the size of another?
+/// True for an expression of sums, products, quotients, sines and cosines: if such a function is zero in random states, it is zero.
+fn is_analytic(arena: &Arena, expr: Expr) -> bool {
+    arena.reachable([expr]).into_iter().all(|expr| match arena.node(expr) {
+        ExprNode::Constant(_) | ExprNode::Symbol(_) => true,
+        ExprNode::Unary(function, _) => matches!(function, Unary::Negate | Unary::Sin | Unary::Cos),
+        ExprNode::Binary(function, ..) => {
+            matches!(function, Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide)
+        }
+        ExprNode::Select(..) => false,
+    })
+}
+
+/// True if an expression is zero in random states, in comparison with another one.
 fn is_zero(arena: &Arena, expr: Expr, size: Expr) -> bool {
     (1..=STATES).all(|seed| {
         let values = |symbol: Symbol| {
