@@ -244,13 +244,7 @@ impl Lowering<'_> {
     }
 
     fn define_coordinate(&mut self, index: usize, place: CoordinatePlace) {
-        let terms: Vec<(u32, f64)> = match place {
-            CoordinatePlace::Displacement { arm } => vec![(arm, 1.0)],
-            CoordinatePlace::Angle { arm, parent, reversed } => {
-                let sign = if reversed { -1.0 } else { 1.0 };
-                [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
-            }
-        };
+        let terms = unknowns_of(place);
         let variable = self.layout.variable(index);
         let mut define = |order: Order, source: fn(u32) -> Source| {
             let symbol = self.arena.symbol(variable.symbol(order));
@@ -511,6 +505,17 @@ impl Lowering<'_> {
             self.form.pushes.push(Push { unknown, value, factor });
         }
         Ok(())
+    }
+}
+
+/// The unknowns that a coordinate is made of, with their signs.
+pub(super) fn unknowns_of(place: CoordinatePlace) -> Vec<(u32, f64)> {
+    match place {
+        CoordinatePlace::Displacement { arm } => vec![(arm, 1.0)],
+        CoordinatePlace::Angle { arm, parent, reversed } => {
+            let sign = if reversed { -1.0 } else { 1.0 };
+            [(arm, sign)].into_iter().chain(parent.map(|parent| (parent, -sign))).collect()
+        }
     }
 }
 

@@ -1,11 +1,11 @@
 //! Friction limits by arms: what they act on, and the normal forces that they follow from, as affine functions of what is solved for at each order.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use cotree_fmu::program::arm_form::{CoordinatePlace, Friction, NormalForce, Slope, Solved, SolvedSum};
+use cotree_fmu::program::arm_form::{Friction, NormalForce, Slope, Solved, SolvedSum};
 
-use super::form::Lowering;
+use super::form::{Lowering, unknowns_of};
 use super::{ArmFriction, NoSeries, Turning};
 use crate::equations::{Equations, Level, Pressing};
 use crate::expr::{Arena, Binary, Expr, ExprNode, Order, Symbol, Unary};
@@ -31,7 +31,8 @@ impl Equations {
         let read: Vec<Expr> = levels.iter().flat_map(|(_, level)| level.pressing.sums()).collect();
         let sums = solved_sums(&mut self.system.arena, &read, coordinates);
         let rests: Vec<Expr> = sums.iter().map(|sum| sum.rest).collect();
-        let at_rest = at_rest(&mut self.system.arena, &rests);
+        let is_rate = |symbol: Symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity));
+        let at_rest = self.system.arena.without(&rests, is_rate);
         let mut sums = sums.into_iter().zip(at_rest);
         let limit = |(index, level): (usize, Level)| {
             let sums = sums.by_ref().take(level.pressing.sums().len()).collect();
@@ -194,15 +195,8 @@ impl Lowering<'_> {
     /// What an acceleration or a multiplier of the program is made of, with factors.
     fn solved(&mut self, index: usize, limits: &BTreeMap<usize, u32>) -> Result<Vec<(Solved, Expr)>, NoSeries> {
         let Some(row) = index.checked_sub(self.layout.coordinates().len()) else {
-            return Ok(match self.form.coordinates[index] {
-                CoordinatePlace::Displacement { arm } => vec![(Solved::Unknown(arm), Expr::ONE)],
-                CoordinatePlace::Angle { arm, parent, reversed } => {
-                    let minus = self.arena.constant(-1.0);
-                    let [plus, minus] = if reversed { [minus, Expr::ONE] } else { [Expr::ONE, minus] };
-                    let parent = parent.map(|parent| (Solved::Unknown(parent), minus));
-                    [(Solved::Unknown(arm), plus)].into_iter().chain(parent).collect()
-                }
-            });
+            let unknowns = unknowns_of(self.form.coordinates[index]).into_iter();
+            return Ok(unknowns.map(|(arm, sign)| (Solved::Unknown(arm), self.arena.constant(sign))).collect());
         };
         if let Some(&contact) = limits.get(&row) {
             return Ok(vec![(Solved::Limit(contact), Expr::ONE)]);
@@ -219,15 +213,6 @@ impl Lowering<'_> {
             _ => Err(NoSeries("a normal force turns with a joint".to_owned())),
         }
     }
-}
-
-/// Expressions where all coordinates rest.
-fn at_rest(arena: &mut Arena, exprs: &[Expr]) -> Vec<Expr> {
-    let symbols = arena.symbols(exprs.iter().copied()).into_iter();
-    let rates = symbols.filter(|symbol| matches!(symbol, Symbol::Coordinate(_, Order::Velocity)));
-    let zero: HashMap<Symbol, Expr> = rates.map(|symbol| (symbol, Expr::ZERO)).collect();
-    let before = arena.clone();
-    arena.import(&before, exprs, &zero)
 }
 
 /// True for an expression of sums, products, quotients, sines and cosines: if such a function is zero in random states, it is zero.

@@ -5,6 +5,14 @@ use std::collections::HashMap;
 use super::{Arena, Binary, Expr, ExprNode, Symbol, Unary};
 
 impl Arena {
+    /// The same expressions with zero in the place of some symbols.
+    pub fn without(&mut self, roots: &[Expr], is_zero: impl Fn(Symbol) -> bool) -> Vec<Expr> {
+        let symbols = self.symbols(roots.iter().copied()).into_iter().filter(|symbol| is_zero(*symbol));
+        let zero: HashMap<Symbol, Expr> = symbols.map(|symbol| (symbol, Expr::ZERO)).collect();
+        let before = self.clone();
+        self.import(&before, roots, &zero)
+    }
+
     /// The same expressions in this arena, with substitutions for symbols.
     pub fn import(&mut self, from: &Arena, roots: &[Expr], given: &HashMap<Symbol, Expr>) -> Vec<Expr> {
         let mut here: HashMap<Expr, Expr> = HashMap::new();

@@ -4,8 +4,6 @@
 //! equations in s as there are levels: linear ones where what presses is a sum, and where it is the size of a vector (a pin) Newton's method converges in a few steps, as friction is small
 //! beside what presses. Where it is not, a pivot here falls to zero: the mechanism locks itself (Painleve 1895; Pfeiffer and Glocker 1996, section 5.4). The value of a load is such a level by a law of its own.
 
-use std::collections::HashMap;
-
 use crate::equations::{Equations, Feedback, Level, Pressing};
 use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 
@@ -287,9 +285,7 @@ fn direction_of(arena: &mut Arena, vector: &[Expr]) -> (Expr, Vec<Expr>) {
 pub(crate) fn solved_sums(arena: &mut Arena, sums: &[Expr], coordinates: usize) -> Vec<AffineSum> {
     let symbols = arena.symbols(sums.iter().copied()).into_iter().filter(|symbol| symbol.is_solved());
     let symbols: Vec<Symbol> = symbols.collect();
-    let zero: HashMap<Symbol, Expr> = symbols.iter().map(|&symbol| (symbol, Expr::ZERO)).collect();
-    let before = arena.clone();
-    let rests = arena.import(&before, sums, &zero);
+    let rests = arena.without(sums, Symbol::is_solved);
     let mut found: Vec<AffineSum> = rests.into_iter().map(|rest| AffineSum { rest, slopes: Vec::new() }).collect();
     for symbol in symbols {
         let index = match symbol {

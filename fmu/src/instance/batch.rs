@@ -29,7 +29,7 @@ struct Journey {
 }
 
 impl Batch {
-    /// So many simulations take their steps together, at most.
+    /// The largest number of simulations that take their steps together.
     pub const MEMBERS: usize = MEMBERS;
 
     /// Storage, if motions of the model can take their steps together: there must be series without switches, and neither time events nor state events.
@@ -114,7 +114,7 @@ impl Journey {
         }
     }
 
-    /// Is there another step to be taken?
+    /// True if another step is to be taken.
     fn goes_on(&self, member: &Instance) -> bool {
         self.failure.is_none() && member.now.run.last.end_time < self.target
     }

@@ -172,43 +172,10 @@ impl<const D: usize> Elementary for Dual<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::number::operations::operations;
 
     const DIRECTIONS: usize = 4;
     type Dual = super::Dual<DIRECTIONS>;
-
-    type Operation = fn(Dual, Dual) -> Dual;
-
-    const OPERATIONS: [(&str, Operation); 18] = [
-        ("a + b", |a, b| a + b),
-        ("a - b", |a, b| a - b),
-        ("a b", |a, b| a * b),
-        ("-a", |a, _| -a),
-        ("a += b", |mut a, b| {
-            a += b;
-            a
-        }),
-        ("a -= b", |mut a, b| {
-            a -= b;
-            a
-        }),
-        ("a / b", Number::over),
-        ("3 a", |a, _| a.times(3.0)),
-        ("root", |a, _| size(a).root()),
-        ("log", |a, _| size(a).logarithm()),
-        ("exp", |a, _| a.exponential()),
-        ("a^b", |a, b| size(a).power(b)),
-        ("|a|", |a, _| size(a)),
-        ("tanh", |a, _| a.hyperbolic_tangent()[0]),
-        ("its slope", |a, _| a.hyperbolic_tangent()[1]),
-        ("cos", |a, _| a.cosine_and_sine()[0]),
-        ("sin", |a, _| a.cosine_and_sine()[1]),
-        ("atan2", Elementary::arc_tangent),
-    ];
-
-    /// |a|
-    fn size(a: Dual) -> Dual {
-        (a * a).root()
-    }
 
     fn dual(value: f64, tangent: f64, place: usize) -> Dual {
         let mut dual = Dual::all(value);
@@ -219,7 +186,7 @@ mod tests {
     #[test]
     fn every_operation_agrees_with_differences() {
         let h = 1e-5;
-        for (name, operation) in OPERATIONS {
+        for (name, operation) in operations::<Dual>() {
             for [a, b] in [[0.6, 1.7], [-2.3, 0.4], [1.1, -0.8], [-0.3, -2.0]] {
                 for [da, db] in [[1.0, 0.0], [0.0, 1.0], [0.3, -0.7]] {
                     let at = |s: f64| operation(Dual::all(a + s * da), Dual::all(b + s * db)).value();

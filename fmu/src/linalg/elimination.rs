@@ -1,6 +1,6 @@
 //! Rows of a matrix with few entries, solved for as many unknowns as rows are independent: what they leave free are short vectors.
 
-/// EntryList that are not zero by ascending places: place and value.
+/// Entries that are not zero by ascending places: place and value.
 pub(crate) type EntryList = Vec<(usize, f64)>;
 
 /// A pivot is at least this share of the largest entry of its row, so that no solved row holds large numbers (Duff, Erisman and Reid, Direct Methods for Sparse

@@ -122,3 +122,45 @@ impl Elementary for f64 {
         [libm::tanh(self), math::steepness(self)]
     }
 }
+
+#[cfg(test)]
+pub(crate) mod operations {
+    use super::Elementary;
+
+    pub type Operation<N> = fn(N, N) -> N;
+
+    /// |a|
+    fn size<N: Elementary>(a: N) -> N {
+        (a * a).root()
+    }
+
+    /// All operations of a kind of number, with their names.
+    pub fn operations<N: Elementary>() -> [(&'static str, Operation<N>); 18] {
+        [
+            ("a + b", |a, b| a + b),
+            ("a - b", |a, b| a - b),
+            ("a b", |a, b| a * b),
+            ("-a", |a, _| -a),
+            ("a += b", |mut a, b| {
+                a += b;
+                a
+            }),
+            ("a -= b", |mut a, b| {
+                a -= b;
+                a
+            }),
+            ("a / b", N::over),
+            ("3 a", |a, _| a.times(3.0)),
+            ("root", |a, _| size(a).root()),
+            ("log", |a, _| size(a).logarithm()),
+            ("exp", |a, _| a.exponential()),
+            ("a^b", |a, b| size(a).power(b)),
+            ("|a|", |a, _| size(a)),
+            ("tanh", |a, _| a.hyperbolic_tangent()[0]),
+            ("its slope", |a, _| a.hyperbolic_tangent()[1]),
+            ("cos", |a, _| a.cosine_and_sine()[0]),
+            ("sin", |a, _| a.cosine_and_sine()[1]),
+            ("atan2", N::arc_tangent),
+        ]
+    }
+}

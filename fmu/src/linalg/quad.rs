@@ -24,13 +24,13 @@ macro_rules! each {
 }
 
 impl Quad {
-    /// That of one motion.
+    /// The number of one motion.
     #[inline(always)]
     pub fn get(self, member: usize) -> f64 {
         self.0[member]
     }
 
-    /// Replaces that of one motion.
+    /// Replaces the number of one motion.
     #[inline(always)]
     pub fn set(&mut self, member: usize, value: f64) {
         self.0[member] = value;
@@ -91,7 +91,7 @@ impl Number for Quad {
         Self(splat(value))
     }
 
-    /// That of the first motion: decisions are not made for four motions at once.
+    /// The number of the first motion: decisions are not made for four motions at once.
     #[inline(always)]
     fn value(self) -> f64 {
         self.0[0]
@@ -199,36 +199,7 @@ impl Solve<Quad> for Inverses {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    type Operation<N> = fn(N, N) -> N;
-
-    /// The same operations for any kind of number.
-    fn operations<N: Elementary>() -> [(&'static str, Operation<N>); 16] {
-        [
-            ("a + b", |a, b| a + b),
-            ("a - b", |a, b| a - b),
-            ("a b", |a, b| a * b),
-            ("-a", |a, _| -a),
-            ("a += b", |mut a, b| {
-                a += b;
-                a
-            }),
-            ("a -= b", |mut a, b| {
-                a -= b;
-                a
-            }),
-            ("a / b", |a, b| a.over(b)),
-            ("3 a", |a, _| a.times(3.0)),
-            ("root", |a, _| (a * a).root()),
-            ("log", |a, _| (a * a).logarithm()),
-            ("exp", |a, _| a.exponential()),
-            ("a^b", |a, b| (a * a).power(b)),
-            ("tanh", |a, _| a.hyperbolic_tangent()[0]),
-            ("its slope", |a, _| a.hyperbolic_tangent()[1]),
-            ("cos", |a, _| a.cosine_and_sine()[0]),
-            ("atan2", |a, b| a.arc_tangent(b)),
-        ]
-    }
+    use crate::linalg::number::operations::operations;
 
     #[test]
     fn every_motion_has_the_bits_that_it_has_alone() {

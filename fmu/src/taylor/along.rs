@@ -204,7 +204,7 @@ fn fill(target: &mut Coefficients, length: usize, value: impl Fn(usize) -> f64) 
     }
 }
 
-/// The same from those of the product of two polynomials, of which one may be a number.
+/// The first coefficients of a polynomial from those of a product of two others, of which one may be a number.
 #[inline(always)]
 fn product(
     [a, b]: [&Coefficients; 2],

@@ -69,7 +69,7 @@ pub(super) fn weighted<N: Number>(a: &[N], b: &[N], k: usize) -> N {
     weighted_up_to(k, a, b, k)
 }
 
-/// The same of an a that has no coefficients beyond a degree.
+/// The sum of j a_j b_(k-j) over 1 <= j <= k, where a has no coefficients beyond a degree.
 #[inline(always)]
 pub(super) fn weighted_up_to<N: Number>(degree: usize, a: &[N], b: &[N], k: usize) -> N {
     let count = degree.min(k);

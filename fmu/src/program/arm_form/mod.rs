@@ -231,9 +231,9 @@ pub struct SolvedSum {
 pub enum Solved {
     /// The second derivative of an unknown.
     Unknown(u32),
-    /// Those of the components of a frame's unit vector, where the frame's angle is an unknown.
+    /// The second derivative of the x component of the unit vector of a frame whose angle is an unknown.
     X(u32),
-    /// As above.
+    /// The second derivative of its y component.
     Y(u32),
     /// The reaction of a loop equation, in the unit of mass.
     Row(u32),

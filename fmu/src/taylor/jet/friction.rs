@@ -1,6 +1,6 @@
 //! Friction limits of a motion, order by order.
 //!
-//! With limits s the solution of an order is x = x0 + sum X_j s_j: x0 without friction of that order, and X_j what a limit of one adds, by the same factors. What presses is made of sums
+//! With limits s the solution of an order is x = x0 + sum X_j s_j: x0 without friction of that order, and X_j what a limit of one adds, by the same factors. Normal forces are made of sums
 //! w = w0 + Y s. At order zero s = free + share |w| is solved by Newton's method; at every further order k the newest coefficients enter linearly, |w|_k = n . w_k + known with n = w_0/|w_0|, so that
 //! one factorisation of 1 - share n Y serves all of them.
 
@@ -41,9 +41,6 @@ struct Limit<N> {
     data: Friction,
     normals: Vec<Normal<N>>,
     series: Numbers<N>,
-    /// Where the reaction is in the solution that holds it while it sticks, and its series.
-    row: usize,
-    reaction: Numbers<N>,
     /// The normal force, by orders.
     normal: Numbers<N>,
     share: Numbers<N>,
@@ -93,9 +90,9 @@ enum Place {
 
 impl<N: Elementary, const L: usize> Limits<N, L> {
     pub(super) fn new(form: &ArmForm, shape: &Shape) -> Self {
-        let contacts: Vec<(u32, u32, &Friction)> = (0..)
+        let contacts: Vec<(u32, &Friction)> = (0..)
             .zip(&form.contacts)
-            .filter_map(|(place, contact)| Some((place, contact.row, contact.friction.as_ref()?)))
+            .filter_map(|(place, contact)| Some((place, contact.friction.as_ref()?)))
             .collect();
         let count = contacts.len();
         let place = |solved: Solved| match solved {
@@ -104,7 +101,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
             Solved::Y(arm) => Place::Y(shape.place(arm)),
             Solved::Row(row) => Place::Solution(shape.places() + row as usize),
             Solved::Limit(contact) => {
-                Place::Limit(contacts.iter().position(|(place, ..)| *place == contact).unwrap_or_default())
+                Place::Limit(contacts.iter().position(|(place, _)| *place == contact).unwrap_or_default())
             }
         };
         let (mut places, mut solved): (Vec<Place>, Vec<(Place, Numbers<N>)>) = (Vec::new(), Vec::new());
@@ -135,12 +132,10 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
             Normal { sign, sums, size: [N::ZERO; ORDERS] }
         };
         let zeros = || [N::ZERO; ORDERS];
-        let mut limit = |(_, row, data): &(u32, u32, &Friction)| Limit {
+        let mut limit = |(_, data): &(u32, &Friction)| Limit {
             data: (*data).clone(),
             normals: data.normal.iter().map(&mut normal).collect(),
             series: zeros(),
-            row: shape.places() + *row as usize,
-            reaction: zeros(),
             normal: zeros(),
             share: zeros(),
         };
@@ -240,7 +235,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
             let (mut change, mut size) = (0.0, 0.0);
             let regular = self.factor();
             if step == 0 {
-                // Without what friction does to what presses.
+                // Without what friction does to the normal forces.
                 self.newest.iter_mut().zip(&self.right).for_each(|(newest, law)| *newest = *law);
                 continue;
             }
@@ -350,51 +345,42 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
                 Place::Solution(place) | Place::X(place) | Place::Y(place) => solution[place],
             };
         }
-        for limit in &mut self.all {
-            limit.reaction[k] = solution[limit.row];
-        }
     }
 }
 
 /// What the search for changes of friction reads of a step.
 impl<const L: usize> Limits<f64, L> {
-    /// Series that are kept: of each limit, of the reaction while it sticks, and of the sums that its normal force is made of.
+    /// Series that are kept: of each limit, and of the sums that its normal force is made of.
     pub(super) fn kept(form: &ArmForm) -> usize {
         form.contacts.iter().filter_map(|contact| contact.friction.as_ref()).map(series_of).sum()
     }
 
-    /// Writes them up to an order, and zeros behind it. Reactions come in the unit of mass.
-    pub(super) fn write(&self, order: usize, unit: f64, polynomials: &mut [f64]) {
-        let mut rest = polynomials.as_chunks_mut::<ORDERS>().0.iter_mut();
-        let mut write = |series: &Numbers<f64>, factor: f64| {
-            let Some(place) = rest.next() else { return };
-            place.fill(0.0);
-            place.iter_mut().zip(&series[..=order]).for_each(|(place, value)| *place = factor * value);
-        };
-        for limit in &self.all {
-            write(&limit.series, 1.0);
-            write(&limit.reaction, unit);
-            for sum in limit.normals.iter().flat_map(|normal| &normal.sums) {
-                write(&sum.series, 1.0);
-            }
+    /// Writes them up to an order, and zeros behind it.
+    pub(super) fn write(&self, order: usize, polynomials: &mut [f64]) {
+        let series = self.all.iter().flat_map(|limit| {
+            let sums = limit.normals.iter().flat_map(|normal| &normal.sums);
+            std::iter::once(&limit.series).chain(sums.map(|sum| &sum.series))
+        });
+        for (place, series) in polynomials.as_chunks_mut::<ORDERS>().0.iter_mut().zip(series) {
+            let (known, rest) = place.split_at_mut(order + 1);
+            known.copy_from_slice(&series[..=order]);
+            rest.fill(0.0);
         }
     }
 }
 
-/// A limit, a reaction, and the sums of the normal force.
+/// A limit, and the sums of the normal force.
 fn series_of(friction: &Friction) -> usize {
     let count = |force: &NormalForce| match force {
         NormalForce::Signed(..) => 1,
         NormalForce::Magnitude(components) => components.len(),
     };
-    2 + friction.normal.iter().map(count).sum::<usize>()
+    1 + friction.normal.iter().map(count).sum::<usize>()
 }
 
 /// The polynomials of one friction in a step.
 pub(crate) struct FrictionAlong<'a> {
     pub limit: &'a [f64],
-    /// The multiplier that holds it while it sticks.
-    pub reaction: &'a [f64],
     /// The sums of which the normal force is made.
     pub sums: &'a [[f64; ORDERS]],
 }
@@ -405,9 +391,9 @@ impl Jet {
         let mut rest = polynomial[self.friction_in()..].as_chunks::<ORDERS>().0;
         for friction in self.form.contacts.iter().filter_map(|contact| contact.friction.as_ref()) {
             let (series, others) = rest.split_at_checked(series_of(friction))?;
-            if let ([limit, reaction, sums @ ..], true) = (series, friction.constraint == row) {
+            if let ([limit, sums @ ..], true) = (series, friction.constraint == row) {
                 // Accelerations have two orders less than positions.
-                return Some(FrictionAlong { limit: &limit[..order - 1], reaction: &reaction[..order - 1], sums });
+                return Some(FrictionAlong { limit: &limit[..order - 1], sums });
             }
             rest = others;
         }

@@ -1,4 +1,4 @@
-//! Series of reactions: a contact ceases to press at a root of one.
+//! Series of reactions: a contact ceases to press at a root of one, and a friction slips where one reaches its limit.
 
 use super::friction::Limits;
 use super::{Jet, Shape};
@@ -8,14 +8,14 @@ use crate::model::Model;
 use crate::program::arm_form::{ArmForm, ContactRow, ORDERS};
 use crate::taylor::products::move_start;
 
-/// Those of all loop equations, if any is kept.
+/// The series of the reactions of all loop equations.
 #[derive(Clone, Debug)]
 pub(super) struct Reactions<N, const L: usize> {
     /// Lanes of one order.
     lanes: usize,
     /// By orders.
     series: Vec<Lane<N, L>>,
-    /// Is any contact closed?
+    /// True if a contact is closed, or a friction sticks.
     wanted: bool,
 }
 
@@ -32,7 +32,7 @@ impl<N: Number, const L: usize> Reactions<N, L> {
         self.wanted = self.lanes > 0 && form.contacts.iter().any(is_closed);
     }
 
-    /// Is any kept?
+    /// True if reactions are kept.
     #[inline(always)]
     pub fn are_kept(&self) -> bool {
         self.wanted
@@ -47,9 +47,10 @@ impl<N: Number, const L: usize> Reactions<N, L> {
     }
 }
 
-/// Lanes of one order: none unless reactions are searched for roots.
+/// Lanes of one order: none unless events are searched for by reactions.
 fn lanes(model: &Model, form: &ArmForm, width: usize) -> usize {
-    if model.program().instants.has_gaps_only() { form.rows.len().div_ceil(width) } else { 0 }
+    let has_friction = form.contacts.iter().any(|contact| contact.friction.is_some());
+    if has_friction || model.program().instants.has_gaps_only() { form.rows.len().div_ceil(width) } else { 0 }
 }
 
 impl Jet {
@@ -76,7 +77,7 @@ impl Jet {
         polynomial[..unknowns.len()].copy_from_slice(unknowns);
         if !self.limits.is_empty() {
             let first = self.friction_in();
-            self.limits.write(order - 2, self.form.unit_of_mass, &mut polynomial[first..]);
+            self.limits.write(order - 2, &mut polynomial[first..]);
         }
         if !self.reactions_kept.wanted {
             return;
@@ -86,11 +87,12 @@ impl Jet {
         polynomial[first..first + reactions.len()].copy_from_slice(reactions);
     }
 
-    /// The reaction of a loop equation of the program along a polynomial; false if it is not kept.
+    /// The reaction of a contact along a polynomial, by its loop equation of the program; false if it is not kept.
     pub fn reaction(&self, polynomial: &[f64], order: usize, constraint: u32, coefficients: &mut [f64]) -> bool {
         let [first, count] = self.reactions_in();
-        let row = self.form.rows.iter().position(|row| row.constraint == constraint);
-        let Some(row) = row.filter(|_| count > 0) else { return false };
+        let mut rows = self.form.contacts.iter().map(|contact| contact.row as usize);
+        let row = rows.find(|row| self.form.rows[*row].constraint == constraint);
+        let Some(row) = row.filter(|_| self.reactions_kept.wanted) else { return false };
         coefficients.fill(0.0);
         let orders = polynomial[first..].chunks_exact(count).take(order - 1);
         for (coefficient, reactions) in coefficients.iter_mut().zip(orders) {
@@ -99,7 +101,7 @@ impl Jet {
         true
     }
 
-    /// The same polynomial about a time so long after its start.
+    /// Rewrites a polynomial about a time so long after its start.
     pub fn move_start(&self, polynomial: &mut [f64], order: usize, dt: f64) {
         let (places, [first, count]) = (self.shape.places(), self.reactions_in());
         move_start(&mut polynomial[..(order + 1) * places], places, dt);

@@ -2,7 +2,7 @@
 //!
 //! A rate that falls to zero is found exactly. Where what sticks, or the sign of a normal force, is not clear of its limit the step is looked through place by place (see [`super::super::events`]).
 
-use super::super::super::{Computed, Instance};
+use super::super::super::Instance;
 use super::super::{Instants, Searched};
 use super::polynomials::{root, scaled};
 use crate::hybrid::contact::{TOUCHING, direction, is_closed};
@@ -33,8 +33,10 @@ impl Instance {
         }
         let mut rates = instants.contacts.rates_along.take()?;
         let expanded = self.expand_along(&mut rates, step[0]);
-        self.machine.evaluate(&data.restitutions, &mut instants.contacts.restitutions);
-        let found = expanded.and_then(|()| self.first_friction(instants, data, &mut rates, step));
+        let found = expanded.and_then(|()| {
+            self.machine.evaluate(&data.restitutions, &mut instants.contacts.restitutions);
+            self.first_friction(instants, data, &mut rates, step)
+        });
         instants.contacts.rates_along = Some(rates);
         let first = found?;
         instants.armed.fill(true);
@@ -46,11 +48,7 @@ impl Instance {
             instants.indicators.iter().all(|indicator| *indicator <= 0.0).then_some(())?;
             instants.overlooked = self.find_violated(instants);
         }
-        instants.end = None;
-        instants.seen =
-            first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
-        self.computed = Computed::default();
-        Some(Searched { step, first })
+        Some(self.searched_by_polynomials(instants, step, first))
     }
 
     /// The first change; none if polynomials do not tell.
@@ -86,19 +84,19 @@ impl Instance {
     /// What becomes of a rate in its direction. Where sliding has just begun the rate begins at zero: over the time since then it does not.
     fn sliding(&self, rates: &mut TapeAlong, (index, direction): (usize, f64), step: [f64; 2]) -> Option<Sliding> {
         let (span, scale, begins) = (step[1] - step[0], self.scale_of(index), !self.now.happened.armed[index]);
+        let touching = TOUCHING * scale;
         let mut polynomial = scaled(rates.polynomial(index), span).map(|coefficient| direction * coefficient);
-        if begins && polynomial[0].abs() > TOUCHING * scale {
+        if begins && polynomial[0].abs() > touching {
             return None;
         }
-        polynomial[0] += ROUNDING * scale;
-        let first = usize::from(begins);
-        let polynomial = &polynomial[first..rates.polynomial(index).len()];
-        let is_clear = polynomial.first().is_some_and(|begin| *begin > if begins { TOUCHING * scale } else { 0.0 });
-        is_clear.then_some(())?;
+        let [margin, least] = if begins { [0.0, touching] } else { [ROUNDING * scale, 0.0] };
+        polynomial[0] += margin;
+        let polynomial = &polynomial[usize::from(begins)..rates.polynomial(index).len()];
+        polynomial.first().is_some_and(|begin| *begin > least).then_some(())?;
         let is_linear = rates.is_linear(index);
         let mut rate = |share: f64| {
-            let rate = direction * rates.value(index, share * span) + ROUNDING * scale;
-            if begins { (rate - ROUNDING * scale) / share } else { rate }
+            let rate = direction * rates.value(index, share * span) + margin;
+            if begins { rate / share } else { rate }
         };
         let error = |share: f64| if is_linear { 0.0 } else { (rate(share) - horner(polynomial, share)).abs() };
         match descent::first(polynomial, error) {
@@ -113,19 +111,19 @@ impl Instance {
 
     /// True if what sticks is clearly within its static limit.
     fn sticks(&self, instants: &Instants, data: &Contacts, index: usize, step: [f64; 2]) -> bool {
-        let Some(slip) = data.all[index].slip.as_ref().filter(|_| instants.contacts.has_constant_ratios) else {
-            return false;
-        };
-        let ratio = instants.contacts.restitutions[index];
+        let (contact, mut reaction) = (&data.all[index], [0.0; ORDERS]);
         let settings = self.settings();
         let (run, memory) = (&self.now.run, &self.now.memory);
         let series = self.stepper.series(&self.model, run, memory, &settings);
-        let Some(along) = series.and_then(|series| series.friction(run, slip.level)) else { return false };
+        let Some(series) = series.filter(|_| instants.contacts.has_constant_ratios) else { return false };
+        let along = contact.slip.as_ref().and_then(|slip| series.friction(run, slip.level));
+        let Some(along) = along.filter(|_| series.reaction(run, contact.constraint, &mut reaction)) else {
+            return false;
+        };
+        let ratio = instants.contacts.restitutions[index];
         [-1.0, 1.0].into_iter().all(|side| {
-            let mut margin = [0.0; ORDERS];
-            for (place, (limit, reaction)) in margin.iter_mut().zip(along.limit.iter().zip(along.reaction)) {
-                *place = ratio * limit + side * reaction;
-            }
+            let mut margin = reaction.map(|coefficient| side * coefficient);
+            margin.iter_mut().zip(along.limit).for_each(|(margin, limit)| *margin += ratio * limit);
             stays_positive(&margin[..along.limit.len()], step)
         })
     }
@@ -137,10 +135,9 @@ impl Instance {
         let (run, memory) = (&self.now.run, &self.now.memory);
         let series = self.stepper.series(&self.model, run, memory, &settings);
         let Some(along) = series.and_then(|series| series.friction(run, slip.level)) else { return false };
-        let count = along.limit.len();
         contact.state.signs.iter().zip(along.sums).all(|(&sign, sum)| {
             let sign = self.now.state.discrete()[sign as usize];
-            stays_positive(&sum.map(|coefficient| sign * coefficient)[..count], step)
+            stays_positive(&sum.map(|coefficient| sign * coefficient)[..along.limit.len()], step)
         })
     }
 }

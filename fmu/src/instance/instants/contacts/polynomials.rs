@@ -54,11 +54,21 @@ impl Instance {
             Some((_, event)) => instants.armed[event] = false,
             None => self.all_stay(instants, step).then_some(())?,
         }
+        Some(self.searched_by_polynomials(instants, step, first))
+    }
+
+    /// What a search by polynomials has found in the last step.
+    pub(super) fn searched_by_polynomials(
+        &mut self,
+        instants: &mut Instants,
+        step: [f64; 2],
+        first: Option<(f64, usize)>,
+    ) -> Searched {
         instants.end = None;
         instants.seen =
             first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
         self.computed = Computed::default();
-        Some(Searched { step, first })
+        Searched { step, first }
     }
 
     /// The first contact that changes, and after which share of the step; none if this is not known.
