@@ -562,10 +562,12 @@ impl ContactValues {
         for (begins, trial) in
             [true, false].into_iter().flat_map(|begins| (0..trials).map(move |trial| (begins, trial)))
         {
+            found.tried[usize::from(begins)] = trial + 1;
             if !self.choices.set(trial, context.data, context.state.discrete_mut()) {
                 continue;
             }
             self.accelerate(context);
+            found.jams[usize::from(begins)] |= self.is_locked() && self.is_mode(context, begins);
             if !self.fits(context, begins) || self.twice && self.any_sticks(context) {
                 continue;
             }
@@ -593,7 +595,7 @@ impl ContactValues {
 
     /// Takes a mode that fits, unless friction that locks permits another motion.
     fn accept(&mut self, context: &mut Place, mode: Mode, found: &Found) -> Result<(), Failure> {
-        let (Mode { trial, begins, .. }, mut locked) = (mode, found.locked);
+        let Mode { trial, begins, .. } = mode;
         if !found.is_present {
             self.choices.set(trial, context.data, context.state.discrete_mut());
             self.accelerate(context);
@@ -603,13 +605,18 @@ impl ContactValues {
         if self.locks.is_empty() || self.any_sticks(context) {
             return Ok(());
         }
-        for other in 0..self.choices.trials() {
-            let is_new = self.choices.set(other, context.data, context.state.discrete_mut());
-            self.accelerate(context);
-            locked |= is_new && self.is_locked() && self.is_mode(context, begins);
+        let (pass, trials) = (usize::from(begins), self.choices.trials());
+        let mut locked = found.locked || found.jams[pass];
+        for other in found.tried[pass]..trials {
+            if self.choices.set(other, context.data, context.state.discrete_mut()) {
+                self.accelerate(context);
+                locked |= self.is_locked() && self.is_mode(context, begins);
+            }
         }
-        self.choices.set(trial, context.data, context.state.discrete_mut());
-        self.accelerate(context);
+        if found.tried[pass] < trials {
+            self.choices.set(trial, context.data, context.state.discrete_mut());
+            self.accelerate(context);
+        }
         if locked { Err(context.failure(&self.choices, TWO_MOTIONS)) } else { Ok(()) }
     }
 
@@ -844,6 +851,9 @@ struct Found {
     /// True if a mode fits but for friction that locks, or with redundant constraints.
     locked: bool,
     redundant: bool,
+    /// How many combinations have been tried where margins are those of usual accelerations, and of those that there are; true if friction locks in one of them that fits.
+    tried: [usize; 2],
+    jams: [bool; 2],
     /// True if the best one was the last to be tried: its accelerations are at hand.
     is_present: bool,
 }

@@ -1,12 +1,14 @@
 //! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
 //! [`super::orders`] does for all, with everything between two stores in registers.
 
+use super::friction::Known;
 use super::{Jet, Loads, ORDERS, Scatter, Series, vectors};
 use crate::linalg::columns::Columns;
 use crate::linalg::inverse::Inverse;
 use crate::linalg::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract, times};
 use crate::linalg::matrix::Matrix;
 use crate::linalg::number::Number;
+use crate::taylor::tape::Scalars;
 
 /// One order of x and y of F lanes.
 type Pair<const F: usize> = [[Lane; F]; 2];
@@ -83,13 +85,14 @@ impl Jet {
             force: [all_orders(force_x)?, all_orders(force_y)?],
             values: self.values.as_chunks_mut().0.first_chunk_mut()?,
         };
-        let keeps = self.reactions_kept.are_kept();
+        let has_limits = !self.limits.is_empty();
+        let is_watched = has_limits || self.reactions_kept.are_kept();
         for k in first..last + 1 {
             if !self.scalars.is_steady() {
                 self.scalars.rates(k, frames.vectors());
             }
             self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
-            let applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
+            let mut applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
             let (second, mut moment) = frames.convolve(k);
             // Of one lane the response knows all but what the loads do.
             let turned = if F == 1 { applied } else { fixed.coupling.couple(&second, applied) };
@@ -103,20 +106,23 @@ impl Jet {
             for push in self.pushes.at(k) {
                 *moment.as_flattened_mut().get_mut(push.place)? -= push.value(k, &self.scalars, &self.coefficients);
             }
-            if F == 1 {
-                let h = [second[0][0], second[1][0]];
-                let solution: [Lane; N] = view.solve(moment[0], h);
-                if keeps {
-                    self.reactions_kept.keep(k, &solution[F..]);
+            let h = [second[0][0], second[1][0]];
+            let mut solution: [Lane; N] =
+                if F == 1 { view.solve(moment[0], h) } else { fixed.solve::<F, N>(&moment, &second) };
+            if is_watched {
+                if has_limits {
+                    let known = frames.known(&self.scalars, &self.coefficients, &second);
+                    let [x, y] = &mut applied;
+                    self.limits.solve(k, known, &mut solution, [x, y]);
+                    self.solution.copy_from_slice(&solution);
                 }
+                self.reactions_kept.keep(k, &solution[F..]);
+            }
+            if F == 1 {
                 let [x, y] = view.force(h, &solution, [applied[0][0], applied[1][0]]);
                 frames.turn(k, solution.first_chunk()?, second);
                 frames.push(k, [[x; F], [y; F]]);
             } else {
-                let solution: [Lane; N] = fixed.solve::<F, N>(&moment, &second);
-                if keeps {
-                    self.reactions_kept.keep(k, &solution[F..]);
-                }
                 let second = frames.turn(k, solution.first_chunk()?, second);
                 let reacting = match fixed.equations[1] {
                     0 => applied,
@@ -203,6 +209,17 @@ impl<const F: usize> Frames<'_, F> {
     #[inline(always)]
     fn vectors(&self) -> crate::taylor::tape::Vectors<'_, f64, WIDTH> {
         vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), F)
+    }
+
+    /// What friction limits follow from.
+    #[inline(always)]
+    fn known<'a>(
+        &'a self,
+        scalars: &'a Scalars,
+        coefficients: &'a [f64],
+        [x, y]: &'a Pair<F>,
+    ) -> Known<'a, f64, WIDTH> {
+        Known { scalars, coefficients, arms: [self.x.as_flattened(), self.y.as_flattened()], second: [x, y] }
     }
 
     /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.

@@ -4,18 +4,19 @@
 //! w = w0 + Y s. At order zero s = free + share |w| is solved by Newton's method; at every further order k the newest coefficients enter linearly, |w|_k = n . w_k + known with n = w_0/|w_0|, so that
 //! one factorisation of 1 - share n Y serves all of them.
 
+use super::normals::Normals;
 use super::{Coefficient, Jet, Shape, flat};
-use crate::linalg::lane::{Lane, splat};
+use crate::linalg::lane::{Lane, by_width, plus, splat};
 use crate::linalg::number::Elementary;
 use crate::math::maximum;
-use crate::program::arm_form::{ArmForm, Friction, NormalForce, ORDERS, Slope, Solved, SolvedSum};
-use crate::taylor::products::{convolution, inner_square, tail};
+use crate::program::arm_form::{ArmForm, Friction, NormalForce, ORDERS, Slope, Solved};
+use crate::taylor::products::convolution;
 use crate::taylor::tape::{Numbers, Scalars};
 
 /// Newton's steps at most: each squares an error, which begins with the share of friction in the normal force.
 const STEPS: usize = 12;
 /// Limits are known where a step has changed them by no more than this share of the largest: its square is below rounding errors.
-const KNOWN: f64 = 1e-9;
+const KNOWN: f64 = 1e-8;
 
 /// All limits of a form.
 #[derive(Clone, Debug, Default)]
@@ -23,63 +24,33 @@ pub(super) struct Limits<N, const L: usize> {
     all: Vec<Limit<N>>,
     /// What a limit of one adds to the solution, for each limit.
     responses: Vec<Vec<Lane<N, L>>>,
-    /// What sums are made of, and its newest coefficients without the newest limits.
-    places: Vec<Place>,
-    values: Vec<N>,
-    /// What is multiplied by a series, by orders.
-    solved: Vec<(Place, Numbers<N>)>,
+    normals: Normals<N, L>,
     /// By rows: 1 - share n Y, then its factors.
     matrix: Vec<N>,
+    /// Its inverse, by columns.
+    inverse: Vec<Lane<N, L>>,
     right: Vec<N>,
     /// The newest coefficients.
-    newest: Vec<N>,
+    newest: Vec<Lane<N, L>>,
 }
 
 /// One of them.
 #[derive(Clone, Debug)]
 struct Limit<N> {
     data: Friction,
-    normals: Vec<Normal<N>>,
+    /// Its force for each unit of the limit, by places of arms.
+    arms: Vec<(usize, [u32; 2])>,
+    /// Its vectors among all normal forces.
+    vectors: std::ops::Range<usize>,
     series: Numbers<N>,
     /// The normal force, by orders.
     normal: Numbers<N>,
     share: Numbers<N>,
 }
 
-/// Part of a normal force.
-#[derive(Clone, Debug)]
-struct Normal<N> {
-    /// Where the sign is among the coefficients; none for a magnitude.
-    sign: Option<u32>,
-    sums: Vec<Sum<N>>,
-    /// The magnitude, by orders.
-    size: Numbers<N>,
-}
-
-#[derive(Clone, Debug)]
-struct Sum<N> {
-    rest: u32,
-    terms: Vec<Term<N>>,
-    /// Y: what each limit changes in it.
-    changes: Vec<N>,
-    /// The derivative of the magnitude by it.
-    along: N,
-    series: Numbers<N>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Term<N> {
-    /// Its number among the places.
-    of: usize,
-    slope: Slope,
-    /// The slope where the step begins.
-    start: N,
-    /// Where its orders are among `solved`, if the slope is a series.
-    kept: usize,
-}
-
+/// What normal forces are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Place {
+pub(super) enum Place {
     /// In the solution.
     Solution(usize),
     /// The second derivative of an arm.
@@ -104,52 +75,30 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
                 Place::Limit(contacts.iter().position(|(place, _)| *place == contact).unwrap_or_default())
             }
         };
-        let (mut places, mut solved): (Vec<Place>, Vec<(Place, Numbers<N>)>) = (Vec::new(), Vec::new());
-        let mut term = |(solved_for, slope): &(Solved, Slope)| {
-            let (place, slope) = (place(*solved_for), *slope);
-            let of = places.iter().position(|known| *known == place).unwrap_or(places.len());
-            if of == places.len() {
-                places.push(place);
+        let mut vectors = 0;
+        let mut limit = |(_, data): &(u32, &Friction)| {
+            let first = vectors;
+            vectors += data.normal.len();
+            Limit {
+                data: (*data).clone(),
+                arms: data.arms.iter().map(|&(arm, along)| (shape.place(arm), along)).collect(),
+                vectors: first..vectors,
+                series: [N::ZERO; ORDERS],
+                normal: [N::ZERO; ORDERS],
+                share: [N::ZERO; ORDERS],
             }
-            let kept = solved.iter().position(|(kept, _)| *kept == place).unwrap_or(solved.len());
-            if kept == solved.len() && matches!(slope, Slope::Series(_)) {
-                solved.push((place, [N::ZERO; ORDERS]));
-            }
-            Term { of, slope, start: N::ZERO, kept }
-        };
-        let mut sum = |sum: &SolvedSum| Sum {
-            rest: sum.rest,
-            terms: sum.terms.iter().map(&mut term).collect(),
-            changes: vec![N::ZERO; count],
-            along: N::ZERO,
-            series: [N::ZERO; ORDERS],
-        };
-        let mut normal = |force: &NormalForce| {
-            let (sign, sums) = match force {
-                NormalForce::Signed(sign, one) => (Some(*sign), vec![sum(one)]),
-                NormalForce::Magnitude(components) => (None, components.iter().map(&mut sum).collect()),
-            };
-            Normal { sign, sums, size: [N::ZERO; ORDERS] }
-        };
-        let zeros = || [N::ZERO; ORDERS];
-        let mut limit = |(_, data): &(u32, &Friction)| Limit {
-            data: (*data).clone(),
-            normals: data.normal.iter().map(&mut normal).collect(),
-            series: zeros(),
-            normal: zeros(),
-            share: zeros(),
         };
         let all = contacts.iter().map(&mut limit).collect();
-        let room = shape.all() + form.rows.len().div_ceil(L);
+        let forces = contacts.iter().flat_map(|(_, data)| &data.normal);
+        let (room, lanes) = (shape.all() + form.rows.len().div_ceil(L), count.div_ceil(L));
         Self {
             all,
-            values: vec![N::ZERO; places.len()],
-            places,
-            solved,
+            normals: Normals::new(forces, place, count),
             responses: vec![vec![splat(N::ZERO); room]; count],
             matrix: vec![N::ZERO; count * count],
+            inverse: vec![splat(N::ZERO); count * lanes],
             right: vec![N::ZERO; count],
-            newest: vec![N::ZERO; count],
+            newest: vec![splat(N::ZERO); lanes],
         }
     }
 
@@ -163,22 +112,20 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
     }
 }
 
-/// What the sums of one order are made of.
+/// What normal forces of one order are made of.
 #[derive(Clone, Copy)]
-struct Known<'a, N: Elementary, const L: usize> {
-    scalars: &'a Scalars<N, L>,
-    coefficients: &'a [N],
-    /// The solution without the newest limits.
-    solution: &'a [N],
-    /// Arms where the step begins, and their second derivatives without the newest accelerations.
-    arms: [&'a [Lane<N, L>]; 2],
-    second: [&'a [Lane<N, L>]; 2],
+pub(super) struct Known<'a, N: Elementary, const L: usize> {
+    pub scalars: &'a Scalars<N, L>,
+    pub coefficients: &'a [N],
+    /// Arms, by orders, and their second derivatives without the newest accelerations.
+    pub arms: [&'a [Lane<N, L>]; 2],
+    pub second: [&'a [Lane<N, L>]; 2],
 }
 
 impl<N: Elementary, const L: usize> Known<'_, N, L> {
     /// One order of a factor.
     #[inline(always)]
-    fn factor(&self, factor: Slope, k: usize) -> N {
+    pub(super) fn factor(&self, factor: Slope, k: usize) -> N {
         match factor {
             Slope::Constant(place) if k == 0 => self.coefficients[place as usize],
             Slope::Constant(_) => N::ZERO,
@@ -188,18 +135,18 @@ impl<N: Elementary, const L: usize> Known<'_, N, L> {
 
     /// The newest coefficient of what is solved for, without the newest limits.
     #[inline(always)]
-    fn newest(&self, of: Place) -> N {
+    pub(super) fn newest(&self, of: Place, solution: &[N]) -> N {
+        let change = self.change(of, solution);
         match of {
-            Place::Solution(place) => self.solution[place],
-            Place::X(place) => self.second[0].as_flattened()[place] + self.change(of, self.solution),
-            Place::Y(place) => self.second[1].as_flattened()[place] + self.change(of, self.solution),
-            Place::Limit(_) => N::ZERO,
+            Place::X(place) => self.second[0].as_flattened()[place] + change,
+            Place::Y(place) => self.second[1].as_flattened()[place] + change,
+            Place::Solution(_) | Place::Limit(_) => change,
         }
     }
 
     /// What a change of the solution changes in it: a frame turns its arm.
     #[inline(always)]
-    fn change(&self, of: Place, solution: &[N]) -> N {
+    pub(super) fn change(&self, of: Place, solution: &[N]) -> N {
         match of {
             Place::Solution(place) => solution[place],
             Place::X(place) => -(solution[place] * self.arms[1].as_flattened()[flat::<L>(place, 0)]),
@@ -210,141 +157,171 @@ impl<N: Elementary, const L: usize> Known<'_, N, L> {
 }
 
 impl<N: Elementary, const L: usize> Limits<N, L> {
-    /// The limits of an order; those before it are known.
-    fn find(&mut self, k: usize, known: Known<N, L>) {
-        for (value, place) in self.values.iter_mut().zip(&self.places) {
-            *value = known.newest(*place);
-        }
+    by_width! {
+        /// The limits of order k, and what they add to the solution without them and to the loads; orders before it are known.
+        pub(super) fn solve[N: Elementary, const L: usize](&mut self: Limits<N, L>, k: usize, known: Known<'_, N, L>, solution: &mut [Lane<N, L>], applied: [&mut [Lane<N, L>]; 2]) = solve_any
+    }
+
+    #[inline(always)]
+    fn solve_any(&mut self, k: usize, known: Known<N, L>, solution: &mut [Lane<N, L>], [x, y]: [&mut [Lane<N, L>]; 2]) {
+        self.find(k, known, solution.as_flattened());
+        self.complete(solution);
+        self.normals.keep(k, self.newest.as_flattened(), solution.as_flattened());
+        self.load(known.coefficients, [x.as_flattened_mut(), y.as_flattened_mut()]);
+    }
+
+    #[inline(always)]
+    fn find(&mut self, k: usize, known: Known<N, L>, solution: &[N]) {
         for limit in &mut self.all {
             limit.share[k] = known.factor(limit.data.share, k);
-            for sum in limit.normals.iter_mut().flat_map(|normal| &mut normal.sums) {
-                if k == 0 {
-                    sum.respond(&self.places, &self.responses, known);
-                }
-                sum.series[k] = sum.without_newest(k, (&self.values, &self.solved), known);
-            }
         }
-        if k == 0 { self.begin(known) } else { self.advance(k, known) }
+        if k == 0 {
+            self.normals.begin(&self.responses, known);
+        }
+        self.normals.predict(k, known, solution);
+        if k == 0 {
+            self.begin(known)
+        } else {
+            self.advance(k, known)
+        }
+        self.normals.add(k, self.newest.as_flattened());
+        let newest = self.newest.as_flattened();
+        for (limit, newest) in self.all.iter_mut().zip(newest) {
+            (limit.series[k], limit.normal[k]) = (*newest, self.normals.total(k, limit.vectors.clone()));
+        }
     }
 
     /// Order zero, by Newton's method. Where it does not converge, or a pivot is not positive (the mechanism locks itself), no limit is a number.
     fn begin(&mut self, known: Known<N, L>) {
-        self.newest.fill(N::ZERO);
+        let count = self.all.len();
+        self.newest.fill(splat(N::ZERO));
         for step in 0..=STEPS {
             self.linearize(known);
-            let (mut change, mut size) = (0.0, 0.0);
-            let regular = self.factor();
+            let newest = self.newest.as_flattened_mut();
             if step == 0 {
                 // Without what friction does to the normal forces.
-                self.newest.iter_mut().zip(&self.right).for_each(|(newest, law)| *newest = *law);
+                newest.iter_mut().zip(&self.right).for_each(|(newest, law)| *newest = *law);
                 continue;
             }
-            self.solve();
-            for (newest, step) in self.newest.iter_mut().zip(&self.right) {
+            let regular = factor(&mut self.matrix, count);
+            solve(&self.matrix, &mut self.right);
+            let (mut change, mut size) = (0.0, 0.0);
+            for (newest, step) in newest.iter_mut().zip(&self.right) {
                 *newest += *step;
                 change = maximum(change, step.value().abs());
                 size = maximum(size, newest.value().abs());
             }
             if regular && change <= KNOWN * size {
-                // What the other orders are found by.
-                self.linearize(known);
-                self.factor();
+                self.invert(known);
                 break;
             }
             if !regular || step == STEPS {
-                self.newest.fill(N::all(f64::NAN));
+                newest.fill(N::all(f64::NAN));
                 break;
             }
-        }
-        for (index, limit) in self.all.iter_mut().enumerate() {
-            limit.series[0] = self.newest[index];
-            limit.keep(0, &self.newest);
         }
     }
 
     /// At the newest limits: by how much the laws differ from them, and 1 - share n Y.
     fn linearize(&mut self, known: Known<N, L>) {
         let count = self.all.len();
-        for (index, limit) in self.all.iter_mut().enumerate() {
-            let row = &mut self.matrix[index * count..][..count];
-            row.fill(N::ZERO);
-            row[index] = N::all(1.0);
-            let (share, mut total) = (limit.share[0], N::ZERO);
-            for normal in &mut limit.normals {
-                total += normal.at(&self.newest, known.coefficients);
-                for sum in &normal.sums {
-                    for (entry, change) in row.iter_mut().zip(&sum.changes) {
-                        *entry -= share * sum.along * *change;
-                    }
-                }
+        let newest = self.newest.as_flattened();
+        self.normals.linearize(newest, known.coefficients);
+        for (index, limit) in self.all.iter().enumerate() {
+            let (share, vectors) = (limit.share[0], limit.vectors.clone());
+            for (column, entry) in self.matrix[index * count..][..count].iter_mut().enumerate() {
+                let unit = if column == index { N::all(1.0) } else { N::ZERO };
+                *entry = unit - share * self.normals.slope(vectors.clone(), column);
             }
-            self.right[index] = known.factor(limit.data.free, 0) + share * total - self.newest[index];
+            let law = known.factor(limit.data.free, 0) + share * self.normals.total(0, vectors);
+            self.right[index] = law - newest[index];
         }
     }
 
-    /// Factors the matrix; false if a pivot is not positive.
-    fn factor(&mut self) -> bool {
-        let (count, matrix) = (self.all.len(), &mut self.matrix);
-        let mut regular = true;
-        for pivot in 0..count {
-            regular &= matrix[pivot * count + pivot].value() > 0.0;
-            for row in pivot + 1..count {
-                let factor = matrix[row * count + pivot].over(matrix[pivot * count + pivot]);
-                matrix[row * count + pivot] = factor;
-                for column in pivot + 1..count {
-                    let upper = matrix[pivot * count + column];
-                    matrix[row * count + column] -= factor * upper;
-                }
-            }
-        }
-        regular
-    }
-
-    /// The solution for the right-hand side, in its place.
-    fn solve(&mut self) {
-        let (count, matrix, right) = (self.all.len(), &self.matrix, &mut self.right);
-        for row in 0..count {
-            for column in 0..row {
-                let lower = matrix[row * count + column] * right[column];
-                right[row] -= lower;
-            }
-        }
-        for row in (0..count).rev() {
-            for column in row + 1..count {
-                let upper = matrix[row * count + column] * right[column];
-                right[row] -= upper;
-            }
-            right[row] = right[row].over(matrix[row * count + row]);
+    /// What all other orders are found by.
+    fn invert(&mut self, known: Known<N, L>) {
+        self.linearize(known);
+        factor(&mut self.matrix, self.all.len());
+        let lanes = self.newest.len();
+        for column in 0..self.all.len() {
+            self.right.fill(N::ZERO);
+            self.right[column] = N::all(1.0);
+            solve(&self.matrix, &mut self.right);
+            let inverse = self.inverse[column * lanes..][..lanes].as_flattened_mut();
+            inverse.iter_mut().zip(&self.right).for_each(|(place, value)| *place = *value);
         }
     }
 
     /// Order k > 0, which is linear.
+    #[inline(always)]
     fn advance(&mut self, k: usize, known: Known<N, L>) {
-        for (index, limit) in self.all.iter_mut().enumerate() {
-            limit.normal[k] = limit.normals.iter_mut().fold(N::ZERO, |total, normal| total + normal.predict(k));
+        for (limit, right) in self.all.iter_mut().zip(&mut self.right) {
+            limit.normal[k] = self.normals.total(k, limit.vectors.clone());
             let pressed = match limit.data.share {
                 Slope::Constant(_) => limit.share[0] * limit.normal[k],
                 Slope::Series(_) => convolution(&limit.share, &limit.normal, k),
             };
-            self.right[index] = known.factor(limit.data.free, k) + pressed;
+            *right = known.factor(limit.data.free, k) + pressed;
         }
-        self.solve();
-        self.newest.copy_from_slice(&self.right);
-        for (index, limit) in self.all.iter_mut().enumerate() {
-            limit.series[k] = self.newest[index];
-            limit.keep(k, &self.newest);
+        self.newest.fill(splat(N::ZERO));
+        let lanes = self.newest.len();
+        for (column, right) in self.inverse.chunks_exact(lanes).zip(&self.right) {
+            let right = splat(*right);
+            self.newest.iter_mut().zip(column).for_each(|(newest, column)| *newest = plus(*newest, *column, right));
         }
     }
 
-    /// Keeps what was solved for.
-    fn keep(&mut self, k: usize, solution: &[N]) {
-        for (place, series) in &mut self.solved {
-            series[k] = match *place {
-                Place::Limit(limit) => self.newest[limit],
-                // Arms have constant slopes.
-                Place::Solution(place) | Place::X(place) | Place::Y(place) => solution[place],
-            };
+    /// What the newest limits add to a solution.
+    #[inline(always)]
+    fn complete(&self, solution: &mut [Lane<N, L>]) {
+        for (newest, response) in self.newest.as_flattened().iter().zip(&self.responses) {
+            let newest = splat(*newest);
+            solution.iter_mut().zip(response).for_each(|(place, response)| *place = plus(*place, *response, newest));
         }
+    }
+
+    /// Takes their forces off the loads.
+    #[inline(always)]
+    fn load(&self, coefficients: &[N], [x, y]: [&mut [N]; 2]) {
+        for (newest, limit) in self.newest.as_flattened().iter().zip(&self.all) {
+            for &(place, [along_x, along_y]) in &limit.arms {
+                x[place] -= coefficients[along_x as usize] * *newest;
+                y[place] -= coefficients[along_y as usize] * *newest;
+            }
+        }
+    }
+}
+
+/// Factors a matrix; false if a pivot is not positive.
+fn factor<N: Elementary>(matrix: &mut [N], count: usize) -> bool {
+    let mut regular = true;
+    for pivot in 0..count {
+        let (upper, lower) = matrix.split_at_mut((pivot + 1) * count);
+        let upper = &upper[pivot * count..];
+        regular &= upper[pivot].value() > 0.0;
+        for row in lower.chunks_exact_mut(count) {
+            let factor = row[pivot].over(upper[pivot]);
+            row[pivot] = factor;
+            for (entry, upper) in row.iter_mut().zip(upper).skip(pivot + 1) {
+                *entry -= factor * *upper;
+            }
+        }
+    }
+    regular
+}
+
+/// The solution by factors, in the place of the right-hand side.
+fn solve<N: Elementary>(matrix: &[N], right: &mut [N]) {
+    let count = right.len();
+    let of = |row: usize| &matrix[row * count..][..count];
+    for row in 0..count {
+        let lower = of(row).iter().zip(&right[..row]).fold(N::ZERO, |sum, (factor, value)| sum + *factor * *value);
+        right[row] -= lower;
+    }
+    for row in (0..count).rev() {
+        let upper = of(row).iter().zip(&*right).skip(row + 1);
+        let rest = right[row] - upper.fold(N::ZERO, |sum, (factor, value)| sum + *factor * *value);
+        right[row] = rest.over(of(row)[row]);
     }
 }
 
@@ -357,14 +334,17 @@ impl<const L: usize> Limits<f64, L> {
 
     /// Writes them up to an order, and zeros behind it.
     pub(super) fn write(&self, order: usize, polynomials: &mut [f64]) {
-        let series = self.all.iter().flat_map(|limit| {
-            let sums = limit.normals.iter().flat_map(|normal| &normal.sums);
-            std::iter::once(&limit.series).chain(sums.map(|sum| &sum.series))
-        });
-        for (place, series) in polynomials.as_chunks_mut::<ORDERS>().0.iter_mut().zip(series) {
-            let (known, rest) = place.split_at_mut(order + 1);
-            known.copy_from_slice(&series[..=order]);
-            rest.fill(0.0);
+        let mut places = polynomials.as_chunks_mut::<ORDERS>().0.iter_mut();
+        for limit in &self.all {
+            if let Some(place) = places.next() {
+                place[..=order].copy_from_slice(&limit.series[..=order]);
+                place[order + 1..].fill(0.0);
+            }
+            for (sum, place) in limit.vectors.clone().flat_map(|vector| self.normals.sums(vector)).zip(&mut places) {
+                for (k, coefficient) in place.iter_mut().enumerate() {
+                    *coefficient = if k <= order { self.normals.sum(sum, k) } else { 0.0 };
+                }
+            }
         }
     }
 }
@@ -406,101 +386,6 @@ impl Jet {
     }
 }
 
-impl<N: Elementary> Limit<N> {
-    /// The sums, magnitudes and normal force of an order, with the newest limits.
-    fn keep(&mut self, k: usize, newest: &[N]) {
-        self.normal[k] = N::ZERO;
-        for normal in &mut self.normals {
-            for sum in &mut normal.sums {
-                let change = sum.change(newest);
-                sum.series[k] += change;
-                if k > 0 {
-                    normal.size[k] += sum.along * change;
-                }
-            }
-            self.normal[k] += normal.size[k];
-        }
-    }
-}
-
-impl<N: Elementary> Normal<N> {
-    /// Its value at order zero with these limits; keeps its derivatives by its sums.
-    fn at(&mut self, newest: &[N], coefficients: &[N]) -> N {
-        let value = |sum: &Sum<N>| sum.series[0] + sum.change(newest);
-        self.size[0] = match (self.sign, &mut self.sums[..]) {
-            (Some(sign), sums) => {
-                let sign = coefficients[sign as usize];
-                sums.iter_mut().for_each(|sum| sum.along = sign);
-                sums.iter().fold(N::ZERO, |total, sum| total + sign * value(sum))
-            }
-            (None, [one]) => {
-                one.along = N::all(if value(one).value() < 0.0 { -1.0 } else { 1.0 });
-                one.along * value(one)
-            }
-            (None, sums) => {
-                let square = sums.iter().fold(N::ZERO, |total, sum| total + value(sum) * value(sum));
-                let size = square.root();
-                for sum in sums {
-                    // A vector without a length has no direction.
-                    sum.along = if size.value() > 0.0 { value(sum).over(size) } else { N::ZERO };
-                }
-                size
-            }
-        };
-        self.size[0]
-    }
-
-    /// Order k > 0 of it without the newest limits.
-    fn predict(&mut self, k: usize) -> N {
-        let linear = self.sums.iter().fold(N::ZERO, |total, sum| total + sum.along * sum.series[k]);
-        self.size[k] = linear;
-        if self.sums.len() > 1 {
-            let squares = self.sums.iter().fold(N::ZERO, |total, sum| total + inner_square(&sum.series, k));
-            self.size[k] += (squares - inner_square(&self.size, k)).over(self.size[0] + self.size[0]);
-        }
-        self.size[k]
-    }
-}
-
-impl<N: Elementary> Sum<N> {
-    /// Order k of it without the newest limits.
-    #[inline(always)]
-    fn without_newest<const L: usize>(
-        &self,
-        k: usize,
-        (values, solved): (&[N], &[(Place, Numbers<N>)]),
-        known: Known<N, L>,
-    ) -> N {
-        let mut sum = known.scalars.get(self.rest, k);
-        for term in &self.terms {
-            sum += term.start * values[term.of];
-            if let Slope::Series(slot) = term.slope {
-                sum += tail(known.scalars.series(slot), &solved[term.kept].1, k);
-            }
-        }
-        sum
-    }
-
-    /// The slopes where the step begins, and what each limit changes in it.
-    fn respond<const L: usize>(&mut self, places: &[Place], responses: &[Vec<Lane<N, L>>], known: Known<N, L>) {
-        for term in &mut self.terms {
-            term.start = known.factor(term.slope, 0);
-        }
-        for (limit, (change, response)) in self.changes.iter_mut().zip(responses).enumerate() {
-            *change = self.terms.iter().fold(N::ZERO, |total, term| match places[term.of] {
-                Place::Limit(of) if of == limit => total + term.start,
-                of => total + term.start * known.change(of, response.as_flattened()),
-            });
-        }
-    }
-
-    /// What these limits change in it.
-    #[inline(always)]
-    fn change(&self, limits: &[N]) -> N {
-        self.changes.iter().zip(limits).fold(N::ZERO, |total, (change, limit)| total + *change * *limit)
-    }
-}
-
 #[expect(private_bounds, reason = "there are two kinds of numbers")]
 impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// What each limit adds to the solution, by the factors at hand.
@@ -508,9 +393,9 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         let mut limits = std::mem::take(&mut self.limits);
         for (limit, response) in limits.all.iter().zip(&mut limits.responses) {
             self.residual_lanes.fill(splat(N::ZERO));
-            for (arm, along) in &limit.data.arms {
+            for &(place, along) in &limit.arms {
                 let force = along.map(|part| self.coefficients[part as usize]);
-                self.press(self.shape.place(*arm), force);
+                self.press(place, force);
             }
             for (unknown, factor) in &limit.data.unknowns {
                 let place = self.shape.place(*unknown);
@@ -552,34 +437,10 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     }
 
     /// The limits of order k, and what they add to the solution and to the loads.
+    #[inline(always)]
     pub(super) fn solve_limits(&mut self, k: usize) {
-        if self.limits.is_empty() {
-            return;
-        }
-        let mut limits = std::mem::take(&mut self.limits);
-        let Self { scalars, coefficients, solution, x, y, second, .. } = self;
-        let known = Known {
-            scalars,
-            coefficients,
-            solution: solution.as_flattened(),
-            arms: [x, y],
-            second: [&second[0], &second[1]],
-        };
-        limits.find(k, known);
-        for (newest, response) in limits.newest.iter().zip(&limits.responses) {
-            for (place, change) in self.solution.as_flattened_mut().iter_mut().zip(response.as_flattened()) {
-                *place += *newest * *change;
-            }
-        }
-        limits.keep(k, self.solution.as_flattened());
-        for (newest, limit) in limits.newest.iter().zip(&limits.all) {
-            for (arm, along) in &limit.data.arms {
-                let place = self.shape.place(*arm);
-                for (axis, part) in along.iter().enumerate() {
-                    self.applied[axis].as_flattened_mut()[place] -= self.coefficients[*part as usize] * *newest;
-                }
-            }
-        }
-        self.limits = limits;
+        let Self { limits, scalars, coefficients, solution, applied: [applied_x, applied_y], x, y, second, .. } = self;
+        let known = Known { scalars, coefficients, arms: [x, y], second: [&second[0], &second[1]] };
+        limits.solve(k, known, solution, [applied_x, applied_y]);
     }
 }

@@ -13,6 +13,7 @@ mod clearance;
 mod curves;
 mod frames;
 mod friction;
+mod normals;
 mod orders;
 mod pairs;
 mod pieces;
@@ -415,7 +416,7 @@ impl Jet {
         let mut machine = Machine::new(model);
         machine.load(model, &model.default_state(0.0));
         jet.update(machine.registers());
-        if jet.form.has_only_frames() && jet.limits.is_empty() {
+        if jet.form.has_only_frames() {
             let (all, lanes) = (jet.shape.all(), jet.solution.len());
             jet.frames = [all, lanes];
             if all == 1 {

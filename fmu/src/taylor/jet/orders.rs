@@ -64,7 +64,9 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
         self.residual_of_balance(k);
         self.solve();
-        self.solve_limits(k);
+        if !self.limits.is_empty() {
+            self.solve_limits(k);
+        }
         self.keep_reactions(k);
         self.correct(k);
         self.follow(k + 2);
