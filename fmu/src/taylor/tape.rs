@@ -219,6 +219,11 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
         self.forced = choices;
     }
 
+    /// What is known of choices before a series begins.
+    pub fn forced(&self) -> Choices {
+        self.forced
+    }
+
     /// The choices of the present series.
     pub fn chosen(&self) -> Choices {
         self.store.chosen

@@ -28,6 +28,10 @@ pub(crate) use propose::{order_for, share};
 #[derive(Clone, Debug)]
 pub struct Taylor {
     jet: Jet,
+    /// The other series of a mechanism with contacts, with storage for its changes: that of a flight, or that of all contacts.
+    other: Option<(Jet, Changes)>,
+    /// Has the mechanism no loops, whatever is closed?
+    is_open: bool,
     layers: Layers,
     next: Vec<f64>,
     /// (q, v) where the series begins, on the loops.
@@ -87,11 +91,17 @@ impl Taylor {
         let layers = Layers::new(model.program().arms.as_ref()?.tape.steep_laws());
         let guard = Guard::new(jet.groups());
         let changes = jet.changes();
+        let other = jet.of_flight(model).map(|jet| {
+            let changes = jet.changes();
+            (jet, changes)
+        });
         let all = &model.program().instants.masks;
         let mask = |row: u32| all.iter().find(|(constraint, _)| *constraint == row).map(|(_, mask)| *mask);
         let masks = model.program().arms.as_ref()?.rows.iter().map(|row| mask(row.constraint)).collect();
         Some(Self {
+            is_open: jet.is_open(),
             jet,
+            other,
             layers,
             next: vec![0.0; size],
             closed: vec![0.0; size],
@@ -122,6 +132,18 @@ impl Taylor {
         model.program().arms.as_ref().map_or(0, |form| Jet::room(model, form))
     }
 
+    /// Takes parameters and modes over, with the series that are made for these.
+    fn update(&mut self, registers: &[f64]) {
+        if let Some((other, changes)) =
+            self.other.as_mut().filter(|(other, _)| other.flies(registers) == other.is_of_flight())
+        {
+            other.force_like(&self.jet);
+            std::mem::swap(&mut self.jet, other);
+            std::mem::swap(&mut self.changes, changes);
+        }
+        self.jet.update(registers);
+    }
+
     /// To be called when the next step does not begin where this method left the last one.
     pub fn forget(&mut self) {
         self.known = Start::Unknown;
@@ -132,7 +154,7 @@ impl Taylor {
         if !matches!(self.known, Start::Regular | Start::Near) {
             let Context { model, machine, .. } = context;
             machine.load_signals(model, &run.signals.origin, run.last.end_time);
-            self.jet.update(machine.registers());
+            self.update(machine.registers());
             self.known = Start::Unknown;
             self.jet.probe(model, machine.registers(), &run.last.end).ok()?;
         }
@@ -184,7 +206,7 @@ impl Taylor {
         motion: &mut [f64],
     ) -> Reading {
         if run.last.end_time == target {
-            if self.jet.is_open() {
+            if self.is_open {
                 motion.copy_from_slice(&run.last.end);
                 return Reading::Closed;
             }
@@ -259,7 +281,7 @@ impl Taylor {
         machine.load_signals(model, &run.signals.origin, time);
         if self.known == Start::Unknown {
             // Parameters change at communication points only.
-            self.jet.update(machine.registers());
+            self.update(machine.registers());
         }
         self.jet.least_rate = settings.least_rate;
         let open = self.jet.begin(model, machine.registers(), &self.next).ok()?;
@@ -287,7 +309,7 @@ impl Taylor {
         }
         model.forget_integrals(&mut self.next);
         machine.load_signals(model, &run.signals.origin, time);
-        self.jet.update(machine.registers());
+        self.update(machine.registers());
         self.guard.next.copy_from_slice(&self.begun.next);
         self.closed.copy_from_slice(&self.begun.motion);
         self.begin_closed(model, machine).is_some()

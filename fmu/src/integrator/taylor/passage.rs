@@ -96,7 +96,7 @@ impl Taylor {
         let Context { model, machine, .. } = context;
         let time = run.last.end_time + dt;
         machine.load_signals(model, &run.signals.origin, time);
-        self.jet.update(machine.registers());
+        self.update(machine.registers());
         match self.jet.probe(model, machine.registers(), &self.next) {
             Ok(()) => {
                 self.jet.reciprocal_pivots(&mut self.guard.next);

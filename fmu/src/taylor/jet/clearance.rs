@@ -36,6 +36,9 @@ impl Jet {
     /// True if there is no pose in which loop equations depend on each other on the way along a polynomial, so long, from the pose that has just been begun. False where
     /// that is not known.
     pub fn stays_clear(&self, changes: &mut Changes, (polynomial, order): (&[f64], usize), h: f64) -> bool {
+        if self.is_open() && self.is_of_flight() {
+            return true;
+        }
         let Matrix::Whole(inverse) = &self.matrix else { return false };
         if inverse.repeats() || !self.terms.pairs.is_empty() || !self.curves.is_empty() || self.has_signals() {
             return false;

@@ -116,7 +116,9 @@ impl Jet {
                     self.limits.solve(k, known, &mut solution, [x, y]);
                     self.solution.copy_from_slice(&solution);
                 }
-                self.reactions_kept.keep(k, &solution[F..]);
+                if self.reactions_kept.are_kept() {
+                    self.reactions_kept.keep(k, &solution[F..]);
+                }
             }
             if F == 1 {
                 let [x, y] = view.force(h, &solution, [applied[0][0], applied[1][0]]);

@@ -390,6 +390,9 @@ impl Jet {
 impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// What each limit adds to the solution, by the factors at hand.
     pub(super) fn respond_to_limits(&mut self) {
+        if self.limits.is_empty() {
+            return;
+        }
         let mut limits = std::mem::take(&mut self.limits);
         for (limit, response) in limits.all.iter().zip(&mut limits.responses) {
             self.residual_lanes.fill(splat(N::ZERO));

@@ -11,6 +11,7 @@
 mod batch;
 mod clearance;
 mod curves;
+mod flight;
 mod frames;
 mod friction;
 mod normals;
@@ -220,6 +221,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     groups: Vec<usize>,
     /// Scales of the loop equations.
     row_scales: Vec<f64>,
+    /// For each joint how close the loop equations that are left out in a flight are to depending on others; empty if none are left out.
+    left_out: Vec<f64>,
     /// World components of arms, by orders.
     x: Vec<Lane<N, L>>,
     y: Vec<Lane<N, L>>,
@@ -314,6 +317,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             response: Response::default(),
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),
+            left_out: Vec::new(),
             terms,
             direction_rows: curves::direction_rows(model, &form),
             limits: Limits::new(&form, &shape),

@@ -13,6 +13,11 @@ impl Jet {
         self.scalars.force(choices);
     }
 
+    /// Takes what is known of choices over from another series.
+    pub fn force_like(&mut self, other: &Self) {
+        self.scalars.force(other.scalars.forced());
+    }
+
     /// Choices of the present series.
     pub fn chosen(&self) -> Choices {
         self.scalars.chosen()

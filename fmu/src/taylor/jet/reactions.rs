@@ -91,8 +91,10 @@ impl Jet {
     pub fn reaction(&self, polynomial: &[f64], order: usize, constraint: u32, coefficients: &mut [f64]) -> bool {
         let [first, count] = self.reactions_in();
         let mut rows = self.form.contacts.iter().map(|contact| contact.row as usize);
-        let row = rows.find(|row| self.form.rows[*row].constraint == constraint);
-        let Some(row) = row.filter(|_| self.reactions_kept.wanted) else { return false };
+        if !self.reactions_kept.wanted {
+            return false;
+        }
+        let Some(row) = rows.find(|row| self.form.rows[*row].constraint == constraint) else { return false };
         coefficients.fill(0.0);
         let orders = polynomial[first..].chunks_exact(count).take(order - 1);
         for (coefficient, reactions) in coefficients.iter_mut().zip(orders) {

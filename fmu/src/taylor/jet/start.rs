@@ -157,7 +157,10 @@ impl Jet {
         {
             return values.fill(reciprocal_pivots);
         }
-        values.fill(0.0);
+        match self.is_of_flight() {
+            true => values.copy_from_slice(&self.left_out),
+            false => values.fill(0.0),
+        }
         for ((scale, group), equation) in self.row_scales.iter().zip(&self.groups).zip(&self.equations) {
             let reciprocal = equation.map_or(0.0, |equation| self.matrix.inverse_diagonal(equation).abs());
             values[*group] += scale * scale * reciprocal;
