@@ -5,8 +5,9 @@ use crate::support::{ROOT, run};
 use cotree::compile::Compiled;
 use cotree::report::summary::Summary;
 use cotree::scene::Scene;
+use cotree_fmu::program::Engine;
 
-use run::{compiled, scene_of, sound};
+use run::{compiled, motion, scene_of, sound, started};
 
 fn summary(name: &str) -> Summary {
     sound(Scene::from_toml(&scene_of(name)).and_then(|scene| scene.summary()))
@@ -70,4 +71,30 @@ fn only_what_is_asked_for_is_computed() {
     let [few, more] = ["\"slider.x\"", "\"slider.x\", \"main_bearing.fx\""].map(with);
     assert_eq!(few.program.tapes.outputs.results.len(), 1);
     assert!(few.program.tapes.outputs.instructions().len() < more.program.tapes.outputs.instructions().len());
+}
+
+#[test]
+fn limits_that_are_never_reached_change_no_bit_of_a_series() {
+    let of = |text: &str| {
+        let mut instance = started(&run::model(text), Some(Engine::Taylor), 3.0, 1e-8);
+        (1..=60)
+            .map(|step| {
+                instance.step_to(0.05 * f64::from(step)).expect("a motion");
+                motion(&instance).iter().map(|value| value.to_bits()).collect::<Vec<u64>>()
+            })
+            .collect::<Vec<_>>()
+    };
+    for (name, joints) in [
+        ("double_pendulum", &["shoulder", "elbow"][..]),
+        ("four_bar", &["crank_pivot"]),
+        ("bench_slider_crank", &["main_bearing", "wrist_pin"]),
+    ] {
+        let free = scene_of(name);
+        let limited = joints.iter().fold(free.clone(), |text, joint| {
+            let head = format!("[joints.{joint}]\n");
+            assert!(text.contains(&head), "{name} has no {joint}");
+            text.replace(&head, &format!("{head}limits = {{ min = -1e4, max = 1e4, restitution = 0.5 }}\n"))
+        });
+        assert!(of(&free) == of(&limited), "{name}");
+    }
 }

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::linalg::bernstein::Bernstein;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
 
@@ -113,48 +114,28 @@ const FINEST: f64 = 1e-14;
 /// The first time in (0, h) from which a polynomial is negative that begins positive; one that begins at most at zero counts as beginning
 /// at zero. By Bernstein coefficients: a polynomial lies in their convex hull, so that no zero is missed.
 pub(crate) fn first_fall(polynomial: &[f64], h: f64) -> Option<f64> {
-    let degree = polynomial.len().checked_sub(1).filter(|degree| *degree <= MAX_ORDER)?;
-    let mut b = [0.0; MAX_ORDER + 1];
+    let mut scaled = [0.0; MAX_ORDER + 1];
+    let scaled = scaled.get_mut(..polynomial.len())?;
     let mut power = 1.0;
-    for (place, coefficient) in b.iter_mut().zip(polynomial) {
+    for (place, coefficient) in scaled.iter_mut().zip(polynomial) {
         *place = coefficient * power;
         power *= h;
     }
-    b[0] = b[0].max(0.0);
-    // From powers to Bernstein: b_j = sum over i <= j of binomial(j, i)/binomial(n, i) a_i.
-    let mut binomial = 1.0;
-    for (i, place) in b[..=degree].iter_mut().enumerate() {
-        *place /= binomial;
-        binomial *= (degree - i) as f64 / (i + 1) as f64;
-    }
-    for round in 0..degree {
-        for j in (round + 1..=degree).rev() {
-            b[j] += b[j - 1];
-        }
-    }
-    search(&b[..=degree], 0.0, 1.0).map(|share| share * h)
+    let begin = scaled.first_mut()?;
+    *begin = begin.max(0.0);
+    search(&Bernstein::of(scaled)?, 0.0, 1.0).map(|share| share * h)
 }
 
-/// The same on a part of the unit interval, by Bernstein coefficients.
-fn search(b: &[f64], from: f64, length: f64) -> Option<f64> {
-    let degree = b.len() - 1;
-    if b.iter().all(|value| *value >= 0.0) {
+/// The same on a part of the unit interval.
+fn search(b: &Bernstein, from: f64, length: f64) -> Option<f64> {
+    if b.coefficients().iter().all(|value| *value >= 0.0) {
         return None;
     }
     if length < FINEST {
         return Some(from);
     }
-    // de Casteljau: both halves.
-    let (mut left, mut right) = ([0.0; MAX_ORDER + 1], [0.0; MAX_ORDER + 1]);
-    right[..=degree].copy_from_slice(b);
-    for (k, end) in left[..=degree].iter_mut().enumerate() {
-        *end = right[0];
-        for j in 0..degree - k {
-            right[j] = 0.5 * (right[j] + right[j + 1]);
-        }
-    }
-    let half = 0.5 * length;
-    search(&left[..=degree], from, half).or_else(|| search(&right[..=degree], from + half, half))
+    let ([left, right], half) = (b.halves(), 0.5 * length);
+    search(&left, from, half).or_else(|| search(&right, from + half, half))
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! When what is positive at the beginning of a step falls below zero, from its polynomial.
 //!
-//! A polynomial lies in the convex hull of its Bernstein coefficients, and has no more roots in the interval than these have changes of sign (Descartes' rule in Bernstein form; Farouki, *Comput. Aided Geom.
-//! Design* 29, 2012, sections 3 and 7). So parts of the step without a root are left out by a few additions, and what is found is the first root. The polynomial is a truncated series: what it
+//! Bernstein coefficients bound a polynomial, and their changes of sign the number of its roots (see [`crate::linalg::bernstein`]). So parts of the step without a root are left out by a few additions, and what is found is the first root. The polynomial is a truncated series: what it
 //! may be wrong by is measured in each part, and a part counts only where the answer is the same for all functions so near to it.
 
 use super::onset::{AWAY, CHECKS};
+use crate::linalg::bernstein::Bernstein;
 use crate::machine::ROUNDING;
 use crate::math::{maximum, minimum};
-use crate::program::arm_form::{MAX_ORDER, ORDERS};
+use crate::program::arm_form::MAX_ORDER;
 
 /// A part is halved so often at most.
 const DEEPEST: u32 = 20;
@@ -46,10 +46,8 @@ pub(crate) fn first(polynomial: &[f64], mut error: impl FnMut(f64) -> f64) -> De
     if polynomial[0] + falls > margin {
         return Descent::None;
     }
-    let mut bernstein = [0.0; ORDERS];
-    bernstein[..=degree].copy_from_slice(polynomial);
-    to_bernstein(&mut bernstein[..=degree]);
-    search(&bernstein[..=degree], whole, margin, 0, &mut |part| self::margin(part, size, &mut error))
+    let Some(bernstein) = Bernstein::of(polynomial) else { return Descent::Unknown };
+    search(&bernstein, whole, margin, 0, &mut |part| self::margin(part, size, &mut error))
 }
 
 /// What the polynomial may be wrong by in a part of the interval: ten times as much as at two places of it, and rounding errors.
@@ -58,45 +56,26 @@ fn margin([from, to]: [f64; 2], size: f64, error: &mut impl FnMut(f64) -> f64) -
     maximum(errors[0], errors[1]) / AWAY + ROUNDING * size
 }
 
-/// From powers to Bernstein coefficients: b_j is the sum over i <= j of binomial(j, i)/binomial(n, i) a_i.
-fn to_bernstein(b: &mut [f64]) {
-    let degree = b.len() - 1;
-    let mut binomial = 1.0;
-    for (i, place) in b.iter_mut().enumerate() {
-        *place /= binomial;
-        binomial *= (degree - i) as f64 / (i + 1) as f64;
-    }
-    for round in 0..degree {
-        for j in (round + 1..=degree).rev() {
-            b[j] += b[j - 1];
-        }
-    }
-}
-
 /// Looks through a part, by its Bernstein coefficients. Its margin holds in both halves, which may have smaller ones.
-fn search(b: &[f64], part: [f64; 2], margin: f64, depth: u32, margin_of: &mut impl FnMut([f64; 2]) -> f64) -> Descent {
-    let mut found = judge(b, part, margin);
+fn search(
+    b: &Bernstein,
+    part: [f64; 2],
+    margin: f64,
+    depth: u32,
+    margin_of: &mut impl FnMut([f64; 2]) -> f64,
+) -> Descent {
+    let mut found = judge(b.coefficients(), part, margin);
     let mut margin = margin;
     if found == Descent::Unknown && depth > 0 {
         margin = minimum(margin, margin_of(part));
-        found = judge(b, part, margin);
+        found = judge(b.coefficients(), part, margin);
     }
     if found != Descent::Unknown || depth == DEEPEST {
         return found;
     }
-    let degree = b.len() - 1;
-    // de Casteljau: both halves.
-    let (mut left, mut right) = ([0.0; ORDERS], [0.0; ORDERS]);
-    right[..=degree].copy_from_slice(b);
-    for (k, end) in left[..=degree].iter_mut().enumerate() {
-        *end = right[0];
-        for j in 0..degree - k {
-            right[j] = 0.5 * (right[j] + right[j + 1]);
-        }
-    }
-    let middle = 0.5 * (part[0] + part[1]);
-    match search(&left[..=degree], [part[0], middle], margin, depth + 1, margin_of) {
-        Descent::None => search(&right[..=degree], [middle, part[1]], margin, depth + 1, margin_of),
+    let ([left, right], middle) = (b.halves(), 0.5 * (part[0] + part[1]));
+    match search(&left, [part[0], middle], margin, depth + 1, margin_of) {
+        Descent::None => search(&right, [middle, part[1]], margin, depth + 1, margin_of),
         found => found,
     }
 }
