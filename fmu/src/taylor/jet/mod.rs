@@ -184,6 +184,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     equations: Vec<Option<usize>>,
     /// The residual of each row.
     row_residual: Vec<N>,
+    /// Row, series and coefficient of what loop equations contain of signals.
+    row_signals: Vec<(usize, Slot, u32)>,
     /// Place of each frame's unknown.
     turned_by: Vec<Option<usize>>,
     /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
@@ -265,6 +267,11 @@ impl Coefficient for f64 {
     type Matrix = Matrix;
 }
 
+fn row_signals(form: &ArmForm) -> Vec<(usize, Slot, u32)> {
+    let signals = form.rows.iter().enumerate();
+    signals.flat_map(|(row, data)| data.signals.iter().map(move |&(slot, factor)| (row, slot, factor))).collect()
+}
+
 /// There is no inverse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
@@ -333,6 +340,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             inner: pair(shape.lanes[1]),
             residual: vec![N::ZERO; unknowns.len() + equations.iter().flatten().count()],
             row_residual: vec![N::ZERO; row_lanes * L],
+            row_signals: row_signals(&form),
             equations,
             residual_lanes: zeros(all),
             gaps: zeros(row_lanes),

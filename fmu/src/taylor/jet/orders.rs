@@ -184,7 +184,8 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         for axis in 0..2 {
             self.forces[axis].copy_from_slice(&self.applied[axis]);
         }
-        self.couple(k);
+        // Moments of frames are without the newest forces.
+        self.couple(k, frames);
         let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         for lane in 0..self.gaps.len() {
             self.gaps[lane] = self.rows.dot(lane, x, y);
@@ -210,12 +211,9 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             *place = -residual[*unknown];
         }
         let scale = ((k + 1) * (k + 2)) as f64;
-        let gaps = self.gaps.as_flattened();
-        for ((place, gap), row) in self.row_residual.iter_mut().zip(gaps).zip(&self.form.rows) {
-            *place = *gap;
-            for &(slot, factor) in &row.signals {
-                *place += self.coefficients[factor as usize] * self.scalars.get(slot, k + 2).times(scale);
-            }
+        self.row_residual.copy_from_slice(self.gaps.as_flattened());
+        for &(row, slot, factor) in &self.row_signals {
+            self.row_residual[row] += self.coefficients[factor as usize] * self.scalars.get(slot, k + 2).times(scale);
         }
         self.close_rows();
     }
@@ -321,15 +319,15 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             let applied = [self.applied[0][lane], self.applied[1][lane]];
             [self.forces[0][lane], self.forces[1][lane]] = self.reactions.real(lane, reactions, applied);
         }
-        self.couple(k);
+        self.couple(k, 0);
     }
 
-    /// Adds the forces of the masses to the others, and keeps the sum.
+    /// Adds the forces of the masses to the others, and keeps the sum from a lane on.
     #[inline(always)]
-    fn couple(&mut self, k: usize) {
+    fn couple(&mut self, k: usize, first: usize) {
         self.coupling.add_forces(&self.second[0], &self.second[1], &mut self.forces);
         for axis in 0..2 {
-            for (lane, force) in self.forces[axis].iter().enumerate() {
+            for (lane, force) in self.forces[axis].iter().enumerate().skip(first) {
                 self.force[axis][back(lane, k)] = *force;
             }
         }
