@@ -28,13 +28,15 @@ impl Jet {
         self.at_start = last == 0;
         self.scalars.signals(last + 2);
         let done = match self.frames {
-            [1, 1] => self.advance_frames::<1, 1>(first, last),
-            [1, 2] => self.advance_frames::<1, 2>(first, last),
-            [1, 3] => self.advance_frames::<1, 3>(first, last),
-            [2, 2] => self.advance_frames::<2, 2>(first, last),
-            [2, 3] => self.advance_frames::<2, 3>(first, last),
-            [2, 4] => self.advance_frames::<2, 4>(first, last),
-            [3, 3] => self.advance_frames::<3, 3>(first, last),
+            [1, 1, 1] => self.advance_frames::<1, 1, 1>(first, last),
+            [1, 1, 2] => self.advance_frames::<1, 1, 2>(first, last),
+            [1, 1, 3] => self.advance_frames::<1, 1, 3>(first, last),
+            [1, 2, 2] => self.advance_frames::<1, 2, 2>(first, last),
+            [1, 2, 3] => self.advance_frames::<1, 2, 3>(first, last),
+            [2, 2, 2] => self.advance_frames::<2, 2, 2>(first, last),
+            [2, 2, 3] => self.advance_frames::<2, 2, 3>(first, last),
+            [2, 2, 4] => self.advance_frames::<2, 2, 4>(first, last),
+            [3, 3, 3] => self.advance_frames::<3, 3, 3>(first, last),
             _ => None,
         };
         if done.is_none() {
@@ -46,7 +48,7 @@ impl Jet {
 
     /// Are the orders found by [`Jet::advance_frames`]?
     pub(super) fn has_kernel(&self) -> bool {
-        matches!(self.frames, [1, 1..=3] | [2, 2..=4] | [3, 3])
+        matches!(self.frames, [1, 1, 1..=3] | [1, 2, 2..=3] | [2, 2, 2..=4] | [3, 3, 3])
     }
 }
 
@@ -221,14 +223,17 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// The right-hand sides of the loop equations, from the residuals of the rows.
     #[inline(always)]
     pub(super) fn close_rows(&mut self) {
+        if self.terms.pairs.is_empty() {
+            // Every row has an equation, in this order.
+            let of_rows = &mut self.residual[self.unknowns.len()..];
+            return of_rows.iter_mut().zip(&self.row_residual).for_each(|(place, gap)| *place = -*gap);
+        }
         for (equation, gap) in self.equations.iter().zip(&self.row_residual) {
             if let Some(equation) = equation {
                 self.residual[*equation] = -*gap;
             }
         }
-        if !self.terms.pairs.is_empty() {
-            self.terms.pairs.reduce(self.residual_lanes.as_flattened(), &self.row_residual, &mut self.residual);
-        }
+        self.terms.pairs.reduce(self.residual_lanes.as_flattened(), &self.row_residual, &mut self.residual);
     }
 
     /// Order k of b x G.

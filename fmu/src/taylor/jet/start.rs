@@ -183,7 +183,8 @@ impl Jet {
     fn factor(&mut self) -> Result<(), Singular> {
         self.differentiate();
         let alike = self.layout.is_some_and(|layout| layout.alike);
-        let frames = (self.frames[0] > 0).then(|| self.coupling.entries());
+        // The mass of a state is along its arm.
+        let frames = (self.frames[0] > 0 && self.form.world.is_empty()).then(|| self.coupling.entries());
         let Self { matrix, terms, coefficients, derivatives, .. } = self;
         let regular = matrix.factor(alike, &mut Pose { terms, coefficients, derivatives, frames });
         if regular { Ok(()) } else { Err(Singular) }
