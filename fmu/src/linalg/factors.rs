@@ -226,8 +226,8 @@ struct Rank {
 #[derive(Clone, Debug)]
 pub(crate) struct Factors {
     pattern: Pattern,
-    /// Where each equation's part of a solution goes.
-    targets: Vec<usize>,
+    /// Where parts of a solution go: the first equation, its place, and so many in a row.
+    targets: Vec<[usize; 3]>,
     /// D, from the matrix; then 1 / D.
     diagonal: Vec<f64>,
     /// Entries of the matrix, then of L D.
@@ -241,6 +241,18 @@ pub(crate) struct Factors {
     inverse_diagonal: Vec<f64>,
     inverse: Vec<f64>,
     solution: Vec<f64>,
+}
+
+/// Places that follow each other: the first one's number, the first one, and how many.
+fn in_rows(places: &[usize]) -> Vec<[usize; 3]> {
+    let mut rows: Vec<[usize; 3]> = Vec::new();
+    for (number, &place) in places.iter().enumerate() {
+        match rows.last_mut() {
+            Some([_, first, count]) if *first + *count == place => *count += 1,
+            _ => rows.push([number, place, 1]),
+        }
+    }
+    rows
 }
 
 /// A factor, and the equation whose part of a solution it multiplies.
@@ -277,7 +289,7 @@ impl Factors {
             pattern.entries(column).for_each(|entry| by_rows[pattern.turned[entry] as usize] = Part::of(equation));
         }
         Self {
-            targets,
+            targets: in_rows(&targets),
             diagonal: zeros(size),
             sizes: zeros(size),
             inverse_diagonal: zeros(size),
@@ -420,8 +432,8 @@ impl Factors {
         let mut x = std::mem::take(&mut self.solution);
         x.copy_from_slice(vector);
         self.substitute(x.as_chunks_mut::<1>().0);
-        for (value, &target) in x.iter().zip(&self.targets) {
-            solution[target] = *value;
+        for &[equation, place, count] in &self.targets {
+            solution[place..][..count].copy_from_slice(&x[equation..][..count]);
         }
         self.solution = x;
     }

@@ -94,12 +94,12 @@ pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
         if share < THERE {
             break;
         }
-        // The distance has passed zero, or is still to come to it.
-        let passed = best / (1.0 + share);
-        let coming = if share < NEARER { best / (1.0 - share) } else { passed };
-        let first = (coming, share_at(coming));
-        let second = if first.1 < THERE { first } else { (passed, share_at(passed)) };
-        let (time, least) = if first.1 <= second.1 { first } else { second };
+        let mut look = |time: f64| (time, share_at(time));
+        // The distance has passed zero, which is likelier (it falls faster and faster, like a sine), or is still to come to it.
+        let passed = look(best / (1.0 + share));
+        let may_come = passed.1 >= THERE && share < NEARER;
+        let coming = if may_come { look(best / (1.0 - share)) } else { passed };
+        let (time, least) = if coming.1 <= passed.1 { coming } else { passed };
         if least >= share {
             break;
         }
