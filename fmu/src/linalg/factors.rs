@@ -4,6 +4,7 @@
 //! after all unknowns that it contains: by then its pivot is that of -J M^-1 J^T, so that no pivot vanishes but in singular poses.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use super::SINGULAR;
 use super::lane::at_each;
@@ -18,22 +19,54 @@ pub(crate) struct Pattern {
     columns: Vec<usize>,
     /// First entry of each column, and the end.
     first: Vec<usize>,
+    counts: Vec<usize>,
     /// Column that each entry stands in the row of, ascending.
     rows: Vec<u32>,
-    /// First of the products of each column, and the end.
-    first_product: Vec<usize>,
-    /// For each entry of a column and each one below it: the entry that their product is taken off.
-    products: Vec<u32>,
-    /// (row, column) of all entries, by columns.
-    by_columns: Vec<[u32; 2]>,
-    /// The same by rows, from the last one up, and which entry of the columns each is. No loop over a single row or column: its end cannot be
-    /// foreseen by the processor.
-    by_rows: Vec<[u32; 2]>,
+    /// The same entries by rows: how many each row has, and which entry of the columns each is.
+    counts_by_rows: Vec<usize>,
+    by_rows: Vec<u32>,
+    /// Where each entry of the columns is among those by rows.
     turned: Vec<u32>,
+    /// The products that are taken off each entry: the entry and the factor of an earlier column.
+    products: Lists,
+    /// Columns whose part of the inverse is needed, from the last one up, and for each of their entries the other factors of the column and the entries of the inverse that
+    /// they are multiplied by.
+    wanted: Vec<usize>,
+    sources: Lists,
+}
+
+/// Lists of pairs of places, one after the other.
+#[derive(Clone, Debug, Default)]
+struct Lists {
+    counts: Vec<usize>,
+    pairs: Vec<[u32; 2]>,
+}
+
+impl Lists {
+    fn new(lists: &[Vec<[u32; 2]>]) -> Self {
+        Self { counts: lists.iter().map(Vec::len).collect(), pairs: lists.concat() }
+    }
+}
+
+/// Takes so many off the front.
+#[inline(always)]
+fn take<'a, T>(rest: &mut &'a [T], count: usize) -> &'a [T] {
+    let (taken, left) = rest.split_at(count.min(rest.len()));
+    *rest = left;
+    taken
+}
+
+/// Takes so many off the end.
+#[inline(always)]
+fn take_last<'a, T>(rest: &mut &'a [T], count: usize) -> &'a [T] {
+    let (left, taken) = rest.split_at(rest.len().saturating_sub(count));
+    *rest = left;
+    taken
 }
 
 impl Pattern {
-    /// For the places (row, column) of the entries, either triangle or both; equations from `unknowns` on are loop equations.
+    /// For the places (row, column) of the entries, either triangle or both; equations from `unknowns` on are loop equations. The inverse will be asked for the diagonal of
+    /// these.
     pub fn new(size: usize, unknowns: usize, places: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut neighbours = vec![BTreeSet::new(); size];
         for (row, column) in places.filter(|(row, column)| row != column) {
@@ -50,37 +83,84 @@ impl Pattern {
             rows.extend(entries);
             first.push(rows.len());
         }
-        let by_columns: Vec<[u32; 2]> = (0..size)
-            .flat_map(|column| rows[first[column]..first[column + 1]].iter().map(move |&row| [row, column as u32]))
-            .collect();
-        let mut turned: Vec<u32> = (0..rows.len() as u32).collect();
-        turned.sort_by_key(|&entry| std::cmp::Reverse(by_columns[entry as usize]));
-        let by_rows: Vec<[u32; 2]> = turned.iter().map(|&entry| by_columns[entry as usize]).collect();
-        let (first_product, products) = (vec![0], Vec::new());
-        let mut pattern =
-            Self { equations, columns, first, rows, first_product, products, by_columns, by_rows, turned };
-        for column in 0..size {
-            let entries = pattern.first[column]..pattern.first[column + 1];
-            for upper in entries.clone() {
-                let targets =
-                    (upper + 1..entries.end).map(|lower| pattern.entry(pattern.rows[upper], pattern.rows[lower]));
-                let targets: Vec<u32> = targets.map(|target| target as u32).collect();
-                pattern.products.extend(targets);
-            }
-            pattern.first_product.push(pattern.products.len());
-        }
+        let mut pattern = Self {
+            counts: first.windows(2).map(|ends| ends[1] - ends[0]).collect(),
+            counts_by_rows: Vec::new(),
+            by_rows: Vec::new(),
+            turned: vec![0; rows.len()],
+            products: Lists::default(),
+            wanted: Vec::new(),
+            sources: Lists::default(),
+            equations,
+            columns,
+            first,
+            rows,
+        };
+        pattern.turn();
+        pattern.find_products();
+        pattern.find_sources(unknowns);
         pattern
+    }
+
+    /// Finds the entries by rows.
+    fn turn(&mut self) {
+        self.by_rows = (0..self.rows.len() as u32).collect();
+        self.by_rows.sort_by_key(|&entry| self.rows[entry as usize]);
+        self.counts_by_rows = vec![0; self.equations.len()];
+        for (place, &entry) in self.by_rows.iter().enumerate() {
+            self.turned[entry as usize] = place as u32;
+            self.counts_by_rows[self.rows[entry as usize] as usize] += 1;
+        }
+    }
+
+    fn find_products(&mut self) {
+        let mut products = vec![Vec::new(); self.rows.len()];
+        for (upper, lower) in (0..self.equations.len()).flat_map(|column| self.pairs(column)) {
+            products[self.entry(self.rows[upper], self.rows[lower])].push([lower as u32, upper as u32]);
+        }
+        self.products = Lists::new(&products);
+    }
+
+    fn find_sources(&mut self, unknowns: usize) {
+        let size = self.equations.len();
+        let mut wanted: Vec<bool> = self.equations.iter().map(|equation| *equation >= unknowns).collect();
+        let mut sources = vec![Vec::new(); self.rows.len()];
+        for column in 0..size {
+            if wanted[column] {
+                self.entries(column).for_each(|entry| wanted[self.rows[entry] as usize] = true);
+                for (upper, lower) in self.pairs(column) {
+                    let source = self.entry(self.rows[upper], self.rows[lower]) as u32;
+                    sources[upper].push([lower as u32, source]);
+                    sources[lower].push([upper as u32, source]);
+                }
+            }
+        }
+        sources.iter_mut().for_each(|others| others.sort_unstable());
+        self.wanted = (0..size).rev().filter(|&column| wanted[column]).collect();
+        let in_order = self.wanted.iter().flat_map(|&column| self.entries(column));
+        self.sources = Lists::new(&in_order.map(|entry| std::mem::take(&mut sources[entry])).collect::<Vec<_>>());
     }
 
     /// Multiplications of a factorisation, and of a solution.
     pub fn work(&self) -> [usize; 2] {
-        [self.products.len() + 2 * self.rows.len(), 2 * self.rows.len() + self.equations.len()]
+        [self.products.pairs.len() + 2 * self.rows.len(), 2 * self.rows.len() + self.equations.len()]
+    }
+
+    #[inline(always)]
+    fn entries(&self, column: usize) -> Range<usize> {
+        self.first[column]..self.first[column + 1]
+    }
+
+    /// Each entry of a column with each one below it.
+    fn pairs(&self, column: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let entries = self.entries(column);
+        entries.clone().flat_map(move |upper| (upper + 1..entries.end).map(move |lower| (upper, lower)))
     }
 
     /// The entry below the diagonal of a column, in the row of a later one.
     fn entry(&self, column: u32, row: u32) -> usize {
-        let (first, end) = (self.first[column as usize], self.first[column as usize + 1]);
-        first + self.rows[first..end].partition_point(|entry| *entry < row)
+        let entries = self.entries(column as usize);
+        entries.start + self.rows[entries].partition_point(|entry| *entry < row)
     }
 
     /// Where an entry of the matrix is kept: diagonals first.
@@ -92,57 +172,100 @@ impl Pattern {
 
 /// The order of elimination, and for each equation those that it is coupled with when its turn comes.
 fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usize>, Vec<BTreeSet<usize>>) {
-    let mut waits: Vec<usize> = (0..neighbours.len())
-        .map(|index| if index < unknowns { 0 } else { neighbours[index].range(..unknowns).count() })
-        .collect();
-    // Among equals the one that waits for the fewest others before it, so that neighbours in time do not wait for each other.
-    let mut height = vec![0; neighbours.len()];
-    let key = |index: usize, neighbours: &[BTreeSet<usize>], height: &[usize]| {
-        (neighbours[index].len(), height[index], index)
-    };
-    let ready = (0..neighbours.len()).filter(|&index| waits[index] == 0);
-    let mut next: BTreeSet<(usize, usize, usize)> = ready.map(|index| key(index, &neighbours, &height)).collect();
     let original = neighbours.clone();
+    // The unknowns that each loop equation waits for.
+    let mut waits: Vec<BTreeSet<usize>> = (0..neighbours.len())
+        .map(
+            |index| {
+                if index < unknowns { BTreeSet::new() } else { original[index].range(..unknowns).copied().collect() }
+            },
+        )
+        .collect();
+    let mut ranks = vec![Rank::default(); neighbours.len()];
+    ranks[..unknowns].iter_mut().for_each(|rank| rank.leaves_open = true);
+    let key =
+        |index: usize, neighbours: &[BTreeSet<usize>], ranks: &[Rank]| (neighbours[index].len(), ranks[index], index);
+    let ready = (0..neighbours.len()).filter(|&index| waits[index].is_empty());
+    let mut next: BTreeSet<(usize, Rank, usize)> = ready.map(|index| key(index, &neighbours, &ranks)).collect();
     let (mut order, mut below) = (Vec::with_capacity(neighbours.len()), Vec::with_capacity(neighbours.len()));
-    while let Some((_, _, index)) = next.pop_first() {
+    while let Some((.., index)) = next.pop_first() {
         let coupled = std::mem::take(&mut neighbours[index]);
         for &other in &coupled {
-            next.remove(&key(other, &neighbours, &height));
-            height[other] = height[other].max(height[index] + 1);
+            next.remove(&key(other, &neighbours, &ranks));
+            ranks[other].height = ranks[other].height.max(ranks[index].height + 1);
             neighbours[other].remove(&index);
             neighbours[other].extend(coupled.iter().copied().filter(|fill| *fill != other));
         }
         if index < unknowns {
-            original[index].range(unknowns..).for_each(|&row| waits[row] -= 1);
+            original[index].range(unknowns..).for_each(|&row| _ = waits[row].remove(&index));
         }
-        let ready = coupled.iter().filter(|&&other| waits[other] == 0);
-        next.extend(ready.map(|&other| key(other, &neighbours, &height)));
+        for &row in &coupled {
+            if let (1, Some(&last)) = (waits[row].len(), waits[row].first()) {
+                next.remove(&key(last, &neighbours, &ranks));
+                ranks[last] = Rank { leaves_open: false, height: ranks[last].height.max(ranks[row].height) };
+                next.insert(key(last, &neighbours, &ranks));
+            }
+        }
+        let ready = coupled.iter().filter(|&&other| waits[other].is_empty());
+        next.extend(ready.map(|&other| key(other, &neighbours, &ranks)));
         order.push(index);
         below.push(coupled);
     }
     (order, below)
 }
 
+/// Which one of those that are coupled with equally many others is eliminated first, so that neighbours in time do not wait for each other: an unknown that is the last one
+/// of a loop equation, which works from all ends of a mechanism towards its middle, and what waits for the fewest others before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct Rank {
+    leaves_open: bool,
+    height: usize,
+}
+
 /// The factors of one matrix.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors {
     pattern: Pattern,
-    /// Where each equation's part of a solution goes.
-    targets: Vec<usize>,
+    /// Where parts of a solution go: the first equation, its place, and so many in a row.
+    targets: Vec<[usize; 3]>,
     /// D, from the matrix; then 1 / D.
     diagonal: Vec<f64>,
-    /// Entries of the matrix, then of L.
+    /// Entries of the matrix, then of L D.
     entries: Vec<f64>,
+    /// L by columns, and by rows.
+    factors: Vec<Part>,
+    by_rows: Vec<Part>,
     /// What each pivot is the difference of.
     sizes: Vec<f64>,
-    /// Columns whose part of the inverse is needed.
-    wanted: Vec<bool>,
     /// The inverse where the factors have entries.
     inverse_diagonal: Vec<f64>,
     inverse: Vec<f64>,
-    /// L by rows, from the last one up.
-    by_rows: Vec<f64>,
     solution: Vec<f64>,
+}
+
+/// Places that follow each other: the first one's number, the first one, and how many.
+fn in_rows(places: &[usize]) -> Vec<[usize; 3]> {
+    let mut rows: Vec<[usize; 3]> = Vec::new();
+    for (number, &place) in places.iter().enumerate() {
+        match rows.last_mut() {
+            Some([_, first, count]) if *first + *count == place => *count += 1,
+            _ => rows.push([number, place, 1]),
+        }
+    }
+    rows
+}
+
+/// A factor, and the equation whose part of a solution it multiplies.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    factor: f64,
+    equation: u32,
+}
+
+impl Part {
+    fn of(equation: usize) -> Self {
+        Self { factor: 0.0, equation: equation as u32 }
+    }
 }
 
 impl Entries for Factors {
@@ -156,24 +279,25 @@ impl Entries for Factors {
 }
 
 impl Factors {
-    /// Storage; the inverse will be asked for the diagonal of the equations from `unknowns` on, solutions go to `targets`.
-    pub fn new(pattern: Pattern, unknowns: usize, targets: Vec<usize>) -> Self {
-        let size = targets.len();
-        let mut wanted: Vec<bool> = pattern.equations.iter().map(|equation| *equation >= unknowns).collect();
-        for column in 0..size {
-            let below = &pattern.rows[pattern.first[column]..pattern.first[column + 1]];
-            below.iter().for_each(|&row| wanted[row as usize] |= wanted[column]);
+    /// Storage; solutions go to `targets`.
+    pub fn new(pattern: Pattern, targets: Vec<usize>) -> Self {
+        let zeros = |count: usize| vec![0.0; count];
+        let (size, count) = (targets.len(), pattern.rows.len());
+        let below = |row: &u32| Part::of(pattern.equations[*row as usize]);
+        let mut by_rows = vec![Part::of(0); count];
+        for (column, &equation) in pattern.equations.iter().enumerate() {
+            pattern.entries(column).for_each(|entry| by_rows[pattern.turned[entry] as usize] = Part::of(equation));
         }
         Self {
-            targets,
-            wanted,
-            diagonal: vec![0.0; size],
-            sizes: vec![0.0; size],
-            inverse_diagonal: vec![0.0; size],
-            entries: vec![0.0; pattern.rows.len()],
-            inverse: vec![0.0; pattern.rows.len()],
-            by_rows: vec![0.0; pattern.rows.len()],
-            solution: vec![0.0; size],
+            targets: in_rows(&targets),
+            diagonal: zeros(size),
+            sizes: zeros(size),
+            inverse_diagonal: zeros(size),
+            entries: zeros(count),
+            factors: pattern.rows.iter().map(below).collect(),
+            by_rows,
+            inverse: zeros(count),
+            solution: zeros(size),
             pattern,
         }
     }
@@ -194,43 +318,41 @@ impl Factors {
         self.entries.fill(0.0);
     }
 
-    /// Replaces the matrix by its factors; has it some?
+    /// Replaces the matrix by its factors; has it some? Each entry is found at once, from those of earlier columns: sums stay in registers.
     #[inline(always)]
     pub fn factor(&mut self) -> bool {
-        for (size, entry) in self.sizes.iter_mut().zip(&self.diagonal) {
-            *size = entry.abs();
-        }
-        let Pattern { first, rows, first_product, products, .. } = &self.pattern;
-        for column in 0..self.diagonal.len() {
-            let pivot = self.diagonal[column];
+        let Self { pattern, diagonal, entries, factors, by_rows, sizes, .. } = self;
+        let (mut places, mut counts) = (&pattern.by_rows[..], pattern.products.counts.iter());
+        let (mut products, mut first, mut first_by_rows) = (&pattern.products.pairs[..], 0, 0);
+        for column in 0..diagonal.len() {
+            let places = take(&mut places, pattern.counts_by_rows[column]);
+            let mut pivot = diagonal[column];
+            let mut size = pivot.abs();
+            for (&entry, part) in places.iter().zip(&by_rows[first_by_rows..]) {
+                let product = entries[entry as usize] * part.factor;
+                pivot -= product;
+                size += product.abs();
+            }
+            first_by_rows += places.len();
+            sizes[column] = size;
             // Not a number is singular too.
-            let regular = pivot.abs() > SINGULAR * self.sizes[column];
+            let regular = pivot.abs() > SINGULAR * size;
             if !regular {
                 return false;
             }
             let inverse = 1.0 / pivot;
-            self.diagonal[column] = inverse;
-            let range = first[column]..first[column + 1];
-            let (entries, others) = self.entries.split_at_mut(range.end);
-            let (entries, rows) = (&mut entries[range.start..], &rows[range.clone()]);
-            let mut targets = &products[first_product[column]..first_product[column + 1]];
-            for upper in 0..entries.len() {
-                let value = entries[upper];
-                let factor = value * inverse;
-                let product = value * factor;
-                self.diagonal[rows[upper] as usize] -= product;
-                self.sizes[rows[upper] as usize] += product.abs();
-                let below = &entries[upper + 1..];
-                let (now, later) = targets.split_at(below.len());
-                for (target, entry) in now.iter().zip(below) {
-                    others[*target as usize - range.end] -= *entry * factor;
+            diagonal[column] = inverse;
+            let end = first + pattern.counts[column];
+            for (entry, count) in (first..end).zip(&mut counts) {
+                let mut value = entries[entry];
+                for &[earlier, factor] in take(&mut products, *count) {
+                    value -= entries[earlier as usize] * factors[factor as usize].factor;
                 }
-                targets = later;
-                entries[upper] = factor;
+                entries[entry] = value;
+                factors[entry].factor = value * inverse;
+                by_rows[pattern.turned[entry] as usize].factor = value * inverse;
             }
-        }
-        for (factor, &entry) in self.by_rows.iter_mut().zip(&self.pattern.turned) {
-            *factor = self.entries[entry as usize];
+            first = end;
         }
         self.invert();
         true
@@ -239,27 +361,20 @@ impl Factors {
     /// The inverse where the factors have entries, from the last column to the first (Takahashi, Fagan and Chin, 1973).
     #[inline(always)]
     fn invert(&mut self) {
-        let Pattern { first, rows, first_product, products, .. } = &self.pattern;
-        for column in (0..self.diagonal.len()).rev().filter(|&column| self.wanted[column]) {
-            let range = first[column]..first[column + 1];
-            let (entries, others) = self.inverse.split_at_mut(range.end);
-            let (current, rows, factors) =
-                (&mut entries[range.start..], &rows[range.clone()], &self.entries[range.clone()]);
-            let mut sources = &products[first_product[column]..first_product[column + 1]];
-            for ((entry, row), factor) in current.iter_mut().zip(rows).zip(factors) {
-                *entry = -(*factor * self.inverse_diagonal[*row as usize]);
-            }
-            for upper in 0..current.len() {
-                for lower in upper + 1..current.len() {
-                    let entry = others[sources[lower - upper - 1] as usize - range.end];
-                    current[lower] -= factors[upper] * entry;
-                    current[upper] -= factors[lower] * entry;
+        let Self { pattern, diagonal, factors, inverse, inverse_diagonal, .. } = self;
+        let (mut sources, mut counts) = (&pattern.sources.pairs[..], pattern.sources.counts.iter());
+        for &column in &pattern.wanted {
+            let mut sum = diagonal[column];
+            for (entry, count) in pattern.entries(column).zip(&mut counts) {
+                let factor = factors[entry].factor;
+                let mut value = -(factor * inverse_diagonal[pattern.rows[entry] as usize]);
+                for &[other, source] in take(&mut sources, *count) {
+                    value -= factors[other as usize].factor * inverse[source as usize];
                 }
-                sources = &sources[current.len() - upper - 1..];
+                inverse[entry] = value;
+                sum -= factor * value;
             }
-            let products = factors.iter().zip(&*current);
-            self.inverse_diagonal[column] =
-                products.fold(self.diagonal[column], |sum, (factor, entry)| sum - *factor * *entry);
+            inverse_diagonal[column] = sum;
         }
     }
 
@@ -271,18 +386,32 @@ impl Factors {
     /// Solutions for several right-hand sides, by equations.
     #[inline(always)]
     pub fn solve_all<const D: usize>(&self, vectors: &[[f64; D]], solutions: &mut [[f64; D]]) {
-        let Pattern { equations, by_columns, by_rows, columns, .. } = &self.pattern;
         solutions.copy_from_slice(vectors);
-        for (&[row, column], factor) in by_columns.iter().zip(&self.entries) {
-            let value = solutions[equations[column as usize]];
-            at_each!(D, i => solutions[equations[row as usize]][i] -= factor * value[i]);
+        self.substitute(solutions);
+    }
+
+    /// Replaces right-hand sides by solutions, by equations. Each is found at once from the others: sums stay in registers.
+    #[inline(always)]
+    fn substitute<const D: usize>(&self, x: &mut [[f64; D]]) {
+        let Pattern { equations, counts, counts_by_rows, .. } = &self.pattern;
+        let mut rest = &self.by_rows[..];
+        for (&equation, &count) in equations.iter().zip(counts_by_rows).filter(|(_, count)| **count > 0) {
+            let mut sum = x[equation];
+            for part in take(&mut rest, count) {
+                let value = &x[part.equation as usize];
+                at_each!(D, i => sum[i] -= part.factor * value[i]);
+            }
+            x[equation] = sum;
         }
-        for (value, column) in solutions.iter_mut().zip(columns) {
-            at_each!(D, i => value[i] *= self.diagonal[*column]);
-        }
-        for (&[row, column], factor) in by_rows.iter().zip(&self.by_rows) {
-            let value = solutions[equations[row as usize]];
-            at_each!(D, i => solutions[equations[column as usize]][i] -= factor * value[i]);
+        let mut rest = &self.factors[..];
+        for ((&equation, &count), inverse) in equations.iter().zip(counts).zip(&self.diagonal).rev() {
+            let mut sum = x[equation];
+            at_each!(D, i => sum[i] *= inverse);
+            for part in take_last(&mut rest, count).iter().rev() {
+                let value = &x[part.equation as usize];
+                at_each!(D, i => sum[i] -= part.factor * value[i]);
+            }
+            x[equation] = sum;
         }
     }
 
@@ -300,23 +429,13 @@ impl Factors {
     /// The solution for right-hand sides by equations, at its places.
     #[inline(always)]
     pub fn solve(&mut self, vector: &[f64], solution: &mut [f64]) {
-        let Pattern { equations, by_columns, by_rows, .. } = &self.pattern;
-        let x = &mut self.solution[..];
-        for (place, &equation) in x.iter_mut().zip(equations) {
-            *place = vector[equation];
+        let mut x = std::mem::take(&mut self.solution);
+        x.copy_from_slice(vector);
+        self.substitute(x.as_chunks_mut::<1>().0);
+        for &[equation, place, count] in &self.targets {
+            solution[place..][..count].copy_from_slice(&x[equation..][..count]);
         }
-        for (&[row, column], factor) in by_columns.iter().zip(&self.entries) {
-            x[row as usize] -= *factor * x[column as usize];
-        }
-        for (value, inverse) in x.iter_mut().zip(&self.diagonal) {
-            *value *= *inverse;
-        }
-        for (&[row, column], factor) in by_rows.iter().zip(&self.by_rows) {
-            x[column as usize] -= *factor * x[row as usize];
-        }
-        for (value, &equation) in x.iter().zip(equations) {
-            solution[self.targets[equation]] = *value;
-        }
+        self.solution = x;
     }
 }
 
@@ -354,7 +473,7 @@ mod tests {
 
     fn factors(size: usize, unknowns: usize, entries: &[(usize, usize, f64)]) -> Factors {
         let pattern = Pattern::new(size, unknowns, entries.iter().map(|&(row, column, _)| (row, column)));
-        let mut factors = Factors::new(pattern, unknowns, (0..size).collect());
+        let mut factors = Factors::new(pattern, (0..size).collect());
         for &(row, column, value) in entries {
             factors.add(factors.places(row, column), value);
         }

@@ -45,7 +45,7 @@ impl Matrix {
         if alike && targets.len() > WIDTH * WIDTH {
             let pattern = Pattern::new(targets.len(), unknowns, entries);
             if cost_of_factors(&pattern) < cost_of_inverse(targets.len()) {
-                return Self::Factored(Box::new(Factors::new(pattern, unknowns, targets.to_vec())));
+                return Self::Factored(Box::new(Factors::new(pattern, targets.to_vec())));
             }
         }
         Self::Whole(Box::new(Inverse::new(targets.to_vec(), room, unknowns == targets.len())))

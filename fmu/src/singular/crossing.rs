@@ -300,14 +300,15 @@ impl<'a> Study<'a> {
     /// How large each row is where it is largest, in this pose and in others.
     fn sizes(&mut self, rows: &[EntryList], state: &State) -> Vec<f64> {
         let mut sizes: Vec<f64> = rows.iter().map(|row| norm(row)).collect();
-        for pose in open_poses(self.model, state) {
+        let (mut entries, mut squares) = (Vec::new(), vec![0.0; rows.len()]);
+        for mut pose in open_poses(self.model, state) {
+            let x = scaled(self.model, &pose);
+            self.loops(&mut pose).jacobian(&x, &mut entries);
+            squares.fill(0.0);
+            entries.iter().for_each(|(row, _, value)| squares[*row] += value * value);
             // A law may have no value there.
-            let others = self
-                .rows(&pose)
-                .into_iter()
-                .map(|row| norm(&row))
-                .map(|size| if size.is_finite() { size } else { 0.0 });
-            sizes.iter_mut().zip(others).for_each(|(size, other)| *size = math::maximum(*size, other));
+            let others = sizes.iter_mut().zip(&squares).filter(|(_, square)| square.is_finite());
+            others.for_each(|(size, square)| *size = math::maximum(*size, square.sqrt()));
         }
         sizes
     }

@@ -284,9 +284,8 @@ impl Taylor {
             self.update(machine.registers());
         }
         self.jet.least_rate = settings.least_rate;
-        let open = self.jet.begin(model, machine.registers(), &self.next).ok()?;
+        let open = self.jet.place(model, machine.registers(), &self.next).ok()?;
         self.jet.reciprocal_pivots(&mut self.guard.next);
-        self.take_closed(model);
         self.tight = tightly || self.guard.arrives();
         self.begun.time = f64::NAN;
         if self.tight {
@@ -297,6 +296,9 @@ impl Taylor {
             self.begun.motion.copy_from_slice(&self.closed);
             self.begun.next.copy_from_slice(&self.guard.next);
             self.begin_closed(model, machine)?;
+        } else {
+            self.jet.find_accelerations();
+            self.take_closed(model);
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)
     }
@@ -317,8 +319,9 @@ impl Taylor {
 
     /// Begins the series of the pose in which the loops have been closed, and closes them there.
     fn begin_closed(&mut self, model: &Model, machine: &Machine) -> Option<()> {
-        self.jet.begin(model, machine.registers(), &self.closed).ok()?;
+        self.jet.place(model, machine.registers(), &self.closed).ok()?;
         self.jet.close_tightly();
+        self.jet.find_accelerations();
         self.take_closed(model);
         Some(())
     }

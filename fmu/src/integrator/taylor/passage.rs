@@ -193,14 +193,22 @@ impl Taylor {
         false
     }
 
-    /// Notes that the step from the start of the step passes a singular pose; false if the branches do not meet there.
-    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, end: f64) -> bool {
-        let pose = self.follow_to_pose(context, run, end - run.last.end_time);
+    /// Notes that the step to this end passes a singular pose, so long after its start if that is known; false if the branches do not meet there.
+    pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, known: Option<f64>, end: f64) -> bool {
+        let h = end - run.last.end_time;
+        let pose = match known {
+            Some(ahead) => self.go_to(run, ahead),
+            None => self.follow_to_pose(context, run, h),
+        };
         let meets = note_passage(run, context.model, pose, &self.next);
-        if meets {
-            self.restore_end(context, run, end);
-        } else {
+        if !meets {
             self.known = Start::Unknown;
+        } else if known.is_some() {
+            // The series at the end is at hand.
+            self.go_to(run, h);
+            context.model.forget_integrals(&mut self.next);
+        } else {
+            self.restore_end(context, run, end);
         }
         meets
     }
@@ -239,9 +247,19 @@ impl Taylor {
 
     /// The time of the pose ahead within a step of length h; the motion there is then in `next`.
     fn follow_to_pose(&mut self, context: &mut Context, run: &Run, h: f64) -> f64 {
-        let ahead = refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt));
-        self.jet.evaluate(&run.last.dense, run.last.order as usize, ahead, &mut self.next);
-        run.last.end_time + ahead
+        let ahead = self.refined(context, run, h);
+        self.go_to(run, ahead)
+    }
+
+    /// How long after the start of a step of length h the pose ahead is, precisely.
+    pub(super) fn refined(&mut self, context: &mut Context, run: &Run, h: f64) -> f64 {
+        refine(run.singular.ahead, h, |dt| self.share_at(context, run, dt))
+    }
+
+    /// The motion so long after the start of the step is in `next` from now on; returns the time.
+    fn go_to(&mut self, run: &Run, dt: f64) -> f64 {
+        self.jet.evaluate(&run.last.dense, run.last.order as usize, dt, &mut self.next);
+        run.last.end_time + dt
     }
 
     /// Begins the series at the end of the step again, after looking elsewhere.

@@ -69,6 +69,8 @@ pub(crate) struct Step {
     pub predicted: bool,
     pub located: bool,
     pub missed: bool,
+    /// How long after the start of the step the one is that is passed, precisely, if that is known before the end is looked at.
+    pub passed: Option<f64>,
 }
 
 impl Step {
@@ -156,6 +158,7 @@ impl Taylor {
             predicted,
             located,
             missed: false,
+            passed: None,
         };
         let h = step.planned(run.singular.ahead);
         // Written so that NaN is too short.

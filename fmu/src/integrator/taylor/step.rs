@@ -69,6 +69,9 @@ impl Taylor {
         if !is_near_pose(run) && !self.agrees(context, run, h, step.goal) {
             return Trial::Declined;
         }
+        let passes = step.located && run.singular.ahead < h;
+        // What is looked at on the way must not be found in place of the end.
+        step.passed = passes.then(|| self.refined(context, run, h));
         self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
         if switch.is_some() && step.located && run.in_zone_of(end, h.max(run.last.natural)) {
             // Nothing may be evaluated there: the next step leaves the pose.
@@ -81,7 +84,7 @@ impl Taylor {
             self.accept(context, run, end, true);
             return Trial::Done;
         }
-        let goal = if step.located && run.singular.ahead < h { step.goal.max(NOISE) } else { step.goal };
+        let goal = if passes { step.goal.max(NOISE) } else { step.goal };
         let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
         if closed && let Some(shorter) = self.too_near(context, run, step, h) {
             return Trial::Shorter(shorter, None);
@@ -169,7 +172,7 @@ impl Taylor {
         (end, switch): (f64, Option<(f64, Choices)>),
     ) {
         let h = end - run.last.end_time;
-        if step.located && run.singular.ahead < h && !self.note_passage(context, run, end) {
+        if step.located && run.singular.ahead < h && !self.note_passage(context, run, step.passed, end) {
             // Judged again from here, by the step just spoiled.
             return;
         }

@@ -1,4 +1,4 @@
-//! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
+//! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements but those of states, no signals in the loops. What
 //! [`super::orders`] does for all, with everything between two stores in registers.
 
 use super::friction::Known;
@@ -24,13 +24,13 @@ const RECIPROCALS: [[f64; 2]; ORDERS] = {
     table
 };
 
-/// Where the new coefficients go.
-struct Frames<'a, const F: usize> {
+/// Where the new coefficients go: of F lanes of frames, and with those of states S lanes of unknowns.
+struct Frames<'a, const F: usize, const S: usize> {
     x: &'a mut [Series; F],
     y: &'a mut [Series; F],
     omega: &'a mut [Series; F],
     force: [&'a mut [Series; F]; 2],
-    values: &'a mut [[Lane; F]; ORDERS],
+    values: &'a mut [[Lane; S]; ORDERS],
 }
 
 /// What stays as it is along a step.
@@ -39,7 +39,7 @@ pub(super) struct Fixed<'a> {
     pub rows: &'a Columns,
     pub reactions: &'a Columns,
     pub inverse: &'a Inverse,
-    /// Numbers of accelerations and reactions.
+    /// Numbers of frames and reactions.
     pub equations: [usize; 2],
 }
 
@@ -48,37 +48,44 @@ impl Jet {
     #[inline(always)]
     pub(super) fn respond_any(&mut self) {
         match self.frames {
-            [1, 1] => self.respond_frames::<1>(),
-            [1, 2] => self.respond_frames::<2>(),
-            [1, 3] => self.respond_frames::<3>(),
+            [1, 1, 1] => self.respond_frames::<1, 1>(),
+            [1, 1, 2] => self.respond_frames::<1, 2>(),
+            [1, 1, 3] => self.respond_frames::<1, 3>(),
+            [1, 2, 2] => self.respond_frames::<2, 2>(),
+            [1, 2, 3] => self.respond_frames::<2, 3>(),
             _ => {}
         }
     }
 
     #[inline(always)]
-    fn respond_frames<const N: usize>(&mut self) {
+    fn respond_frames<const S: usize, const N: usize>(&mut self) {
         let Matrix::Whole(inverse) = &self.matrix else { return };
         let Self { rows, reactions, .. } = self;
         let coupling = self.coupling.entries();
-        let equations = [self.unknowns.len(), self.form.rows.len()];
+        let equations = [self.form.frames.len(), self.form.rows.len()];
         let fixed = Fixed { coupling, rows, reactions, inverse, equations };
-        self.response.find::<N>(&fixed, self.x[super::at(0, 0)], self.y[super::at(0, 0)]);
+        self.response.find::<S, N>(&fixed, self.x[super::at(0, 0)], self.y[super::at(0, 0)]);
     }
 
-    /// Orders from the first to the last with F lanes of frames and N - F of loops; none if the storage has another shape.
+    /// Orders from the first to the last with F lanes of frames, S - F of states and N - S of loops; none if the storage has another shape. States are not beside more than
+    /// one lane of frames.
     #[inline(always)]
-    pub(super) fn advance_frames<const F: usize, const N: usize>(&mut self, first: usize, last: usize) -> Option<()> {
+    pub(super) fn advance_frames<const F: usize, const S: usize, const N: usize>(
+        &mut self,
+        first: usize,
+        last: usize,
+    ) -> Option<()> {
         if last + 2 >= ORDERS {
             return None;
         }
         let Matrix::Whole(inverse) = &self.matrix else { return None };
         let Self { rows, reactions, .. } = self;
         let coupling = self.coupling.entries();
-        let equations = [self.unknowns.len(), self.form.rows.len()];
+        let equations = [self.form.frames.len(), self.form.rows.len()];
         let fixed = Fixed { coupling, rows, reactions, inverse, equations };
         let view = self.response.view::<N>(&fixed);
         let [force_x, force_y] = &mut self.force;
-        let mut frames = Frames::<F> {
+        let mut frames = Frames::<F, S> {
             x: all_orders(&mut self.x)?,
             y: all_orders(&mut self.y)?,
             omega: all_orders(&mut self.omega)?,
@@ -107,8 +114,14 @@ impl Jet {
                 *moment.as_flattened_mut().get_mut(push.place)? -= push.value(k, &self.scalars, &self.coefficients);
             }
             let h = [second[0][0], second[1][0]];
-            let mut solution: [Lane; N] =
-                if F == 1 { view.solve(moment[0], h) } else { fixed.solve::<F, N>(&moment, &second) };
+            let mut solution: [Lane; N] = if F == 1 {
+                let balanced = view.solve(moment[0], h);
+                // A state has a mass of its own, which nothing but its law moves.
+                let beside = inverse.rows::<N>().get(F * WIDTH..).unwrap_or_default();
+                less(balanced, beside, moment[F..].as_flattened(), self.form.world.len())
+            } else {
+                fixed.solve::<F, N>(moment.first_chunk()?, &second)
+            };
             if is_watched {
                 if has_limits {
                     let known = frames.known(&self.scalars, &self.coefficients, &second);
@@ -117,12 +130,14 @@ impl Jet {
                     self.solution.copy_from_slice(&solution);
                 }
                 if self.reactions_kept.are_kept() {
-                    self.reactions_kept.keep(k, &solution[F..]);
+                    self.reactions_kept.keep(k, &solution[S..]);
                 }
             }
             if F == 1 {
-                let [x, y] = view.force(h, &solution, [applied[0][0], applied[1][0]]);
+                let reacting = solution[S..].as_flattened();
+                let [x, y] = view.force(h, &solution[0], reacting, [applied[0][0], applied[1][0]]);
                 frames.turn(k, solution.first_chunk()?, second);
+                frames.shift(k, &solution[F..S]);
                 frames.push(k, [[x; F], [y; F]]);
             } else {
                 let second = frames.turn(k, solution.first_chunk()?, second);
@@ -206,11 +221,11 @@ fn terms<N: Number, const L: usize>(
     [plus(sums[0], x, omega), plus(sums[1], y, omega), plus(sums[2], x, force_y), plus(sums[3], y, force_x)]
 }
 
-impl<const F: usize> Frames<'_, F> {
+impl<const F: usize, const S: usize> Frames<'_, F, S> {
     /// What scalar series read.
     #[inline(always)]
     fn vectors(&self) -> crate::taylor::tape::Vectors<'_, f64, WIDTH> {
-        vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), F)
+        vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), S)
     }
 
     /// What friction limits follow from.
@@ -226,8 +241,8 @@ impl<const F: usize> Frames<'_, F> {
 
     /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.
     #[inline(always)]
-    fn convolve(&self, k: usize) -> (Pair<F>, [Lane; F]) {
-        let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; F]);
+    fn convolve(&self, k: usize) -> (Pair<F>, [Lane; S]) {
+        let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; S]);
         for f in 0..F {
             let force = [&self.force[0][f], &self.force[1][f]];
             [second[0][f], second[1][f], moment[f]] = convolve(k, [&self.x[f], &self.y[f]], &self.omega[f], force);
@@ -249,6 +264,15 @@ impl<const F: usize> Frames<'_, F> {
             self.y[f][k + 2] = multiply(inverse, second[1][f]);
         }
         second
+    }
+
+    /// Takes the accelerations of states over.
+    #[inline(always)]
+    fn shift(&mut self, k: usize, accelerations: &[Lane]) {
+        let k = k.min(ORDERS - 3);
+        for (value, acceleration) in self.values[k + 2][F..].iter_mut().zip(accelerations) {
+            *value = multiply(splat(RECIPROCALS[k][0]), *acceleration);
+        }
     }
 
     /// Keeps the forces.

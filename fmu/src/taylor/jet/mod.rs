@@ -34,7 +34,7 @@ use crate::linalg::tree::{Limb, Recursion};
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::program::arm_form::ORDERS;
-use crate::program::arm_form::{ArmForm, Cause, Factor, Link, Load, LoopEquation, Slot};
+use crate::program::arm_form::{ArmForm, Cause, Factor, Link, Load, LoopEquation, Slot, Source, Term};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
 pub(crate) use batch::{Batch, MEMBERS};
@@ -174,8 +174,8 @@ impl Loads {
 #[derive(Clone, Debug)]
 #[expect(private_bounds, reason = "there are two kinds of numbers")]
 pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
-    /// Lanes of frames and of all equations, if there is nothing but frames.
-    frames: [usize; 2],
+    /// Lanes of frames, of all unknowns, and of all equations, if there is nothing but frames and states.
+    frames: [usize; 3],
     form: ArmForm,
     shape: Shape,
     /// Coordinates, what carries an angle before what it carries.
@@ -186,6 +186,8 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     equations: Vec<Option<usize>>,
     /// The residual of each row.
     row_residual: Vec<N>,
+    /// Row, series and coefficient of what loop equations contain of signals.
+    row_signals: Vec<(usize, Slot, u32)>,
     /// Place of each frame's unknown.
     turned_by: Vec<Option<usize>>,
     /// Frames whose unknown is another frame's, or that have none, or a signal: handled one by one.
@@ -269,6 +271,11 @@ impl Coefficient for f64 {
     type Matrix = Matrix;
 }
 
+fn row_signals(form: &ArmForm) -> Vec<(usize, Slot, u32)> {
+    let signals = form.rows.iter().enumerate();
+    signals.flat_map(|(row, data)| data.signals.iter().map(move |&(slot, factor)| (row, slot, factor))).collect()
+}
+
 /// There is no inverse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
@@ -302,7 +309,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         let pair = |lanes: usize| [zeros(lanes), zeros(lanes)];
         let orders = |lanes: usize| zeros(ORDERS * lanes);
         Self {
-            frames: [0; 2],
+            frames: [0; 3],
             coupling,
             rows: Columns::new(row_lanes, &arms_of_rows),
             reactions: Columns::new(all, &transposed),
@@ -338,6 +345,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             inner: pair(shape.lanes[1]),
             residual: vec![N::ZERO; unknowns.len() + equations.iter().flatten().count()],
             row_residual: vec![N::ZERO; row_lanes * L],
+            row_signals: row_signals(&form),
             equations,
             residual_lanes: zeros(all),
             gaps: zeros(row_lanes),
@@ -420,11 +428,12 @@ impl Jet {
         let mut machine = Machine::new(model);
         machine.load(model, &model.default_state(0.0));
         jet.update(machine.registers());
-        if jet.form.has_only_frames() {
-            let (all, lanes) = (jet.shape.all(), jet.solution.len());
-            jet.frames = [all, lanes];
-            if all == 1 {
-                jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), lanes);
+        let with_states = || jet.form.has_only_frames_and_states() && jet.limits.is_empty();
+        if jet.form.has_only_frames() || with_states() {
+            let ([frames, ..], lanes) = (jet.shape.lanes, jet.solution.len());
+            jet.frames = [frames, jet.shape.all(), lanes];
+            if frames == 1 {
+                jet.response = Response::new(jet.form.frames.len(), jet.form.rows.len(), lanes);
             }
         }
         jet
@@ -432,7 +441,7 @@ impl Jet {
 
     /// The same without the kernels of mechanisms of few frames, which do not keep reactions.
     pub fn without_kernels(mut self) -> Self {
-        self.frames = [0; 2];
+        self.frames = [0; 3];
         self
     }
 
@@ -515,13 +524,34 @@ fn turned_by(form: &ArmForm) -> Vec<Option<usize>> {
 impl ArmForm {
     /// Is every arm a frame whose angle is an unknown of its own, and does no loop equation depend on signals?
     fn has_only_frames(&self) -> bool {
+        self.world.is_empty() && self.has_frames_beside_world()
+    }
+
+    fn has_frames_beside_world(&self) -> bool {
         let turns_alone = |(index, frame): (usize, &crate::program::arm_form::Frame)| {
             frame.unknown == Some(index as u32) && frame.signal.is_none()
         };
         self.products.is_empty()
-            && self.world.is_empty()
             && self.frames.iter().enumerate().all(turns_alone)
             && self.rows.iter().all(|row| row.signals.is_empty())
+    }
+
+    /// The same, but for arms in the world that have a mass of their own and take part in nothing but what pushes them: those of states.
+    fn has_only_frames_and_states(&self) -> bool {
+        let is_frame = |arm: u32| (arm as usize) < self.frames.len();
+        let is_apart = |source: &Term| match source.source {
+            Source::X(arm) | Source::Y(arm) => is_frame(arm),
+            Source::Slot(_) | Source::Unknown(_) | Source::UnknownRate(_) => true,
+        };
+        let turns = |row: &LoopEquation| {
+            row.arms.iter().all(|(arm, _)| is_frame(*arm)) && row.unknowns.iter().all(|(arm, _)| is_frame(*arm))
+        };
+        self.has_frames_beside_world()
+            && self.world.iter().all(|factor| *factor == Factor::Unknown)
+            && self.coupling.iter().all(|mass| mass.on == mass.from || is_frame(mass.on) && is_frame(mass.from))
+            && self.loads.iter().all(|load| is_frame(load.arm))
+            && self.rows.iter().all(turns)
+            && self.tape.terms.iter().all(is_apart)
     }
 
     /// Angles, displacements and loop equations of the linear equations that each order is found by: without those that one component of a gap across a

@@ -28,13 +28,15 @@ impl Jet {
         self.at_start = last == 0;
         self.scalars.signals(last + 2);
         let done = match self.frames {
-            [1, 1] => self.advance_frames::<1, 1>(first, last),
-            [1, 2] => self.advance_frames::<1, 2>(first, last),
-            [1, 3] => self.advance_frames::<1, 3>(first, last),
-            [2, 2] => self.advance_frames::<2, 2>(first, last),
-            [2, 3] => self.advance_frames::<2, 3>(first, last),
-            [2, 4] => self.advance_frames::<2, 4>(first, last),
-            [3, 3] => self.advance_frames::<3, 3>(first, last),
+            [1, 1, 1] => self.advance_frames::<1, 1, 1>(first, last),
+            [1, 1, 2] => self.advance_frames::<1, 1, 2>(first, last),
+            [1, 1, 3] => self.advance_frames::<1, 1, 3>(first, last),
+            [1, 2, 2] => self.advance_frames::<1, 2, 2>(first, last),
+            [1, 2, 3] => self.advance_frames::<1, 2, 3>(first, last),
+            [2, 2, 2] => self.advance_frames::<2, 2, 2>(first, last),
+            [2, 2, 3] => self.advance_frames::<2, 2, 3>(first, last),
+            [2, 2, 4] => self.advance_frames::<2, 2, 4>(first, last),
+            [3, 3, 3] => self.advance_frames::<3, 3, 3>(first, last),
             _ => None,
         };
         if done.is_none() {
@@ -46,7 +48,7 @@ impl Jet {
 
     /// Are the orders found by [`Jet::advance_frames`]?
     pub(super) fn has_kernel(&self) -> bool {
-        matches!(self.frames, [1, 1..=3] | [2, 2..=4] | [3, 3])
+        matches!(self.frames, [1, 1, 1..=3] | [1, 2, 2..=3] | [2, 2, 2..=4] | [3, 3, 3])
     }
 }
 
@@ -186,7 +188,8 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         for axis in 0..2 {
             self.forces[axis].copy_from_slice(&self.applied[axis]);
         }
-        self.couple(k);
+        // Moments of frames are without the newest forces.
+        self.couple(k, frames);
         let [x, y] = [&self.second[0], &self.second[1]].map(|lanes| lanes.as_flattened());
         for lane in 0..self.gaps.len() {
             self.gaps[lane] = self.rows.dot(lane, x, y);
@@ -212,12 +215,9 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             *place = -residual[*unknown];
         }
         let scale = ((k + 1) * (k + 2)) as f64;
-        let gaps = self.gaps.as_flattened();
-        for ((place, gap), row) in self.row_residual.iter_mut().zip(gaps).zip(&self.form.rows) {
-            *place = *gap;
-            for &(slot, factor) in &row.signals {
-                *place += self.coefficients[factor as usize] * self.scalars.get(slot, k + 2).times(scale);
-            }
+        self.row_residual.copy_from_slice(self.gaps.as_flattened());
+        for &(row, slot, factor) in &self.row_signals {
+            self.row_residual[row] += self.coefficients[factor as usize] * self.scalars.get(slot, k + 2).times(scale);
         }
         self.close_rows();
     }
@@ -225,14 +225,17 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
     /// The right-hand sides of the loop equations, from the residuals of the rows.
     #[inline(always)]
     pub(super) fn close_rows(&mut self) {
+        if self.terms.pairs.is_empty() {
+            // Every row has an equation, in this order.
+            let of_rows = &mut self.residual[self.unknowns.len()..];
+            return of_rows.iter_mut().zip(&self.row_residual).for_each(|(place, gap)| *place = -*gap);
+        }
         for (equation, gap) in self.equations.iter().zip(&self.row_residual) {
             if let Some(equation) = equation {
                 self.residual[*equation] = -*gap;
             }
         }
-        if !self.terms.pairs.is_empty() {
-            self.terms.pairs.reduce(self.residual_lanes.as_flattened(), &self.row_residual, &mut self.residual);
-        }
+        self.terms.pairs.reduce(self.residual_lanes.as_flattened(), &self.row_residual, &mut self.residual);
     }
 
     /// Order k of b x G.
@@ -323,15 +326,15 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             let applied = [self.applied[0][lane], self.applied[1][lane]];
             [self.forces[0][lane], self.forces[1][lane]] = self.reactions.real(lane, reactions, applied);
         }
-        self.couple(k);
+        self.couple(k, 0);
     }
 
-    /// Adds the forces of the masses to the others, and keeps the sum.
+    /// Adds the forces of the masses to the others, and keeps the sum from a lane on.
     #[inline(always)]
-    fn couple(&mut self, k: usize) {
+    fn couple(&mut self, k: usize, first: usize) {
         self.coupling.add_forces(&self.second[0], &self.second[1], &mut self.forces);
         for axis in 0..2 {
-            for (lane, force) in self.forces[axis].iter().enumerate() {
+            for (lane, force) in self.forces[axis].iter().enumerate().skip(first) {
                 self.force[axis][back(lane, k)] = *force;
             }
         }

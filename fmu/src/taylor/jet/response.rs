@@ -29,11 +29,11 @@ impl Response {
         }
     }
 
-    /// At the pose x + i y.
+    /// At the pose x + i y, with S lanes of unknowns.
     #[inline(always)]
-    pub fn find<const N: usize>(&mut self, fixed: &Fixed, x: Lane, y: Lane) {
+    pub fn find<const S: usize, const N: usize>(&mut self, fixed: &Fixed, x: Lane, y: Lane) {
         let [frames, loops] = fixed.equations;
-        let (balanced, closed) = fixed.inverse.rows::<N>().split_at_checked(WIDTH).unwrap_or_default();
+        let (balanced, closed) = fixed.inverse.rows::<N>().split_at_checked(S * WIDTH).unwrap_or_default();
         let balanced = &balanced[..frames.min(balanced.len())];
         let free = self.free.as_chunks_mut::<N>().0.as_chunks_mut::<2>().0;
         free.fill([[ZERO; N]; 2]);
@@ -122,7 +122,7 @@ impl<const N: usize> View<'_, N> {
 
     /// The forces on the arms with these accelerations and reactions.
     #[inline(always)]
-    pub fn force(&self, [x, y]: [Lane; 2], solution: &[Lane; N], loads: [Lane; 2]) -> [Lane; 2] {
+    pub fn force(&self, [x, y]: [Lane; 2], accelerations: &Lane, reactions: &[f64], loads: [Lane; 2]) -> [Lane; 2] {
         let count = self.masses.len().min(WIDTH);
         let (masses, turning) = (&self.masses[..count], &self.turning[..count]);
         let [mut by_x, mut by_y] = [loads, [ZERO; 2]];
@@ -136,11 +136,10 @@ impl<const N: usize> View<'_, N> {
         let mut sum = [subtract(by_x[0], by_y[0]), add(by_x[1], by_y[1])];
         i = 0;
         while i < count {
-            let value = splat(solution[0][i]);
+            let value = splat(accelerations[i]);
             sum = [plus(sum[0], turning[i][0], value), plus(sum[1], turning[i][1], value)];
             i += 1;
         }
-        let reactions = solution[1..].as_flattened();
         let count = self.constrained.len().min(reactions.len());
         let (constrained, reactions) = (&self.constrained[..count], &reactions[..count]);
         i = 0;

@@ -58,18 +58,26 @@ impl Jet {
     /// Begins at q and v: factors the matrix, puts the motion back on the loops, and finds its accelerations. The registers hold the
     /// signals of this time. Returns how far the loops were open, relative to their scales.
     pub fn begin(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<f64, Singular> {
+        let open = self.place(model, registers, motion)?;
+        self.find_accelerations();
+        Ok(open)
+    }
+
+    /// The first half of [`Self::begin`]: all but the accelerations.
+    pub fn place(&mut self, model: &Model, registers: &[f64], motion: &[f64]) -> Result<f64, Singular> {
         // Where the series goes no further, as at the end of a step in which something happens, no other orders are needed.
         self.scalars.begin(2, |given| polynomial(model, registers, given));
         self.pose(motion)?;
-        let open = self.put_on_loops(&motion[self.form.coordinates.len()..], CLOSED);
+        Ok(self.put_on_loops(&motion[self.form.coordinates.len()..], CLOSED))
+    }
+
+    /// The second half: the accelerations of the motion as it has been placed.
+    pub fn find_accelerations(&mut self) {
         self.respond();
         self.respond_to_limits();
         self.weigh();
-        for k in 0..2 {
-            self.follow(k);
-        }
+        (0..2).for_each(|k| self.follow(k));
         self.advance(0, 0);
-        Ok(open)
     }
 
     /// Accelerations of the coordinates and reactions of the program's loop equations at the state in the registers, put on the loops; reactions of equations
@@ -130,7 +138,7 @@ impl Jet {
         fn respond(&mut self: Jet) = respond_any
     }
 
-    /// Closes the loops of positions up to rounding, with the inverse at hand, and those of rates with them; then begins anew.
+    /// Closes the loops of positions up to rounding, with the inverse at hand, and those of rates with them, after [`Self::place`].
     pub fn close_tightly(&mut self) {
         let mut before = f64::INFINITY;
         for _ in 0..CLOSINGS {
@@ -142,11 +150,6 @@ impl Jet {
         }
         self.turn_rates();
         (0..2).for_each(|_| _ = self.close(1, 0.0));
-        self.respond();
-        self.respond_to_limits();
-        self.weigh();
-        (0..2).for_each(|k| self.follow(k));
-        self.advance(0, 0);
     }
 
     /// How close the loop equations of each joint are to depending on the others: the sum of the inverse squares of their distances, in
@@ -183,7 +186,8 @@ impl Jet {
     fn factor(&mut self) -> Result<(), Singular> {
         self.differentiate();
         let alike = self.layout.is_some_and(|layout| layout.alike);
-        let frames = (self.frames[0] > 0).then(|| self.coupling.entries());
+        // The mass of a state is along its arm.
+        let frames = (self.frames[0] > 0 && self.form.world.is_empty()).then(|| self.coupling.entries());
         let Self { matrix, terms, coefficients, derivatives, .. } = self;
         let regular = matrix.factor(alike, &mut Pose { terms, coefficients, derivatives, frames });
         if regular { Ok(()) } else { Err(Singular) }
@@ -397,13 +401,13 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         for (row, place, factor) in self.terms.linear() {
             gaps[row] += self.coefficients[factor as usize] * values[place];
         }
-        for (gap, row) in gaps.iter_mut().zip(&self.form.rows) {
-            if order == 0 {
+        if order == 0 {
+            for (gap, row) in gaps.iter_mut().zip(&self.form.rows) {
                 *gap += self.coefficients[row.constant as usize];
             }
-            for &(slot, factor) in &row.signals {
-                *gap += self.coefficients[factor as usize] * self.scalars.get(slot, order);
-            }
+        }
+        for &(row, slot, factor) in &self.row_signals {
+            gaps[row] += self.coefficients[factor as usize] * self.scalars.get(slot, order);
         }
         if order == 0 {
             self.take_off_turns();
