@@ -17,6 +17,7 @@ mod passage;
 mod snapshot;
 mod variational;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 pub(crate) use crate::failure::number;
@@ -54,9 +55,6 @@ use snapshot::Phase;
 /// The tolerance of the steps of a driven mechanism: what they leave is closed to rounding errors wherever it is read. Longer steps would be as many, for they end at singular
 /// poses.
 const DRIVEN: f64 = 1e-6;
-
-/// The most that a coordinate moves, in its scales, in a step that is searched for events: a turn, of which the places of the search are 18 degrees apart.
-const SEARCHED: f64 = std::f64::consts::TAU;
 
 /// How far a last step may overrun the stop time by rounding, relative to the step.
 const OVERRUN: f64 = 1e-3;
@@ -546,7 +544,8 @@ impl Instance {
         if program.instants.events.is_empty() && !program.instants.contacts().iter().any(is_gap) {
             return longest;
         }
-        minimum(longest, SEARCHED / self.now.run.speed(&self.model))
+        // A turn, in scales of coordinates: the places of the search are 18 degrees apart.
+        minimum(longest, TAU / self.now.run.speed(&self.model))
     }
 
     /// No step goes beyond this time, if there is one. A communication point that rounding errors have taken behind the stop is the stop.
