@@ -56,8 +56,8 @@ use snapshot::Phase;
 /// poses.
 const DRIVEN: f64 = 1e-6;
 
-/// How far a last step may overrun the stop time by rounding, relative to the step.
-const OVERRUN: f64 = 1e-3;
+/// By how much communication points are off in an importer's sums of steps, relative to the step: from the time reached, and beyond the stop time.
+pub(crate) const ROUNDING_OF_POINTS: f64 = 1e-3;
 
 /// What has been computed for the present state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -433,7 +433,9 @@ impl Instance {
             return Err(InstanceError::Step { from, to: time });
         }
         match self.now.stop {
-            Some(stop) if time > stop + OVERRUN * (time - from) => Err(InstanceError::Stop { to: time, stop }),
+            Some(stop) if time > stop + ROUNDING_OF_POINTS * (time - from) => {
+                Err(InstanceError::Stop { to: time, stop })
+            }
             _ => Ok(()),
         }
     }

@@ -19,8 +19,6 @@ use crate::taylor::SERIES_SAFETY;
 const SERIES_TOLERANCE: f64 = 0.03;
 /// Orders of the coarsest series.
 const LEAST_ORDER: usize = 8;
-/// Rounding is larger than an error below this.
-const SMALLEST_STEP_ERROR: f64 = 1e-15;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Loops may open so much along a step, and its end accelerate otherwise than the equations demand, in units of the tolerance.
@@ -293,7 +291,7 @@ fn rounding(model: &Model, positions: &[f64]) -> f64 {
 
 /// What one step may be wrong by at a tolerance.
 pub(crate) fn share(tolerance: f64) -> f64 {
-    (SERIES_TOLERANCE * tolerance).max(SMALLEST_STEP_ERROR)
+    SERIES_TOLERANCE * tolerance
 }
 
 /// The order of the next step.
