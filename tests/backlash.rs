@@ -11,14 +11,14 @@ use cotree::scene::Scene;
 use cotree_fmu::program::Engine;
 
 /// Two parts that a coupling with play joins: its text, what each weighs in its coordinate, how its relation depends on them, the names of the coordinates.
-struct Pair {
+pub struct Pair {
     joint: String,
     weights: [f64; 2],
     factors: [f64; 2],
     slides: bool,
 }
 
-fn pairs(restitution: f64) -> Vec<Pair> {
+pub fn pairs(restitution: f64) -> Vec<Pair> {
     let backlash = format!("backlash = {{ play = 0.08, restitution = {restitution} }}");
     let wheels = |text: &str, ratio: f64| Pair {
         joint: format!("between = [\"first\", \"second\"]\n{text}\n{backlash}"),
@@ -41,7 +41,7 @@ fn pairs(restitution: f64) -> Vec<Pair> {
     ]
 }
 
-fn scene(pair: &Pair, start: [f64; 2], rates: [f64; 2]) -> String {
+pub fn scene(pair: &Pair, start: [f64; 2], rates: [f64; 2]) -> String {
     let second = match pair.slides {
         true => "type = \"prismatic\"\nbetween = [\"ground\", \"second\"]\naxis = [1, 0]",
         false => "type = \"revolute\"\nbetween = [\"ground\", \"second\"]",

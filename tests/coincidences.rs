@@ -7,7 +7,7 @@ use cotree_fmu::program::Engine;
 const ENGINES: [Option<Engine>; 3] = [None, Some(Engine::Dop853), Some(Engine::Radau)];
 
 /// A ball above a floor, with a counter of samples and one of events.
-fn counted(period: f64, event: f64, height: f64) -> String {
+pub fn counted(period: f64, event: f64, height: f64) -> String {
     format!(
         r#"
 name = "counted"

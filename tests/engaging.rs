@@ -38,7 +38,7 @@ fn check(text: &str, values: &[(f64, &str, f64)], tolerance: f64) {
 }
 
 /// Two carts on a rail; the second stands, the first comes from the left.
-fn carts(coupling: &str, more: &str) -> String {
+pub fn carts(coupling: &str, more: &str) -> String {
     format!(
         r#"
 name = "carts"
@@ -60,7 +60,7 @@ stop = 2
     )
 }
 
-const MEET: &str = "[events.meet]\nwhen = \"rail_b.s - rail_a.s < 0.2\"\nengage = [\"coupling\"]\nonce = true\n";
+pub const MEET: &str = "[events.meet]\nwhen = \"rail_b.s - rail_a.s < 0.2\"\nengage = [\"coupling\"]\nonce = true\n";
 
 /// They meet at 0.4 s, 0.2 m apart, and go on with 3/4 of the speed; the impulse on the second is 1.5 N.s. At 1 s they are released, and nothing pushes them apart.
 #[test]
@@ -237,7 +237,7 @@ stop = 4
 }
 
 /// An arm and a flying disc that it grips at its tip, where the disc is then.
-fn catch(more: &str) -> String {
+pub fn catch(more: &str) -> String {
     format!(
         r#"
 name = "catch"

@@ -10,7 +10,7 @@ use cotree_fmu::program::Engine;
 const NEVER: &str = "\n[events.never]\nwhen = \"t > 1e6[s]\"\nstop = true\n";
 
 /// Discs that fall onto the ground, each from another height, with rates along it.
-fn discs(count: usize, restitution: f64, random: &mut Random) -> (String, Vec<f64>) {
+pub fn discs(count: usize, restitution: f64, random: &mut Random) -> (String, Vec<f64>) {
     let heights: Vec<f64> = (0..count).map(|_| 0.06 + 2.0 * random.unit()).collect();
     let mut text = "format = 1\nname = \"discs\"\ngravity = [0, -9.81]\n".to_owned();
     for index in 0..count {
@@ -78,7 +78,7 @@ fn an_impact_costs_a_step() {
     assert!(impacts >= 10 && steps <= u64::from(impacts) + 3, "{steps} steps, {impacts} impacts");
 }
 
-fn pendulum_between_stops(length: f64, limit: f64, restitution: f64) -> String {
+pub fn pendulum_between_stops(length: f64, limit: f64, restitution: f64) -> String {
     format!(
         "format = 1\nname = \"stops\"\ngravity = [0, -9.81]\n[bodies.arm]\nmass = 1.2\ninertia = 0.03\npoints = {{ pin = [{:?}, 0] }}\n[bodies.link]\nmass = 0.4\ninertia = 0.01\npoints = {{ pin = [-0.2, 0] }}\n\
          [joints.hinge]\ntype = \"revolute\"\nbetween = [\"ground\", \"arm.pin\"]\nlimits = {{ min = {:?}, max = 2.5, restitution = {restitution} }}\n\
@@ -88,14 +88,14 @@ fn pendulum_between_stops(length: f64, limit: f64, restitution: f64) -> String {
     )
 }
 
-fn rope(length: f64) -> String {
+pub fn rope(length: f64) -> String {
     format!(
         "format = 1\nname = \"rope\"\ngravity = [0, -9.81]\n[bodies.ball]\nmass = 0.7\ninertia = 0.002\n[joints.tie]\ntype = \"rope\"\nbetween = [\"ground\", \"ball\"]\nlength = {length}\nrestitution = 0.3\n\
          [initial]\n\"ball.x\" = 0.3\n\"ball.y\" = 0.1\n\"ball.angle\" = 0.0\n\"ball.vx\" = 1.5\n\"ball.vy\" = 0.4\n\"ball.omega\" = 0.0\n[outputs]\nvariables = [\"ball.y\"]\n[experiment]\nstop = 3\n"
     )
 }
 
-fn train(play: f64, restitution: f64) -> String {
+pub fn train(play: f64, restitution: f64) -> String {
     format!(
         "format = 1\nname = \"rattle\"\n[ground.points]\nsecond = [0.15, 0]\n[bodies]\nmotor = {{ mass = 0.5, inertia = 5e-4 }}\nwheel = {{ mass = 2.0, inertia = 8e-3 }}\n\
          [joints.one]\ntype = \"revolute\"\nbetween = [\"ground\", \"motor\"]\n[joints.two]\ntype = \"revolute\"\nbetween = [\"ground.second\", \"wheel\"]\ndamping = \"0.02 N.m.s/rad\"\n\
@@ -106,7 +106,7 @@ fn train(play: f64, restitution: f64) -> String {
 }
 
 /// A valve that its cam throws off: its law counts turns, and the cam presses most of the time.
-fn valve(rate: f64) -> String {
+pub fn valve(rate: f64) -> String {
     format!(
         "format = 1\nname = \"valve\"\n[bodies]\ncamshaft = {{ mass = 1.0, inertia = 2e-3 }}\nvalve = {{ mass = 0.12 }}\n\
          [joints.bearing]\ntype = \"revolute\"\nbetween = [\"ground\", \"camshaft\"]\ndamping = \"0.004 N.m.s/rad\"\n\

@@ -10,7 +10,7 @@ use cotree_fmu::program::Engine;
 const METHODS: [Engine; 3] = [Engine::Taylor, Engine::Dop853, Engine::Radau];
 
 /// A disc on a freewheel of the ground.
-fn disc(direction: &str, torque: &str, rate: f64) -> String {
+pub fn disc(direction: &str, torque: &str, rate: f64) -> String {
     format!(
         r#"
 name = "ratchet"

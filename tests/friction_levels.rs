@@ -9,7 +9,7 @@ use cotree_fmu::program::Engine;
 const ENGINES: [Option<Engine>; 3] = [None, Some(Engine::Dop853), Some(Engine::Radau)];
 
 /// A wheel of inertia 2 on a bearing, with a brake of this level and with more tables.
-fn wheel(level: &str, more: &str) -> String {
+pub fn wheel(level: &str, more: &str) -> String {
     format!(
         r#"
 name = "braked"

@@ -397,6 +397,15 @@ fn tuning_constants() -> Vec<[String; 3]> {
     found
 }
 
+/// A name that stands for several values has to be looked up in each file: a constant says what it is of.
+#[test]
+fn a_name_stands_for_one_constant_of_the_runtime() {
+    let constants = tuning_constants();
+    let others = |name: &str| constants.iter().filter(|[other, ..]| other == name).count() > 1;
+    let several: Vec<_> = constants.iter().filter(|[name, ..]| others(name)).collect();
+    assert!(several.is_empty(), "give each a name that says what it is of: {several:#?}");
+}
+
 /// `docs/constants.md` says of every constant of the runtime what it does, or why it was not varied.
 #[test]
 fn every_constant_of_the_runtime_has_its_measurement() {

@@ -18,7 +18,7 @@ const LIFT: f64 = 0.01;
 const BASE: f64 = 0.04;
 const FREE: f64 = 0.02;
 
-fn lifter(speed: f64, restitution: f64) -> String {
+pub fn lifter(speed: f64, restitution: f64) -> String {
     format!(
         r#"
 name = "lifter"

@@ -20,8 +20,8 @@ const STOP: f64 = 1.0;
 const POINTS: usize = 5;
 
 #[derive(Clone)]
-struct Case {
-    scene: String,
+pub struct Case {
+    pub scene: String,
     world: World,
     start: [Vec<f64>; 2],
     bodies: usize,
@@ -30,7 +30,7 @@ struct Case {
 }
 
 /// Bars that hang from each other, the last one's end held by the ground if it is a loop.
-fn case(seed: u64) -> Case {
+pub fn case(seed: u64) -> Case {
     let mut random = Random(seed);
     // The first numbers of neighbouring seeds are alike.
     (0..4).for_each(|_| {

@@ -18,7 +18,7 @@ fn refused(text: &str) -> String {
 }
 
 /// A disc of 1 kg, and a contact.
-fn disc(contact: &str, [x, y]: [f64; 2], [vx, vy]: [f64; 2], more: &str) -> String {
+pub fn disc(contact: &str, [x, y]: [f64; 2], [vx, vy]: [f64; 2], more: &str) -> String {
     format!(
         r#"
 name = "disc"
@@ -175,7 +175,7 @@ fn a_hundred_convex_corners_cost_no_energy() {
 }
 
 /// A polygon that turns about the origin, and a disc that flies at it.
-struct Flight {
+pub struct Flight {
     corners: Vec<[f64; 2]>,
     radius: f64,
     omega: f64,
@@ -184,7 +184,7 @@ struct Flight {
 }
 
 impl Flight {
-    fn new(random: &mut Random) -> Flight {
+    pub fn new(random: &mut Random) -> Flight {
         let count = 12;
         // Without a gap of half a turn no side passes on the other side of the origin, where it could cross others.
         let mut angles = vec![0.0, PI];
@@ -204,7 +204,7 @@ impl Flight {
     }
 
     /// The distance of the disc from the outline, negative inside: by distances from its sides and how often a ray crosses them.
-    fn gap(&self, time: f64) -> f64 {
+    pub fn gap(&self, time: f64) -> f64 {
         let (sine, cosine) = (self.omega * time).sin_cos();
         let fall = [0.0, -0.5 * 9.81 * time * time];
         let [x, y] = [0, 1].map(|axis| self.at[axis] + self.rate[axis] * time + fall[axis]);
@@ -256,7 +256,7 @@ impl Flight {
         (None, least)
     }
 
-    fn scene(&self) -> String {
+    pub fn scene(&self) -> String {
         let mut corners = String::new();
         for [x, y] in &self.corners {
             write!(corners, "[{x:?}, {y:?}], ").unwrap();

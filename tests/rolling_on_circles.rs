@@ -3,7 +3,7 @@
 use crate::support::run::{model, started, value};
 
 /// A disc of 0.1 m about a fixed circle of 1 m, which it touches at this heading, rolling with this rate of it [rad/s].
-fn disc(side: &str, mu: f64, [heading, rate]: [f64; 2]) -> String {
+pub fn disc(side: &str, mu: f64, [heading, rate]: [f64; 2]) -> String {
     let apart = if side == "inside" { 0.9 } else { 1.1 };
     let turning = if side == "inside" { -apart / 0.1 } else { apart / 0.1 } * rate;
     let (sine, cosine) = heading.sin_cos();

@@ -229,7 +229,7 @@ fn weights_on_a_capstan_slide_as_euler_and_eytelwein_say() {
     }
 }
 
-fn capstan([first, second]: [f64; 2], friction: &str) -> String {
+pub fn capstan([first, second]: [f64; 2], friction: &str) -> String {
     format!(
         "name = \"capstan\"\ngravity = [0, -9.81]\n[ground]\npoints = {{ l = [-0.1, 0], r = [0.1, 0] }}\n[bodies.left]\nmass = {first:?}\ninertia = 0.1\n[bodies.right]\nmass = {second:?}\ninertia = 0.1\n[joints.guide_1]\ntype = \"prismatic\"\nbetween = [\"ground.l\", \"left\"]\naxis = [0, 1]\n[joints.guide_2]\ntype = \"prismatic\"\nbetween = [\"ground.r\", \"right\"]\naxis = [0, 1]\n[joints.line]\ntype = \"rope\"\nbetween = [\"left\", \"right\"]\nover = [{{ on = \"ground\", radius = 0.1, side = \"right\"{friction} }}]\n[initial]\n\"guide_1.s\" = -10\n\"guide_1.v\" = 0\n\"guide_2.s\" = -10\n\"guide_2.v\" = 0\n[outputs]\nvariables = [\"right.vy\", \"line.force\", \"line.gap\", \"left.vy\"]\n"
     )

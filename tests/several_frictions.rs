@@ -55,8 +55,8 @@ impl Law {
 }
 
 /// A scene, the names of its place and rate, and the same as one equation.
-struct Case {
-    scene: String,
+pub struct Case {
+    pub scene: String,
     names: [&'static str; 2],
     begin: [f64; 2],
     moving: Moving,
@@ -253,7 +253,7 @@ fn solved(rows: [[f64; 3]; 3], right: [f64; 3]) -> [f64; 3] {
     })
 }
 
-fn ladder(random: &mut Random) -> Case {
+pub fn ladder(random: &mut Random) -> Case {
     let (mass, length) = (random.between(2.0, 10.0), random.between(1.0, 3.0));
     let own = Ladder { mass, length, inertia: mass * length * length * random.between(0.05, 0.1) };
     let mus = [random.between(0.3, 0.6), random.between(0.05, 0.4)];
@@ -369,7 +369,7 @@ type Maker = fn(&mut Random) -> Case;
 
 const KINDS: [(&str, Maker); 4] = [("wheel", wheel), ("slider", slider), ("feet", feet), ("crank", crank)];
 
-fn case(seed: u64) -> (&'static str, Case) {
+pub fn case(seed: u64) -> (&'static str, Case) {
     let (name, kind) = KINDS[(seed % 4) as usize];
     (name, kind(&mut Random(seed + 1)))
 }

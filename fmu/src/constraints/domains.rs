@@ -7,7 +7,7 @@ use crate::program::domain::{Domain, DomainTape, Limit};
 
 /// So far behind the end of the last step laws are looked at as well, and at least so many seconds: the steps before a root or a pole become as short as
 /// numbers permit.
-const AHEAD: f64 = 1e-9;
+const TIME_AHEAD: f64 = 1e-9;
 /// A force in newtons or a speed in metres a second that is larger than this is why a motion cannot be followed: no mechanism bears it.
 const BOUNDLESS: f64 = 1e15;
 
@@ -79,7 +79,7 @@ pub(crate) fn outside_soon(
         return Some(failure);
     }
     let before: Vec<f64> = laws.tape.results(machine.registers()).collect();
-    let ahead = AHEAD * time.abs().max(1.0);
+    let ahead = TIME_AHEAD * time.abs().max(1.0);
     let mut later = motion.to_vec();
     (0..n).for_each(|index| later[index] += ahead * motion[n + index]);
     machine.load_signals(model, origin, time + ahead);

@@ -12,16 +12,16 @@ use crate::tape::Tape;
 use crate::taylor::CLOSED;
 
 /// The loops are kept closed this much better than the tolerance on the motion.
-const SHARE_OF_TOLERANCE: f64 = 1e-3;
+const LOOP_TOLERANCE: f64 = 1e-3;
 /// Loop equations that are not imposed may differ by the tolerance on the motion, but not by more or less than this, relative to their scale: what counts as closed at the
 /// start, and lengths that are typed with few digits.
 const CONSISTENT: [f64; 2] = [FULFILLED, 1e-6];
 /// Rounding errors of what drivers determine are divided by the distance from a singular pose: nearer than this they are larger than the errors of steps.
-const NEAR: f64 = 3e-4;
+const NEAR_SINGULAR: f64 = 3e-4;
 /// What is as good as closed, in units of what is left alone.
 const TIGHT: f64 = 10.0;
 /// Newton steps.
-const ITERATIONS: usize = 8;
+const PROJECTION_STEPS: usize = 8;
 /// A Newton step must reduce the gap to this fraction.
 const CONTRACTION: f64 = 0.5;
 
@@ -106,7 +106,7 @@ impl Projection {
         // Rounding of q itself makes a gap.
         let noise = SPACINGS * largest(model, q);
         let idle = CLOSED.max(noise);
-        let goal = idle.max(SHARE_OF_TOLERANCE * tolerance);
+        let goal = idle.max(LOOP_TOLERANCE * tolerance);
         let moved = self.newton(model, machine, Level::Position, q, [idle, goal, reach], bend)?;
         self.consistent(model, machine, tolerance)?;
         Ok(moved)
@@ -121,7 +121,7 @@ impl Projection {
         tolerance: f64,
     ) -> Result<(), Failure> {
         let size = 1.0 + largest(model, v);
-        let goal = CLOSED.max(SHARE_OF_TOLERANCE * tolerance) * size;
+        let goal = CLOSED.max(LOOP_TOLERANCE * tolerance) * size;
         self.newton(model, machine, Level::Rate, v, [CLOSED * size, goal, f64::INFINITY], &mut |_| ())?;
         Ok(())
     }
@@ -134,7 +134,8 @@ impl Projection {
     pub fn tighten(&mut self, model: &Model, machine: &mut Machine, state: &mut State) -> Result<(), Failure> {
         let tapes = &model.program().tapes;
         machine.run(&tapes.acceleration);
-        let near = tapes.reciprocal_pivots.iter().any(|&place| is_within(machine.registers()[place as usize], NEAR));
+        let near =
+            tapes.reciprocal_pivots.iter().any(|&place| is_within(machine.registers()[place as usize], NEAR_SINGULAR));
         if near {
             return Ok(());
         }
@@ -188,7 +189,7 @@ impl Projection {
         }
         let m = model.program().constraints.len();
         let mut moved = 0.0;
-        for iteration in 0..ITERATIONS {
+        for iteration in 0..PROJECTION_STEPS {
             machine.evaluate(level.correction(model), &mut self.step);
             let before = self.residual(model);
             if before <= if iteration == 0 { idle } else { goal } {

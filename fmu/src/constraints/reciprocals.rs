@@ -5,7 +5,7 @@ use crate::machine::Machine;
 use crate::model::Model;
 
 /// A row that comes closer or goes away by no more than this factor in one step stays on its branch.
-pub(crate) const STEADY: f64 = 2.0;
+pub(crate) const SAME_BRANCH: f64 = 2.0;
 
 /// 1 / r^2 where the accelerations have just been evaluated.
 pub(crate) fn read(model: &Model, machine: &Machine, values: &mut [f64]) {
@@ -21,5 +21,5 @@ pub(crate) fn is_within(reciprocal: f64, distance: f64) -> bool {
 /// Has a row with these two values of 1 / r^2 come so much closer to the others, or gone so much further from them, that it could have gone over to another
 /// branch? Not a number is a jump too.
 pub(crate) fn is_jump(one: f64, other: f64) -> bool {
-    !(1.0 / (STEADY * STEADY)..STEADY * STEADY).contains(&(other / one))
+    !(1.0 / (SAME_BRANCH * SAME_BRANCH)..SAME_BRANCH * SAME_BRANCH).contains(&(other / one))
 }

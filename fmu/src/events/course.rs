@@ -28,14 +28,14 @@ pub(super) const PLACES: [f64; 19] = [
 /// Sections of an interval in which an extreme is sought: the last is 1e-8 of the first, the root of rounding errors, and the extreme value right to these.
 pub(crate) const SECTIONS: usize = 40;
 /// Halvings of an interval in which an edge is sought.
-pub(super) const HALVINGS: usize = 30;
+pub(super) const EDGE_HALVINGS: usize = 30;
 /// An exponential that grows by no more than exp of this to its largest value shows before or after.
 const RISEN: f64 = 2.0;
 /// What a law divides by, or takes the root of, shows before or after if it falls to no less than one part in so many: a pole is as far from the time axis then as
 /// half of the way to it. (150 let a pulse 1/(1 + (t/w)^2) slip through `explicit` at 1e-4.)
 pub(super) const DEEP: f64 = 5.0;
 /// A step that comes so many times nearer to a switch, and goes back, may have been behind it: its dense output has stages of its own.
-const NEARER: f64 = 2.0;
+const RETURNS_FROM: f64 = 2.0;
 /// Places that tell by how much an argument varies at all, and by how much it does before one looks closer: a parabola with a root varies by more than 9 at
 /// them, a quartic with two by more than 2.7.
 pub(super) const ROUGH_PLACES: [usize; 5] = [0, 8, 10, 12, PLACES.len() - 1];
@@ -91,7 +91,7 @@ impl Steep {
             }
             Self::Switching => {
                 let returns = start * course.sample(PLACES.len() - 1) > 0.0;
-                [alone(turn(course, 0.0, after)), returns.then(|| least(course, NEARER, after)).flatten()]
+                [alone(turn(course, 0.0, after)), returns.then(|| least(course, RETURNS_FROM, after)).flatten()]
             }
             Self::Vanishing => [least(course, DEEP, after), zero(course, after)],
         };
@@ -182,7 +182,7 @@ fn change(
 fn crossing(course: &mut impl Course, [mut before, mut behind]: [f64; 2], level: f64) -> [f64; 2] {
     let end = course.value(behind);
     let falls = end < level || (end == level && course.value(before) > level);
-    for _ in 0..HALVINGS {
+    for _ in 0..EDGE_HALVINGS {
         let middle = 0.5 * (before + behind);
         let value = course.value(middle);
         *(if value == level || (value < level) == falls { &mut behind } else { &mut before }) = middle;

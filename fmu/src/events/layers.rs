@@ -10,7 +10,7 @@ use crate::program::arm_form::ORDERS;
 const INSIDE: f64 = 0.5;
 
 /// An exponential whose argument changes by less cannot be steep.
-const STEADY: f64 = 1.0;
+const GENTLE_ARGUMENT: f64 = 1.0;
 /// The last terms of an argument are no larger where it is known well enough to say where its law is steep.
 const UNKNOWN: f64 = 0.1;
 /// The same of an argument that may nearly vanish, as a share of what it may be.
@@ -77,7 +77,7 @@ impl Layers {
                 Steep::Saturating if distance > INSIDE && majorant(argument, h) > distance => {
                     math::minimum(entry(argument, h, layer - INSIDE), known(*kind, argument, h))
                 }
-                Steep::Growing if majorant(argument, h) > STEADY => known(*kind, argument, h),
+                Steep::Growing if majorant(argument, h) > GENTLE_ARGUMENT => known(*kind, argument, h),
                 Steep::Vanishing if may_vanish(argument, h) => known(*kind, argument, h),
                 _ => f64::INFINITY,
             };
@@ -140,7 +140,7 @@ fn entry(argument: &[f64], h: f64, edge: f64) -> f64 {
 /// May the law be steep within a step of length h without any effect on its ends?
 fn may_hide(kind: Steep, argument: &[f64], h: f64) -> bool {
     match kind {
-        Steep::Growing => majorant(argument, h) >= STEADY,
+        Steep::Growing => majorant(argument, h) >= GENTLE_ARGUMENT,
         Steep::Vanishing => {
             let few = ROUGH_PLACES.iter().map(|index| horner(argument, PLACES[*index] * h));
             may_vanish(argument, h) && varies(few)

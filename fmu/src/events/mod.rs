@@ -17,7 +17,7 @@ pub(crate) mod switch;
 
 pub(crate) use course::SECTIONS;
 pub(crate) use layers::Layers;
-pub(crate) use monitor::{Monitor, Objection, Overlooked, Span, TOGETHER, work_of_laws};
+pub(crate) use monitor::{Monitor, ONE_SWITCH, Objection, Overlooked, Span, work_of_laws};
 pub use switch::{Choices, SwitchSign};
 
 /// Half width of the layer about zero outside which a saturating function differs from its limits by no more than a share of them: 1 - tanh a

@@ -1,6 +1,6 @@
 //! Steep laws along the dense output of a Runge-Kutta step.
 
-use super::course::{Course, HALVINGS, PLACES, ROUGH_PLACES, varies};
+use super::course::{Course, EDGE_HALVINGS, PLACES, ROUGH_PLACES, varies};
 use super::half_width;
 use super::sliding::pushed;
 use crate::machine::Machine;
@@ -9,7 +9,7 @@ use crate::model::{Model, State};
 use crate::program::Steep;
 
 /// Switches closer than this, in steps, are one: no root is found better.
-pub(crate) const TOGETHER: f64 = 1e-9;
+pub(crate) const ONE_SWITCH: f64 = 1e-9;
 
 /// A step ends before a switch by this share of its length: a stage behind it would count with its whole weight.
 const MARGIN: f64 = 1e-6;
@@ -19,9 +19,9 @@ const RESTART: f64 = 0.01;
 /// Degree of the dense output of a Runge-Kutta step (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, section II.6).
 const DENSE_DEGREE: usize = 7;
 /// Both sides of a switch are looked at so many shortest steps from it, or ten times further than it is found.
-const SPACINGS: f64 = 16.0;
+const SWITCH_SPACINGS: f64 = 16.0;
 /// A switch is judged that lies no more than this share of what its function varies by in the step after it.
-const AHEAD: f64 = 0.1;
+const SWITCH_AHEAD: f64 = 0.1;
 /// The rate of a switching function counts from this share of the change in the step on.
 const MOVES: f64 = 1e-3;
 
@@ -112,7 +112,7 @@ impl<F: FnMut(f64, &mut [f64])> Span<'_, F> {
 
     /// Switches closer than this, in steps, are one, or at an end.
     fn finest(&self) -> f64 {
-        f64::max(TOGETHER, self.shortest / self.h)
+        f64::max(ONE_SWITCH, self.shortest / self.h)
     }
 
     /// Brings the arguments at a place into the registers.
@@ -179,7 +179,7 @@ impl Monitor {
         self.add_switches_ahead(span.model);
         for index in 0..self.crossings.len() {
             let (at, law) = self.crossings[index];
-            let aside = f64::max(10.0 * TOGETHER, SPACINGS * span.shortest / span.h);
+            let aside = f64::max(10.0 * ONE_SWITCH, SWITCH_SPACINGS * span.shortest / span.h);
             let (ahead, place) = (at == 1.0, if at < 1.0 { at - aside } else { at });
             if place < MOVES {
                 // Shortly before the step: the one before has looked ahead.
@@ -229,7 +229,7 @@ impl Monitor {
     fn add_switches_ahead(&mut self, model: &Model) {
         for (law, kind) in model.program().tapes.laws.kinds.iter().enumerate() {
             let end = self.samples[(PLACES.len() - 1) * self.laws + law];
-            if *kind == Steep::Switching && end.abs() < AHEAD * self.range(law) {
+            if *kind == Steep::Switching && end.abs() < SWITCH_AHEAD * self.range(law) {
                 self.crossings.push((1.0, law));
             }
         }
@@ -380,7 +380,7 @@ impl Monitor {
         [mut before, mut behind]: [f64; 2],
         positive: bool,
     ) -> f64 {
-        for _ in 0..HALVINGS {
+        for _ in 0..EDGE_HALVINGS {
             let middle = 0.5 * (before + behind);
             span.evaluate(middle, &mut self.motion);
             let same = (span.machine.result(&span.model.program().tapes.laws.tape, law) >= 0.0) == positive;

@@ -4,8 +4,8 @@ use crate::machine::CANCELLED;
 use crate::math;
 use crate::model::Model;
 
-/// Accelerations jump that differ by so many times as much as they do as far behind.
-const JUMPS: f64 = 10.0;
+/// Accelerations jump that differ by so many times as much as over the same way on one side.
+pub(crate) const JUMPS: f64 = 10.0;
 
 /// The coordinate whose acceleration differs most on the sides of a switch, if it jumps; `beyond` are accelerations as far behind the switch again. A law of what
 /// joints hold switches by rounding errors, without a jump of accelerations.

@@ -87,7 +87,7 @@ impl Choices {
 /// Where these are taken, in steps: before the last terms spoil them.
 const VALUES: [f64; 4] = [0.0, 0.2, 0.4, 0.6];
 /// A step in which it is not known is made shorter by this factor, so many times at most.
-const SHORTER: f64 = 0.8;
+const UNKNOWN_CUT: f64 = 0.8;
 const SHORTENINGS: usize = 200;
 
 /// How far within h a polynomial is known that goes on with terms like its last ones: these are no larger than a share of its values. Where it is zero is
@@ -103,13 +103,13 @@ pub(crate) fn known(polynomial: &[f64], mut h: f64, share: f64) -> f64 {
         if unknown <= share * largest || !unknown.is_finite() || largest == 0.0 {
             break;
         }
-        h *= SHORTER;
+        h *= UNKNOWN_CUT;
     }
     h
 }
 
 /// Shortest part of the interval in which a zero is sought.
-const FINEST: f64 = 1e-14;
+const SHORTEST_BRACKET: f64 = 1e-14;
 
 /// The first time in (0, h) from which a polynomial is negative that begins positive; one that begins at most at zero counts as beginning
 /// at zero. By Bernstein coefficients: a polynomial lies in their convex hull, so that no zero is missed.
@@ -131,7 +131,7 @@ fn search(b: &Bernstein, from: f64, length: f64) -> Option<f64> {
     if b.coefficients().iter().all(|value| *value >= 0.0) {
         return None;
     }
-    if length < FINEST {
+    if length < SHORTEST_BRACKET {
         return Some(from);
     }
     let ([left, right], half) = (b.halves(), 0.5 * length);

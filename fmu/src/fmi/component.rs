@@ -4,16 +4,14 @@ use std::collections::BTreeSet;
 
 use super::logging::{Category, LogSeverity, Logger};
 pub(crate) use crate::instance::number;
-use crate::instance::{DERIVATIVE_ORDER, Handled, Instance, InstanceError, Snapshot, TOLERANCES};
+use crate::instance::{DERIVATIVE_ORDER, Handled, Instance, InstanceError, ROUNDING_OF_POINTS, Snapshot, TOLERANCES};
 use crate::program::seal::Mark;
 
-/// How far a communication point may be from the time reached, relative to the step.
-const OFFSET: f64 = 1e-3;
-/// The same, in units of the rounding of times.
-const ROUNDING: f64 = 64.0;
+/// How far a communication point may be from the time reached, in units of the rounding of times, besides [`ROUNDING_OF_POINTS`].
+const ROUNDING_OF_TIMES: f64 = 64.0;
 
 /// Longest communication step [s]: thirty years. More is a mistake of the importer, and would take for ever.
-const LONGEST: f64 = 1e9;
+const LONGEST_COMMUNICATION_STEP: f64 = 1e9;
 
 /// Modes of the standard's state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -443,7 +441,9 @@ impl<V: Version> FmiComponent<V> {
     /// The usual step: from the very time reached, along what is known of the motion. False if there is more to it.
     #[inline]
     pub fn interpolate(&mut self, point: f64, step: f64) -> bool {
-        let usual = (point - self.instance.time()).abs() <= OFFSET * step && step > 0.0 && step <= LONGEST;
+        let usual = (point - self.instance.time()).abs() <= ROUNDING_OF_POINTS * step
+            && step > 0.0
+            && step <= LONGEST_COMMUNICATION_STEP;
         let allowed = usual && self.mode == Mode::Step && !self.instance.has_differences();
         allowed && self.instance.interpolate(point + step)
     }
@@ -470,13 +470,13 @@ impl<V: Version> FmiComponent<V> {
 
     /// Is this a step from the time reached?
     pub fn check_step(&self, point: f64, step: f64) -> Outcome {
-        if !(point.is_finite() && step > 0.0 && step <= LONGEST) {
-            let (step, point, most) = (number(step), number(point), number(LONGEST));
+        if !(point.is_finite() && step > 0.0 && step <= LONGEST_COMMUNICATION_STEP) {
+            let (step, point, most) = (number(step), number(point), number(LONGEST_COMMUNICATION_STEP));
             let why = format!("it must be positive and at most {most} s");
             return Err(Refusal::new(format!("a step of {step} s from t = {point} s is impossible: {why}")));
         }
         let time = self.instance.time();
-        if (point - time).abs() > OFFSET * step + ROUNDING * f64::EPSILON * time.abs() {
+        if (point - time).abs() > ROUNDING_OF_POINTS * step + ROUNDING_OF_TIMES * f64::EPSILON * time.abs() {
             let (point, time) = (number(point), number(time));
             return Err(Refusal::new(format!(
                 "the step starts at t = {point} s, but the simulation is at t = {time} s"

@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::program::Program;
 
 /// Largest program [bytes]: what is larger has been put there by somebody else.
-const LARGEST: u64 = 1 << 31;
+const LARGEST_PROGRAM: u64 = 1 << 31;
 
 /// Why there is no model in the folder of the resources.
 #[derive(Debug, Error)]
@@ -39,8 +39,8 @@ fn read(path: &Path) -> std::io::Result<Vec<u8>> {
         return Err(std::io::Error::other("it is not a file"));
     }
     let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > LARGEST {
+    std::fs::File::open(path)?.take(LARGEST_PROGRAM + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > LARGEST_PROGRAM {
         true => Err(std::io::Error::other("it is larger than any program of cotree")),
         false => Ok(bytes),
     }

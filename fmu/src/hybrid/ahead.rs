@@ -12,9 +12,9 @@ use crate::math::maximum;
 use crate::model::{Model, State};
 
 /// How often a mode is looked at ahead of the instant.
-pub(super) const LOOKS: u32 = 13;
+pub(super) const TIMES_AHEAD: u32 = 13;
 /// The first step ahead \[s\], and by how much each is longer than the one before: the last one is a second.
-const NEAREST: f64 = 1.0 / (1_u64 << 36) as f64;
+const FIRST_TIME_AHEAD: f64 = 1.0 / (1_u64 << 36) as f64;
 const FURTHER: f64 = 8.0;
 /// The first step is no shorter than so many of the shortest steps at a time.
 const RESOLVED: f64 = 64.0;
@@ -46,12 +46,12 @@ impl ContactValues {
     /// How many of the looks ahead the present mode passes: no margin that is zero at the instant falls. All if a margin that is not zero is the first to end it, or if there is nobody to share with.
     pub(super) fn lasts(&mut self, context: &mut Place) -> u32 {
         if self.choices.concerned().nth(1).is_none() || !self.note_zeros(context) {
-            return LOOKS;
+            return TIMES_AHEAD;
         }
         self.ahead.start.copy_from(context.state);
-        let first = maximum(NEAREST, RESOLVED * shortest(context.state.time()));
-        let mut passed = LOOKS;
-        for step in 0..LOOKS {
+        let first = maximum(FIRST_TIME_AHEAD, RESOLVED * shortest(context.state.time()));
+        let mut passed = TIMES_AHEAD;
+        for step in 0..TIMES_AHEAD {
             self.follow_mode(context, first * FURTHER.powi(step as i32));
             match self.falls(context) {
                 Some(true) => passed = step,

@@ -7,7 +7,7 @@
 //! stands, for which its gap counts from a discrete variable that is set anew at every instant at which it is open; what sticks is held in the same way. So a closed freewheel is a closed contact, which
 //! drifts no more than others, an open one counts in no projection, and being caught is an impact without a rebound.
 
-use super::ahead::{Ahead, LOOKS};
+use super::ahead::{Ahead, TIMES_AHEAD};
 use super::engage::Joining;
 use super::modes::{Choices, MOST_TRIALS};
 use crate::constraints::reciprocals::is_within;
@@ -586,7 +586,7 @@ impl ContactValues {
             if found.best.is_none_or(|best| mode.is_better(&best)) {
                 found.best = Some(mode);
             }
-            if mode.lasts == LOOKS && mode.moving == 0 {
+            if mode.lasts == TIMES_AHEAD && mode.moving == 0 {
                 found.is_present = found.best.is_some_and(|best| best.trial == trial);
                 return;
             }

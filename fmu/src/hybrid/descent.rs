@@ -3,14 +3,14 @@
 //! Bernstein coefficients bound a polynomial, and their changes of sign the number of its roots (see [`crate::linalg::bernstein`]). So parts of the step without a root are left out by a few additions, and what is found is the first root. The polynomial is a truncated series: what it
 //! may be wrong by is measured in each part, and a part counts only where the answer is the same for all functions so near to it.
 
-use super::onset::{AWAY, CHECKS};
+use super::onset::{CHECKS, INTERPOLATION_ERROR};
 use crate::linalg::bernstein::Bernstein;
 use crate::machine::ROUNDING;
 use crate::math::{maximum, minimum};
 use crate::program::arm_form::MAX_ORDER;
 
-/// A part is halved so often at most.
-const DEEPEST: u32 = 20;
+/// A step, or a part of one, is halved so often at most where it does not show what happens in it, as where a law jumps.
+pub(crate) const DEEPEST: i32 = 20;
 
 /// What a function does in the unit interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub(crate) fn first(polynomial: &[f64], mut error: impl FnMut(f64) -> f64) -> De
 /// What the polynomial may be wrong by in a part of the interval: ten times as much as at two places of it, and rounding errors.
 fn margin([from, to]: [f64; 2], size: f64, error: &mut impl FnMut(f64) -> f64) -> f64 {
     let errors = [CHECKS[1], 1.0].map(|share| error(from + share * (to - from)));
-    maximum(errors[0], errors[1]) / AWAY + ROUNDING * size
+    maximum(errors[0], errors[1]) / INTERPOLATION_ERROR + ROUNDING * size
 }
 
 /// Looks through a part, by its Bernstein coefficients. Its margin holds in both halves, which may have smaller ones.
@@ -61,7 +61,7 @@ fn search(
     b: &Bernstein,
     part: [f64; 2],
     margin: f64,
-    depth: u32,
+    depth: i32,
     margin_of: &mut impl FnMut([f64; 2]) -> f64,
 ) -> Descent {
     let mut found = judge(b.coefficients(), part, margin);

@@ -4,14 +4,12 @@
 //! [`super::contact`], in all of which these equations hold.
 
 use super::contact::{ContactValues, Place};
+use crate::constraints::initial::FULFILLED;
 use crate::failure::{Failure, LoopGap};
 use crate::machine::Machine;
 use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Program, Role};
-
-/// A joint that engages in its named pose may be off it by this share of its scale.
-const NAMED: f64 = 1e-9;
 
 /// Storage.
 #[derive(Clone, Debug)]
@@ -68,7 +66,7 @@ impl Joining {
         let off = self.rates.iter().zip(&program.constraints).zip(&self.rows).find(|((size, row), joins)| {
             let engages = matches!(row.role, Role::Engaging { .. });
             // What is not a number is off.
-            let fits = size.abs() <= NAMED * row.scale;
+            let fits = size.abs() <= FULFILLED * row.scale;
             **joins && engages && !fits
         });
         match off {

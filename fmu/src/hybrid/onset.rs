@@ -15,9 +15,9 @@ pub(crate) const CHECKS: [f64; 3] = [0.093_71, 0.541_37, 0.829_53];
 /// A place tells what is beside it to this share of what the excess varies by: seven places in a period of a sine do.
 const TELLING: f64 = 1e-3;
 /// What is further from zero than ten times by how much the places are wrong does not reach it between them.
-pub(super) const AWAY: f64 = 0.1;
+pub(super) const INTERPOLATION_ERROR: f64 = 0.1;
 /// Halvings of an interval of one, to its last bit.
-pub(crate) const HALVINGS: usize = 60;
+pub(crate) const ROOT_HALVINGS: usize = 60;
 /// A place is nearer to the middle than the secant by this share of the width, times the share to which the width has shrunk: so the root is soon closed in from both sides.
 const CENTRED: f64 = 0.2;
 
@@ -60,7 +60,7 @@ pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
 /// True if the excess is so far below zero in all places that what they do not tell of it does not reach zero: a reaction that hardly changes has nothing but rounding errors between them.
 pub(crate) fn stays_away(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
     let most = values.iter().fold(found, |most, &value| maximum(most, value));
-    (interpolated(values, share) - found).abs() <= AWAY * -most
+    (interpolated(values, share) - found).abs() <= INTERPOLATION_ERROR * -most
 }
 
 /// True if the excess begins to rise from zero where the piece begins: it is nothing there beside what it is in the next places, and grows from each to the next.
@@ -79,11 +79,11 @@ pub(crate) fn doubtful(values: &[f64; PARTS + 1], end: usize) -> Option<[usize; 
         most - least
     };
     let whole = range(values);
-    let is_near = |place: usize| values[place] > -TELLING / AWAY * whole;
+    let is_near = |place: usize| values[place] > -TELLING / INTERPOLATION_ERROR * whole;
     let from = (0..end).find(|&place| is_near(place) && is_near(place + 1))?;
     let to = (from + 1..=end).take_while(|&place| is_near(place)).last()?;
     let window = [from.saturating_sub(1), (to + 1).min(end)];
-    (range(&values[window[0]..=window[1]]) < AWAY * whole).then_some(window)
+    (range(&values[window[0]..=window[1]]) < INTERPOLATION_ERROR * whole).then_some(window)
 }
 
 /// What the values in the six places about a share say of it.
@@ -167,7 +167,7 @@ pub(crate) fn turn(
     let whole = to - from;
     // The width that halving would have reached before.
     let mut reach = whole;
-    for _ in 0..HALVINGS {
+    for _ in 0..ROOT_HALVINGS {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         if middle <= from || middle >= to || to - from <= spacing {
             break;

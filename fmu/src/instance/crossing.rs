@@ -11,7 +11,7 @@ use crate::singular::detect::{dependent, weakest};
 const MOST_EQUATIONS: usize = 50;
 /// A pose is singular if its distance is a smaller share than this of the usual one. From there on it takes an error of the square of it to get
 /// onto the other branch.
-const NEAR: f64 = 1e-3;
+const SINGULAR_SHARE: f64 = 1e-3;
 /// How many times as steep as it is seen to be the distance from singular poses may be.
 const STEEPER: f64 = 2.0;
 /// Halvings or so of the interval in which the distance is smallest.
@@ -70,7 +70,7 @@ impl Watch {
             self.resume(model, state);
             return None;
         };
-        let limit = tolerance.sqrt().min(NEAR) * self.usual;
+        let limit = tolerance.sqrt().min(SINGULAR_SHARE) * self.usual;
         let path = Path { model, before: &before, after: state };
         let (middle, end) = (path.distance(0.5), path.distance(1.0));
         let half = 0.5 * (state.time() - before.time());

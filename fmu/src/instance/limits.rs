@@ -16,7 +16,7 @@ use crate::singular::detect::dependent;
 /// Loop equations this close to depending on each other amplify rounding errors in accelerations and loads, by up to the fourth power of that: at a tenth of it more than 1e-7 is lost.
 const BESIDE: f64 = 3e-2;
 /// Places of a polynomial.
-const PLACES: usize = 8;
+const POLYNOMIAL_PLACES: usize = 8;
 /// The places of the next polynomial lie this much closer to each other.
 const CLOSER: f64 = 0.7;
 /// Polynomials: the last ones lie within a hundredth of a step.
@@ -24,7 +24,7 @@ const ROUNDS: usize = 14;
 /// Three polynomials in a row must agree to this, relative to the value and to what it is before and after.
 const AGREE: f64 = 1e-8;
 /// What is as good as zero beside the largest of all accelerations and loads.
-const NOTHING: f64 = 1e-10;
+const ZERO_LOAD: f64 = 1e-10;
 
 /// Storage for limits.
 #[derive(Clone, Debug)]
@@ -102,12 +102,14 @@ impl Limits {
             let [from, to] = [run.last.start_time, run.last.end_time];
             self.state.copy_from(state);
             self.found.iter_mut().for_each(|found| found.fill(f64::NAN));
-            let longest = (to - from) / (PLACES + 1) as f64;
+            let longest = (to - from) / (POLYNOMIAL_PLACES + 1) as f64;
             for round in 0..ROUNDS {
                 let spacing = longest * CLOSER.powi(round as i32);
                 let fit = |room: f64| (room / spacing + 0.5).floor() as usize;
                 // Not always alike on both sides: what grows without bound with opposite signs would cancel.
-                let behind = (PLACES / 2 - round % 2).min(fit(time - from)).max(PLACES.saturating_sub(fit(to - time)));
+                let behind = (POLYNOMIAL_PLACES / 2 - round % 2)
+                    .min(fit(time - from))
+                    .max(POLYNOMIAL_PLACES.saturating_sub(fit(to - time)));
                 self.found.rotate_right(1);
                 self.found[0].fill(0.0);
                 for (place, weight) in weights(behind) {
@@ -165,7 +167,7 @@ impl Limits {
         let largest = sizes.fold(0.0, maximum);
         for limit in &mut self.limits {
             let size = maximum(limit.size, limit.value.abs());
-            let agrees = limit.error <= AGREE * size + NOTHING * largest;
+            let agrees = limit.error <= AGREE * size + ZERO_LOAD * largest;
             if !agrees {
                 limit.value = f64::NAN;
             }
@@ -192,10 +194,10 @@ impl Limits {
 }
 
 /// The places of a polynomial, as many behind as that and the others ahead, in units of their distance, and the weight of each for the value in between.
-fn weights(behind: usize) -> [(f64, f64); PLACES] {
+fn weights(behind: usize) -> [(f64, f64); POLYNOMIAL_PLACES] {
     let place = |index: usize| index as f64 + 0.5 - behind as f64;
     std::array::from_fn(|index| {
-        let others = (0..PLACES).filter(|&other| other != index);
+        let others = (0..POLYNOMIAL_PLACES).filter(|&other| other != index);
         (place(index), others.map(|other| place(other) / (place(other) - place(index))).product())
     })
 }
@@ -206,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_polynomial_of_as_many_places_is_found_exactly() {
-        for behind in 0..=PLACES {
+        for behind in 0..=POLYNOMIAL_PLACES {
             let polynomial = |x: f64| 3.0 + x * (2.0 - x * (0.5 + 0.01 * x.powi(5)));
             let value: f64 = weights(behind).iter().map(|(place, weight)| weight * polynomial(*place)).sum();
             assert!((value - 3.0).abs() < 1e-7, "{behind}: {value}");

@@ -17,6 +17,7 @@ mod passage;
 mod snapshot;
 mod variational;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 pub(crate) use crate::failure::number;
@@ -55,11 +56,8 @@ use snapshot::Phase;
 /// poses.
 const DRIVEN: f64 = 1e-6;
 
-/// The most that a coordinate moves, in its scales, in a step that is searched for events: a turn, of which the places of the search are 18 degrees apart.
-const SEARCHED: f64 = std::f64::consts::TAU;
-
-/// How far a last step may overrun the stop time by rounding, relative to the step.
-const OVERRUN: f64 = 1e-3;
+/// By how much communication points are off in an importer's sums of steps, relative to the step: from the time reached, and beyond the stop time.
+pub(crate) const ROUNDING_OF_POINTS: f64 = 1e-3;
 
 /// What has been computed for the present state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -435,7 +433,9 @@ impl Instance {
             return Err(InstanceError::Step { from, to: time });
         }
         match self.now.stop {
-            Some(stop) if time > stop + OVERRUN * (time - from) => Err(InstanceError::Stop { to: time, stop }),
+            Some(stop) if time > stop + ROUNDING_OF_POINTS * (time - from) => {
+                Err(InstanceError::Stop { to: time, stop })
+            }
             _ => Ok(()),
         }
     }
@@ -546,7 +546,8 @@ impl Instance {
         if program.instants.events.is_empty() && !program.instants.contacts().iter().any(is_gap) {
             return longest;
         }
-        minimum(longest, SEARCHED / self.now.run.speed(&self.model))
+        // A turn, in scales of coordinates: the places of the search are 18 degrees apart.
+        minimum(longest, TAU / self.now.run.speed(&self.model))
     }
 
     /// No step goes beyond this time, if there is one. A communication point that rounding errors have taken behind the stop is the stop.

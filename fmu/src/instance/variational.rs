@@ -14,7 +14,7 @@ use crate::math;
 use crate::model::Model;
 use crate::program::Source;
 use crate::tape::Tape;
-use crate::taylor::{DIRECTIONS, Tangents, Variations, variations};
+use crate::taylor::{Tangents, VARIED_DIRECTIONS, Variations, variations};
 
 /// What a motion is differentiated with respect to, by its place in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,9 +65,9 @@ impl Variational {
         };
         let is_continued = !program.is_driven() && program.followers.is_empty();
         let has_series = is_continued && program.tapes.indicators.results.is_empty();
-        let firsts = (0..varied.len()).step_by(DIRECTIONS).take_while(|_| has_series);
+        let firsts = (0..varied.len()).step_by(VARIED_DIRECTIONS).take_while(|_| has_series);
         let groups = firsts.filter_map(|first| {
-            let places = first..varied.len().min(first + DIRECTIONS);
+            let places = first..varied.len().min(first + VARIED_DIRECTIONS);
             let tangents = std::array::from_fn(|_| vec![ZERO; program.registers as usize]);
             Some(Group { series: variations(model, places.len())?, tangents, places, entered: false })
         });

@@ -10,7 +10,7 @@ use crate::integrator::range::Range;
 use crate::machine::EVER;
 use crate::model::Model;
 use crate::motion::Run;
-use crate::motion::last_step::LONGEST;
+use crate::motion::last_step::LONGEST_STEP;
 use crate::singular::dependence::{end_of_reach, is_refused};
 
 /// A step that would end at most this much further ends at the limit.
@@ -21,7 +21,7 @@ const SHORTEST: f64 = 16.0;
 pub(crate) const EARLY: f64 = 1e-6;
 
 /// What rounding errors open loops by in a step at most, in units of the scales.
-const ROUNDING: f64 = 1e-10;
+const ROUNDING_OF_LOOPS: f64 = 1e-10;
 /// The shortest step at a time.
 pub(crate) fn shortest(time: f64) -> f64 {
     SHORTEST * f64::EPSILON * time.abs().max(EARLY)
@@ -29,12 +29,12 @@ pub(crate) fn shortest(time: f64) -> f64 {
 
 /// How far from the loops a step may end, in units of the scales: further, and the rate of a driver has jumped within it, which no acceleration shows.
 pub(crate) fn reach(settings: &Settings) -> f64 {
-    settings.tolerance.max(ROUNDING)
+    settings.tolerance.max(ROUNDING_OF_LOOPS)
 }
 
 /// A proposed step within its limits; one that is no number is as long as they permit.
 pub(crate) fn within(proposed: f64, shortest: f64, max_step: f64) -> f64 {
-    proposed.min(LONGEST).min(max_step).max(shortest)
+    proposed.min(LONGEST_STEP).min(max_step).max(shortest)
 }
 
 /// How far steps may go.
@@ -163,7 +163,7 @@ impl Attempt {
     /// This attempt with another length. A step that ends before a law gets steep is not stretched into it.
     fn with(self, context: &mut Context, run: &Run, natural: f64) -> Self {
         let (time, limit) = (run.last.end_time, self.horizon.limit);
-        let longest = run.following().unwrap_or(LONGEST).min(context.settings.max_step);
+        let longest = run.following().unwrap_or(LONGEST_STEP).min(context.settings.max_step);
         let natural = within(natural, shortest(time), longest);
         let stretch = if self.until_steep.is_finite() { 1.0 } else { STRETCH };
         let [begin, _] = self.span;
@@ -341,7 +341,7 @@ mod tests {
         let least = shortest(0.0);
         for proposed in [0.0, 1e-300, 1.0, f64::INFINITY, f64::NAN] {
             let step = within(proposed, least, f64::INFINITY);
-            assert!((least..=LONGEST).contains(&step), "{proposed} becomes {step}");
+            assert!((least..=LONGEST_STEP).contains(&step), "{proposed} becomes {step}");
         }
         assert_eq!(within(1.0, least, 0.5), 0.5);
         assert!(shortest(1e9) > f64::EPSILON * 1e9);

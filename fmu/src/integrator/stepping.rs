@@ -25,7 +25,7 @@ use crate::singular::dependence::is_singular;
 use crate::taylor::{CLOSED, Jet};
 
 /// Shortest part of a change that is followed.
-const SHORTEST_PART: f64 = 1e-4;
+const SHORTEST_PART_OF_CHANGE: f64 = 1e-4;
 
 /// Moves states of one model. Everything is allocated here; nothing allocates while stepping.
 #[derive(Clone, Debug)]
@@ -472,7 +472,7 @@ impl Reprojection {
                 }
                 Err(failure) => {
                     part *= 0.5;
-                    if part < SHORTEST_PART {
+                    if part < SHORTEST_PART_OF_CHANGE {
                         return Err(lock_up(failure));
                     }
                 }

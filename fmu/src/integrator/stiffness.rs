@@ -25,17 +25,15 @@ use crate::pace::Pace;
 use crate::program::Engine;
 use crate::singular::branch;
 use crate::singular::dependence::{end_of_reach, not_passed, singular_ahead};
-use crate::singular::detect::SIGHTED;
+use crate::singular::detect::{COARSE, SIGHTED};
 
 /// Steps before the first test of the fastest rate. After each test that finds nothing it takes twice as many, after each trial that fails four times.
 const FIRST_LOOK: u32 = 32;
 const MOST_PATIENCE: u32 = 4096;
 /// So many steps in a row must be held back: next to a singular pose everything can change fast too, but only there.
-const LOOKS: u32 = 4;
+const SUSPECT_STEPS: u32 = 4;
 /// So many steps after a singular pose it is passed.
-const AWAY: f64 = 4.0;
-/// A coarse tolerance. Steps that stiffness holds back pass a singular pose at this one or a larger one.
-const COARSE: f64 = 1e-5;
+const STEPS_AFTER_POSE: f64 = 4.0;
 /// Where a curve is followed past a pose the loops are closed this well at least: branches that miss each other by d of the lengths are the root of d apart, 1e-5
 /// for the smallest d that is followed, and a projection no better than that goes over to the other one.
 const FOLLOWING: f64 = 1e-7;
@@ -118,7 +116,7 @@ impl Choice {
     pub fn is_sound(&self) -> bool {
         self.held_back.is_finite()
             && self.held_back >= 0.0
-            && self.suspected < LOOKS
+            && self.suspected < SUSPECT_STEPS
             && self.trial <= TRIAL
             && self.shares.is_finite()
             && self.shares > 0.0
@@ -135,7 +133,7 @@ impl Choice {
     fn record(&mut self, share: f64, least: f64) {
         self.suspected += 1;
         self.shares *= share / HELD_BACK;
-        let all = self.suspected == LOOKS;
+        let all = self.suspected == SUSPECT_STEPS;
         self.stiff = all && self.shares > 1.0;
         self.has_been_stiff |= self.stiff;
         self.trial = if self.stiff { TRIAL } else { 0 };
@@ -161,7 +159,8 @@ impl Choice {
 
 /// Is no singular pose near, as far as is known?
 fn is_regular(run: &Run) -> bool {
-    run.singular.ahead == 0.0 && run.singular.pose.is_none_or(|pose| pose < run.last.end_time - AWAY * run.last.natural)
+    run.singular.ahead == 0.0
+        && run.singular.pose.is_none_or(|pose| pose < run.last.end_time - STEPS_AFTER_POSE * run.last.natural)
 }
 
 /// What a step times the fastest rate may be, if it is not implicit.

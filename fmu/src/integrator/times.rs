@@ -10,23 +10,23 @@ use crate::events::switch::SwitchSign;
 use crate::machine::Machine;
 use crate::model::{Model, State};
 
-/// So many sides fit into one word.
-const WORD: usize = 64;
-
 /// If a comparison changes over where a step begins: the first time after that. Two that do so within the shortest step do so together.
 pub(crate) fn at_start(model: &Model, machine: &mut Machine, origin: &State, time: f64) -> Option<f64> {
     let span = [time - shortest(time), time + shortest(time)];
-    let words = model.time_switches().chunks(WORD);
-    let found = words.filter_map(|word| change(model, machine, origin, span, (word, Keeps::Late)));
+    let found = words(model).filter_map(|word| change(model, machine, origin, span, (word, Keeps::Late)));
     found.map(|[_, behind]| behind.max(time)).max_by(f64::total_cmp)
 }
 
 /// The first change of a comparison after a step has begun: the last time before it, and the first one at which a side is another one, where the step ends.
 pub(crate) fn ahead(model: &Model, machine: &mut Machine, origin: &State, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
     let span = [from + shortest(from), to];
-    let words = model.time_switches().chunks(WORD);
-    let found = words.filter_map(|word| change(model, machine, origin, span, (word, Keeps::Early)));
+    let found = words(model).filter_map(|word| change(model, machine, origin, span, (word, Keeps::Early)));
     found.min_by(|one, other| one[1].total_cmp(&other[1]))
+}
+
+/// So many comparisons at a time that their sides are the bits of a word.
+fn words(model: &Model) -> impl Iterator<Item = &[usize]> {
+    model.time_switches().chunks(u64::BITS as usize)
 }
 
 /// Which sides a search keeps to.

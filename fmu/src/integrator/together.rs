@@ -4,6 +4,7 @@
 //! are equal to the last bit nothing is open, for the comparison says what holds; nor where both pieces accelerate the mechanism alike, as those of `abs` and `max` do.
 
 use crate::context::Context;
+use crate::events::sliding::JUMPS;
 use crate::machine::ROUNDING;
 use crate::math;
 use crate::model::Model;
@@ -13,15 +14,13 @@ use crate::program::Steep;
 /// So many ends of steps in a row, at which sides are equal to within rounding errors, are longer than a step.
 const ENDS: u32 = 3;
 /// Sides further apart are not looked at more closely, whatever their size is.
-const APART: f64 = 1e-9;
+const SIDES_APART: f64 = 1e-9;
 /// Both sides of a comparison are looked at this share of time, coordinates and rates away: far more than their rounding errors.
-const AWAY: f64 = 1e-9;
-/// Accelerations differ by a jump, and not by the way between, if they do so by this many times as much as over the same way on one side.
-const JUMPS: f64 = 10.0;
+const PERTURBATION: f64 = 1e-9;
 /// A smaller share of an acceleration is no jump.
 const FELT: f64 = 1e-6;
 /// Directions in which time, coordinates and rates change by a share of themselves: parts of a side that cancel in one do not in another.
-const DIRECTIONS: u32 = 2;
+const PERTURBED_DIRECTIONS: u32 = 2;
 
 /// What is known of the comparisons of a run.
 #[derive(Clone, Debug, Default)]
@@ -93,7 +92,8 @@ impl Comparisons {
         self.load(context, run, [0.0; 2], 0);
         let tape = &context.model.program().tapes.laws.tape;
         context.machine.run(tape);
-        let near = self.all.iter().any(|pair| (1e-300..APART).contains(&context.machine.result(tape, pair.law).abs()));
+        let near =
+            self.all.iter().any(|pair| (1e-300..SIDES_APART).contains(&context.machine.result(tape, pair.law).abs()));
         if near {
             self.measure(context);
         }
@@ -112,7 +112,7 @@ impl Comparisons {
         let Context { model, machine, .. } = context;
         let tape = &model.program().tapes.laws.tape;
         self.all.iter_mut().for_each(|law| law.size = 0.0);
-        for direction in 0..DIRECTIONS {
+        for direction in 0..PERTURBED_DIRECTIONS {
             self.tangents.fill(0.0);
             for register in moving(model) {
                 self.tangents[register] = sign(register, direction) * machine.registers()[register];
@@ -132,7 +132,9 @@ impl Comparisons {
         let Comparison { law, direction, since, .. } = self.all[index];
         let tapes = &context.model.program().tapes;
         let mut sides = [0.0; 3];
-        for (place, (share, side)) in [-AWAY, AWAY, 3.0 * AWAY].into_iter().zip(&mut sides).enumerate() {
+        for (place, (share, side)) in
+            [-PERTURBATION, PERTURBATION, 3.0 * PERTURBATION].into_iter().zip(&mut sides).enumerate()
+        {
             self.load(context, run, [share; 2], direction);
             context.machine.run(&tapes.laws.tape);
             *side = context.machine.result(&tapes.laws.tape, law);

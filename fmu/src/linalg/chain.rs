@@ -3,7 +3,7 @@
 //! Of two frames let k be the one nearer to the ground. The masses between their arms are A_kl = a_k m_l, where a_k is the link of k (conjugated) and m_l what
 //! l carries; A_lk is the conjugate. So sums over l are found while one walks along the chain, and cost its length, not the square of it.
 
-use super::ROUNDING;
+use super::ROUNDING_OF_SUMS;
 use super::columns::Entry;
 use super::lane::{Lane, WIDTH, minus, plus, splat};
 use super::number::Number;
@@ -83,7 +83,7 @@ impl<N: Number, const L: usize> Chain<N, L> {
             } else {
                 conjugate(product(part(&self.links, column), part(&self.loads, row)))
             };
-            distance(found, value(mass)) <= ROUNDING * distance(found, [N::ZERO; 2])
+            distance(found, value(mass)) <= ROUNDING_OF_SUMS * distance(found, [N::ZERO; 2])
         });
     }
 

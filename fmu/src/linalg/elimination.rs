@@ -7,7 +7,7 @@ pub(crate) type EntryList = Vec<(usize, f64)>;
 /// Matrices, 2017, 7.3).
 const LARGE: f64 = 0.3;
 /// Smaller entries are what rounding errors leave where rows of size 1 cancel.
-const NOTHING: f64 = f64::EPSILON;
+const ZERO_ENTRY: f64 = f64::EPSILON;
 
 /// A row that does not depend on those before it: x_column + rest x = 0, where the rest has no pivots.
 #[derive(Clone, Debug)]
@@ -176,7 +176,7 @@ fn solve_for(column: usize, rest: &[(usize, f64)], shares: &[(usize, f64)]) -> S
 
 /// Not a number counts.
 fn is_something(value: f64) -> bool {
-    let nothing = value.abs() <= NOTHING;
+    let nothing = value.abs() <= ZERO_ENTRY;
     !nothing
 }
 

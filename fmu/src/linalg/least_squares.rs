@@ -12,7 +12,7 @@ use super::sparse::{Factors, SparseRow};
 use super::{RANK, SPACINGS};
 
 /// Most steps.
-const ITERATIONS: usize = 200;
+const LEAST_SQUARES_STEPS: usize = 200;
 /// Blocks with more rows and more columns than this are sparse.
 const DENSE: usize = 150;
 /// The same for a first search: a decomposition of 48 rows takes a millisecond, the sixteenth part of which a run of such a mechanism takes for a second of motion.
@@ -72,7 +72,7 @@ fn search_with(
     let (mut r, mut trial_r, mut entries) = (Vec::new(), Vec::new(), Vec::new());
     equations.residuals(x, &mut r);
     let (mut idle, mut sparse) = (0, false);
-    for _ in 0..ITERATIONS {
+    for _ in 0..LEAST_SQUARES_STEPS {
         let before = sum_of_squares(&r);
         if before == 0.0 || !before.is_finite() || idle == PATIENCE {
             break;

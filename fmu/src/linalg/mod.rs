@@ -30,7 +30,7 @@ pub(crate) mod turn;
 pub(crate) mod varied;
 
 /// Rounding errors of some operations with numbers of size 1: some fifty of them.
-pub(crate) const ROUNDING: f64 = 1e-14;
+pub(crate) const ROUNDING_OF_SUMS: f64 = 1e-14;
 /// The least that a few operations with numbers of size 1 are wrong by.
 pub(crate) const SPACINGS: f64 = 4.0 * f64::EPSILON;
 /// Singular values below this share of the largest do not count.

@@ -2,12 +2,12 @@
 
 use nalgebra::DMatrix;
 
-use super::ROUNDING;
+use super::ROUNDING_OF_SUMS;
 use super::sparse::{Factors, SparseRow, product_with_transposed};
 use crate::math::Random;
 
 /// Iterations towards one end; each shrinks what lies apart by the ratio of the eigenvalues.
-const ITERATIONS: usize = 30;
+const POWER_ITERATIONS: usize = 30;
 
 /// The smallest and the largest eigenvalue of J J^T, and the unit vector of the smallest; none without rows.
 pub(crate) fn ends(rows: &DMatrix<f64>) -> Option<(f64, f64, Vec<f64>)> {
@@ -28,18 +28,18 @@ pub(crate) fn ends_of_many(rows: &[SparseRow]) -> Option<(f64, f64, Vec<f64>)> {
     let mut random = Random::new(1);
     let mut x: Vec<f64> = (0..rows.len()).map(|_| random.symmetric()).collect();
     let mut largest = 0.0;
-    for _ in 0..ITERATIONS {
+    for _ in 0..POWER_ITERATIONS {
         largest = normalise(&mut x);
         x = times(&x);
     }
     let mut shifted = product.clone();
     for (index, row) in shifted.iter_mut().enumerate() {
         // So that a singular matrix has factors.
-        *row.entry(index).or_default() += ROUNDING * largest;
+        *row.entry(index).or_default() += ROUNDING_OF_SUMS * largest;
     }
     let factors = Factors::new(shifted)?;
     let mut x: Vec<f64> = (0..rows.len()).map(|_| random.symmetric()).collect();
-    for _ in 0..ITERATIONS {
+    for _ in 0..POWER_ITERATIONS {
         factors.solve(&mut x);
         normalise(&mut x);
     }

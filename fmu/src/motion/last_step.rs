@@ -6,7 +6,7 @@ use crate::model::{Model, State, motion};
 use crate::program::arm_form::MAX_ORDER;
 
 /// Longest step, for motions that nothing else limits \[s\].
-pub(crate) const LONGEST: f64 = 1e4;
+pub(crate) const LONGEST_STEP: f64 = 1e4;
 
 /// The last step of a run, by whichever method; the next one begins at its end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// distance from it, are of the order of the distance of the branches, its root.
 const MEET: f64 = 1e-10;
 /// More bodies than this are counted.
-const NAMED: usize = 4;
+const NAMED_BODIES: usize = 4;
 
 /// A singular configuration that the motion has passed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,7 +61,7 @@ impl fmt::Display for Passage {
 
 /// Names in backticks, the last ones counted if there are many.
 fn listed(names: &[String]) -> String {
-    let shown = if names.len() > NAMED { NAMED - 1 } else { names.len() };
+    let shown = if names.len() > NAMED_BODIES { NAMED_BODIES - 1 } else { names.len() };
     let mut words: Vec<String> = names[..shown].iter().map(|name| format!("`{name}`")).collect();
     if shown < names.len() {
         words.push(format!("{} others", names.len() - shown));

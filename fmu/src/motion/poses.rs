@@ -2,19 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::last_step::LONGEST;
+use super::last_step::LONGEST_STEP;
 use super::passage::Passage;
 use super::trail::Trail;
 use crate::math;
 use crate::model::Model;
 
 /// A step that follows a curve goes this share of the way to where branches would meet.
-const SHARE: f64 = 0.3;
-/// The curve is followed for so many times its distance from there.
-const AFTER: f64 = 1.0;
-
+const SHARE_OF_WAY: f64 = 0.3;
 /// A loop equation that is closer to the others by this factor than it has been may be about to depend on them.
-const CLOSE: f64 = 100.0;
+const APPROACH: f64 = 100.0;
 
 /// How the curve is followed where branches come close to each other but do not meet: by plain steps, so short that none can go over to the other branch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,9 +23,9 @@ pub(crate) struct Follow {
 }
 
 impl Follow {
-    /// Where branches would meet at this time, which is so long after a step.
+    /// Where branches would meet at this time, which is so long after a step: the curve is followed for as long behind it.
     pub fn past(time: f64, ahead: f64) -> Self {
-        Self { until: time + AFTER * ahead, most: SHARE * ahead }
+        Self { until: time + ahead, most: SHARE_OF_WAY * ahead }
     }
 }
 
@@ -106,7 +103,7 @@ impl SingularPoses {
     /// After a step, at whose end a row would arrive at the others so much later if it came closer at the same rate.
     pub fn follow_on(&mut self, arrival: f64) {
         if let Some(follow) = &mut self.follow {
-            follow.most = f64::min(SHARE * arrival, LONGEST);
+            follow.most = f64::min(SHARE_OF_WAY * arrival, LONGEST_STEP);
         }
     }
 
@@ -120,7 +117,7 @@ impl SingularPoses {
     pub fn is_close(&mut self, reciprocal_pivots: &[f64]) -> bool {
         self.smallest.iter_mut().zip(reciprocal_pivots).fold(false, |close, (smallest, now)| {
             *smallest = math::minimum(*now, *smallest);
-            close || *now > CLOSE * CLOSE * *smallest
+            close || *now > APPROACH * APPROACH * *smallest
         })
     }
 

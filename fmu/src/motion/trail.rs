@@ -8,14 +8,14 @@ use crate::model::Model;
 /// States that are looked at together.
 pub(crate) const WINDOW: usize = 4;
 /// They lie at least so far apart, in units of the scales.
-const APART: f64 = 0.01;
+const STATES_APART: f64 = 0.01;
 /// The same while all loop equations are further than half as far from the others as they have been.
-const FAR_APART: f64 = 0.1;
-const FAR: f64 = 4.0;
+const STATES_FAR_APART: f64 = 0.1;
+const FAR_FROM_POSE: f64 = 4.0;
 /// Longer steps pass a pose in one leap.
 const LEAP: f64 = 0.05;
 /// A loop equation this much closer to the others than it has been, by 1 / r^2, may be about to depend on them.
-const CLOSE: f64 = 50.0;
+const CLOSE_TO_POSE: f64 = 50.0;
 
 /// The last states of short steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -119,8 +119,8 @@ impl Trail {
     /// How far the next state lies from the last one at least, with these smallest 1 / r^2 so far.
     fn apart(&self, smallest: &[f64]) -> f64 {
         let rows = self.rows(self.count - 1).iter().zip(smallest);
-        let far = rows.into_iter().all(|(row, smallest)| *row < FAR * smallest);
-        if far && self.count == WINDOW { FAR_APART } else { APART }
+        let far = rows.into_iter().all(|(row, smallest)| *row < FAR_FROM_POSE * smallest);
+        if far && self.count == WINDOW { STATES_FAR_APART } else { STATES_APART }
     }
 
     /// Adds the last state, measured.
@@ -154,7 +154,8 @@ impl Trail {
         }
         let leapt_over = |place: usize| self.leapt && place == 1 && pose.is_none_or(|pose| pose < self.state(1)[0]);
         let [first, second, third, last] = [0, 1, 2, 3].map(|place| self.rows(place));
-        let near = |row: usize, place: f64| place > CLOSE * smallest[row] && place > first[row] && place > last[row];
+        let near =
+            |row: usize, place: f64| place > CLOSE_TO_POSE * smallest[row] && place > first[row] && place > last[row];
         let inner = (0..smallest.len()).filter(|&row| near(row, math::maximum(second[row], third[row])));
         inner.map(|row| if second[row] > third[row] { 1 } else { 2 }).find(|&place| !leapt_over(place))
     }

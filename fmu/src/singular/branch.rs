@@ -15,7 +15,7 @@ use crate::model::{Model, State};
 use crate::motion::Run;
 use crate::motion::poses::SingularPoses;
 use crate::motion::trail::WINDOW;
-use crate::singular::detect::{NEARER, dependent, weakest_combination};
+use crate::singular::detect::{COMES_CLOSER, dependent, weakest_combination};
 /// What l (J_q v) w may be of the product of its factors if v and w belong to the same branch.
 const SAME: f64 = 0.01;
 
@@ -43,7 +43,7 @@ pub(crate) fn watch(context: &mut Context, run: &mut Run) -> Result<(), Failure>
     }
     let distances = [0, closest, WINDOW - 1].map(|place| dependent(model, &at(place)).0);
     // Closeness in the metric of the masses alone may change while loop equations come no closer to depending on each other: very different masses do that.
-    if distances[1] > NEARER * math::minimum(distances[0], distances[2]) {
+    if distances[1] > COMES_CLOSER * math::minimum(distances[0], distances[2]) {
         return Ok(());
     }
     let before = trail.first();

@@ -23,19 +23,19 @@ use crate::singular::detect::open_poses;
 /// new: the larger shares are for those.
 const NEW: [f64; 3] = [0.02, 0.1, 0.3];
 /// At most so many steps of Newton's method lead to the saddle.
-const CORRECTIONS: usize = 8;
+const SADDLE_STEPS: usize = 8;
 /// So many of them go to the saddles of all combinations at once, which lie in the same place where the pose is exact.
-const TOGETHER: usize = 3;
+const STEPS_TO_ALL_SADDLES: usize = 3;
 /// It is as good as reached where a step is this small, in units of the scales: what is left there follows from the first and second derivatives but for the cube of
 /// the step.
-const NEAR: f64 = 1e-5;
+const SADDLE_REACHED: f64 = 1e-5;
 /// A step longer than this leads elsewhere.
-const FAR: f64 = 0.3;
+const LONGEST_SADDLE_STEP: f64 = 0.3;
 /// For derivatives by time [s].
 const DIFFERENCE: f64 = 1e-5;
 /// Directions in which the saddle bends by less than this share of the most do not matter for where it is.
-const FLAT: f64 = 1e-4;
-/// A loop equation with a smaller share in a combination does not bend its saddle: what is left is wrong by half of this times the square of a step of [`NEAR`].
+const FLAT_DIRECTION: f64 = 1e-4;
+/// A loop equation with a smaller share in a combination does not bend its saddle: what is left is wrong by half of this times the square of a step of [`SADDLE_REACHED`].
 const SMALLEST: f64 = 1e-6;
 
 /// Loop equations that depend on each other in a pose.
@@ -188,7 +188,7 @@ impl Pose {
             return None;
         }
         let eigen = bend.symmetric_eigen();
-        let least = FLAT * eigen.eigenvalues.amax();
+        let least = FLAT_DIRECTION * eigen.eigenvalues.amax();
         let inverse = eigen.eigenvalues.map(|value| if value.abs() > least { 1.0 / value } else { 0.0 });
         let weights = -(&eigen.eigenvectors * eigen.eigenvectors.tr_mul(&sloping).component_mul(&inverse));
         left += 0.5 * sloping.dot(&weights);
@@ -392,16 +392,16 @@ impl<'a> Study<'a> {
     fn defects_together(&mut self, here: &Pose) -> Vec<Option<f64>> {
         let mut defects = vec![None; here.found.dependent.len()];
         let (still, mut moved_on) = (vec![0.0; here.closing.len()], None);
-        for _ in 0..TOGETHER {
+        for _ in 0..STEPS_TO_ALL_SADDLES {
             let pose = moved_on.as_ref().unwrap_or(here);
             let mut free = vec![0.0; pose.closing.len()];
             let mut far = false;
             for (place, defect) in defects.iter_mut().enumerate().filter(|(_, defect)| defect.is_none()) {
                 let Some(saddle) = pose.saddle(place, &still) else { continue };
-                if saddle.length < NEAR {
+                if saddle.length < SADDLE_REACHED {
                     *defect = Some(saddle.left);
                 } else if let Some(saddle) = pose.saddle(place, &free) {
-                    far |= saddle.length > FAR;
+                    far |= saddle.length > LONGEST_SADDLE_STEP;
                     pose.go(&saddle, &mut free);
                 }
             }
@@ -418,14 +418,14 @@ impl<'a> Study<'a> {
     /// What is left of one of the combinations in its saddle.
     fn defect(&mut self, here: &Pose, place: usize) -> f64 {
         let (still, mut moved_on) = (vec![0.0; here.closing.len()], None);
-        for _ in 0..CORRECTIONS {
+        for _ in 0..SADDLE_STEPS {
             let pose = moved_on.as_ref().unwrap_or(here);
             let Some(saddle) = pose.saddle(place, &still) else { return pose.value(place) };
-            if saddle.length < NEAR {
+            if saddle.length < SADDLE_REACHED {
                 return saddle.left;
             }
             // Written so that NaN leads elsewhere too.
-            let near = saddle.length <= FAR;
+            let near = saddle.length <= LONGEST_SADDLE_STEP;
             if !near {
                 return pose.value(place);
             }

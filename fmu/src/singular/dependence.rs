@@ -11,7 +11,7 @@ use crate::motion::Run;
 use crate::singular::detect::{dependent, depends_within};
 
 /// A start closer to a singular pose than this is treated as one in it, and so is a state from which no step leads on.
-const CLOSE: f64 = 1e-2;
+const CLOSE_START: f64 = 1e-2;
 /// Loop equations closer than this are as good as dependent, and a start closer to a singular pose is in it: the root of how well loops are closed there.
 pub(crate) const DEPENDENT: f64 = 1e-5;
 /// A driven mechanism that a step has brought as close as this does not go on: branches lie a thousand errors of steps apart there.
@@ -24,12 +24,12 @@ pub(crate) fn begins_near(context: &Context, run: &Run) -> bool {
     if !run.is_first() || context.model.active().is_empty() {
         return run.in_zone(run.last.end_time);
     }
-    ends_within(context, run, CLOSE)
+    ends_within(context, run, CLOSE_START)
 }
 
 /// Does the last step end close to a singular pose, whatever the units of lengths and masses are?
 pub(crate) fn is_close(context: &Context, run: &Run) -> bool {
-    run.in_zone(run.last.end_time) || ends_within(context, run, CLOSE)
+    run.in_zone(run.last.end_time) || ends_within(context, run, CLOSE_START)
 }
 
 /// Does the last step end so close to a singular pose that a method which does not pass poses goes no further?
@@ -81,7 +81,7 @@ pub(crate) fn end_of_reach(context: &Context, run: &Run) -> Option<Failure> {
         // What nothing drives stops nowhere.
         false => Failure::NotPassed { time, joints },
     };
-    (distance < CLOSE).then_some(failure)
+    (distance < CLOSE_START).then_some(failure)
 }
 
 /// How fast the mechanism moves where the step begins, how fast drivers would open its loops, and how that changes, in units of the scales.

@@ -19,22 +19,23 @@ use crate::math::{self, Random};
 use crate::model::{Model, State};
 
 /// A step may bring a row this much closer to the others.
-const NEAREST: f64 = 0.25;
+const CLOSER_PER_STEP: f64 = 0.25;
 /// A row that comes closer by this factor in one step may be on its way to a singular pose.
 const FALLS: f64 = 1.05;
 /// A pose further away than so many steps is of no concern.
 pub(crate) const HORIZON: f64 = 12.0;
 /// A row that has passed a pose has less than this share of its distance about there.
 pub(crate) const HALF: f64 = 0.5;
-/// Steps at this tolerance or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends.
+/// A coarse tolerance: steps at this one or a larger one are as long as the way between poses, and may lie across one and show nothing at their ends. Steps that stiffness holds back pass a pose
+/// at it.
 pub(crate) const COARSE: f64 = 1e-5;
 /// Steps at this tolerance show every pose that they come by.
 pub(crate) const SIGHTED: f64 = 1e-6;
 /// A row that comes closer by this factor in one step is about to arrive; one that was coming closer and ends a step with more than this share of its distance has turned round, or has passed a
 /// singular pose.
-pub(crate) const NEARER: f64 = 0.8;
+pub(crate) const COMES_CLOSER: f64 = 0.8;
 /// A joint or a loop equation takes part in a dependence with at least this share of the largest one.
-pub(crate) const SHARE: f64 = 0.1;
+pub(crate) const SHARE_OF_LARGEST: f64 = 0.1;
 /// With more loop equations than this the weakest combination is found by iteration.
 const MANY: usize = 100;
 /// Loop equations are compared with those in so many poses around, up to a scale away in each coordinate.
@@ -97,7 +98,7 @@ pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
         let mut look = |time: f64| (time, share_at(time));
         // The distance has passed zero, which is likelier (it falls faster and faster, like a sine), or is still to come to it.
         let passed = look(best / (1.0 + share));
-        let may_come = passed.1 >= THERE && share < NEARER;
+        let may_come = passed.1 >= THERE && share < COMES_CLOSER;
         let coming = if may_come { look(best / (1.0 - share)) } else { passed };
         let (time, least) = if coming.1 <= passed.1 { coming } else { passed };
         if least >= share {
@@ -185,7 +186,7 @@ impl Guard {
 
     /// Is the end of the step in the zone of a singular pose, as seen from its start?
     pub fn ends_near(&self) -> bool {
-        let growth = 1.0 / (NEAREST * NEAREST);
+        let growth = 1.0 / (CLOSER_PER_STEP * CLOSER_PER_STEP);
         self.start.iter().zip(&self.next).any(|(start, next)| *next > growth * start && *start > 0.0)
     }
 
@@ -208,13 +209,13 @@ impl Guard {
 
     /// Does a row come so close that the loops must be closed tightly?
     pub fn arrives(&self) -> bool {
-        self.share() < NEARER
+        self.share() < COMES_CLOSER
     }
 
     /// When a row that was coming closer may have passed a singular pose in a step of length h.
     pub fn turned(&self, h: f64) -> Option<f64> {
         let share = self.share();
-        (share > NEARER).then_some(h / (1.0 + share))
+        (share > COMES_CLOSER).then_some(h / (1.0 + share))
     }
 
     /// How long after the step a row will depend on the others, if it comes closer at the same rate; 0 if none does soon.
@@ -324,7 +325,7 @@ pub(crate) fn weakest(model: &Model, rows: &[SparseRow]) -> Option<(f64, f64, Ve
 
 /// The joints and drivers that take part in a combination of loop equations.
 fn named(model: &Model, imposed: &[usize], combination: &[f64]) -> Vec<String> {
-    let share = SHARE * combination.iter().fold(0.0, |largest, part| math::maximum(largest, part.abs()));
+    let share = SHARE_OF_LARGEST * combination.iter().fold(0.0, |largest, part| math::maximum(largest, part.abs()));
     let taking_part = imposed.iter().zip(combination).filter(|(_, part)| part.abs() > share);
     let constraints = &model.program().constraints;
     let mut joints: Vec<String> = taking_part.map(|(&row, _)| constraints[row].owner.clone()).collect();

@@ -1,7 +1,7 @@
 //! The way out of a singular pose: the state a step later from which the motion comes back to the pose with the rates there.
 
 use crate::context::Context;
-use crate::linalg::ROUNDING;
+use crate::linalg::ROUNDING_OF_SUMS;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
@@ -11,7 +11,7 @@ const LENGTHS: usize = 12;
 /// The first one turns nothing by more than this [rad, or scales].
 const TURN: f64 = 0.3;
 /// Corrections of the state after the step.
-pub(crate) const CORRECTIONS: usize = 40;
+pub(crate) const STATE_CORRECTIONS: usize = 40;
 /// A correction that is not smaller than this share of the one before the last is the last one: large and small ones may alternate.
 const SLOW: f64 = 0.7;
 /// What may be left of a correction of positions and of rates, or a tenth of the tolerance.
@@ -77,7 +77,7 @@ impl Search {
         if !size.is_finite() {
             return Verdict::Failed;
         }
-        if size > ROUNDING && size <= SLOW * self.before[0] {
+        if size > ROUNDING_OF_SUMS && size <= SLOW * self.before[0] {
             self.before = [self.before[1], size];
             return Verdict::Again;
         }

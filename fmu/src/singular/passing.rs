@@ -8,10 +8,10 @@ use crate::model::{Model, State};
 use crate::motion::passage::Passage;
 use crate::motion::poses::Follow;
 use crate::motion::run::Run;
-use crate::singular::detect::SHARE;
+use crate::singular::detect::SHARE_OF_LARGEST;
 
 /// What rounding errors of lengths make of branches that meet, in units of their spacing; those of positions count, for angles grow with every turn.
-const ROUNDING: f64 = 64.0;
+const ROUNDING_OF_BRANCHES: f64 = 64.0;
 
 /// Judges a singular pose that the next step of a run passes, by the motion there, and notes it. False if the branches do not meet there: the step must
 /// be taken again, following the curve.
@@ -68,7 +68,7 @@ pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let program = model.program();
     let Some(found) = Crossing::of(model, state) else { return passage };
     passage.freedoms = found.combinations.len();
-    let shares = found.combinations.iter().flatten().filter(|(_, share)| share.abs() > SHARE);
+    let shares = found.combinations.iter().flatten().filter(|(_, share)| share.abs() > SHARE_OF_LARGEST);
     let part: BTreeSet<usize> = shares.map(|(place, _)| *place).collect();
     passage.joints = part.iter().map(|&place| program.constraints[found.imposed[place]].owner.clone()).collect();
     passage.joints.dedup();
@@ -78,6 +78,6 @@ pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let coordinates = program.coordinates.iter().zip(state.positions()).take(model.mechanical());
     let largest =
         coordinates.fold(1.0, |most, (coordinate, place)| math::maximum(most, place.abs() / coordinate.scale));
-    passage.defect = if found.defect > ROUNDING * f64::EPSILON * largest { found.defect } else { 0.0 };
+    passage.defect = if found.defect > ROUNDING_OF_BRANCHES * f64::EPSILON * largest { found.defect } else { 0.0 };
     passage
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use file::FEW_REGISTERS;
 pub use operations::Operation;
-pub(crate) use run::{DIRECTIONS, Lanes};
+pub(crate) use run::{LANE_DIRECTIONS, Lanes};
 pub use series::{ORDER, Series};
 
 /// A straight-line program: no branch, no loop, no memory but the registers.

@@ -9,8 +9,8 @@ use super::{Operation, Tape};
 use crate::linalg::lane::{Lane, by_width};
 
 /// Derivatives along so many directions at four points.
-pub(crate) const DIRECTIONS: usize = 3;
-pub(crate) type Lanes = [Lane; DIRECTIONS];
+pub(crate) const LANE_DIRECTIONS: usize = 3;
+pub(crate) type Lanes = [Lane; LANE_DIRECTIONS];
 
 impl Operation {
     /// The result of an operation that is no arithmetic.
@@ -197,7 +197,7 @@ mod tests {
                 let [mut registers, mut others] = [points; 2];
                 tape.run_lanes_tangents(&mut registers, &mut wide);
                 tape.run_any_lanes_tangents(&mut others, &mut any);
-                for (k, i) in (0..DIRECTIONS).flat_map(|k| (0..4).map(move |i| (k, i))) {
+                for (k, i) in (0..LANE_DIRECTIONS).flat_map(|k| (0..4).map(move |i| (k, i))) {
                     let direction = |lanes: &[Lanes]| lanes.iter().map(|lanes| lanes[k]).collect::<Vec<Lane>>();
                     let (mut values, mut alone) = (place(&points, i), place(&direction(&start), i));
                     tape.run_tangent(&mut values, &mut alone);

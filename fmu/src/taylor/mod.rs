@@ -13,5 +13,7 @@ mod products;
 mod tape;
 
 pub(crate) use along::TapeAlong;
-pub(crate) use jet::{Batch, CLOSED, DIRECTIONS, FrictionAlong, MEMBERS, SAFETY, Tangents, Variations, variations};
+pub(crate) use jet::{
+    Batch, CLOSED, FrictionAlong, MEMBERS, SERIES_SAFETY, Tangents, VARIED_DIRECTIONS, Variations, variations,
+};
 pub use jet::{Changes, Jet, Singular};

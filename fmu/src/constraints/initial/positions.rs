@@ -13,7 +13,7 @@ use crate::model::{Model, State};
 use crate::program::{Condition, Role};
 
 /// Longest Newton step, relative to the scales: longer ones jump between assemblies.
-const REACH: f64 = 0.5;
+const LONGEST_NEWTON_STEP: f64 = 0.5;
 /// Sizes of the random disturbances that lead out of a pose where Newton's method stands still.
 const DISTURBANCES: [f64; 7] = [1e-3, 1e-2, 0.1, 0.3, 0.6, 1.0, 2.0];
 /// Disturbances tried of each size; as many poses that are turned at random are tried where none next to the guess closes the loops.
@@ -22,7 +22,7 @@ const TRIES: usize = 6;
 const TURNED: f64 = 0.5;
 /// Where the drivers are followed to another time: the first part of the way and the shortest one, and how many there may be.
 const FIRST_PART: f64 = 1e-3;
-const SHORTEST_PART: f64 = 1e-9;
+const SHORTEST_PART_OF_GUESS: f64 = 1e-9;
 const MOST_PARTS: usize = 100_000;
 /// In no part, and in no part of a change of parameters or inputs, does the pose end further from where it was going, in units of the scales.
 pub(crate) const ASTRAY: f64 = 0.05;
@@ -43,7 +43,7 @@ impl<'a> Positions<'a> {
 
     fn attempt(&mut self, wanted: Wanted, x: &mut Vec<f64>) -> Vec<f64> {
         self.0.wanted = wanted;
-        solve(&mut self.0, x, REACH)
+        solve(&mut self.0, x, LONGEST_NEWTON_STEP)
     }
 
     /// Leaves a consistent pose in the state.
@@ -108,7 +108,7 @@ impl<'a> Positions<'a> {
         self.0.wanted = Wanted { loops: true, ..Wanted::LINEAR };
         solve(&mut self.0, &mut x, f64::INFINITY);
         // A step of Newton's method is shorter than the way was: the loops did not lead away.
-        let led = x.iter().zip(guess).any(|(x, guess)| (x - guess).abs() > REACH);
+        let led = x.iter().zip(guess).any(|(x, guess)| (x - guess).abs() > LONGEST_NEWTON_STEP);
         if led { self.near(&x).ok() } else { None }
     }
 
@@ -208,7 +208,7 @@ impl<'a> Positions<'a> {
                 part *= if missed < 0.25 * ASTRAY && moved < 0.5 * TURNED { 2.0 } else { 1.0 };
             } else {
                 part *= 0.5;
-                if part.abs() < SHORTEST_PART * whole.abs() {
+                if part.abs() < SHORTEST_PART_OF_GUESS * whole.abs() {
                     return None;
                 }
             }

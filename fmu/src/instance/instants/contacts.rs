@@ -8,7 +8,7 @@ mod polynomials;
 
 use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
-use super::importer::{APART, LARGEST};
+use super::importer::{ERRORS_APART, LARGEST_ERRORS};
 use super::{Distance, Instants};
 use crate::failure::Failure;
 use crate::hybrid::contact::{FOUND, TOUCHING, direction, is_closed};
@@ -18,17 +18,15 @@ use crate::math::{maximum, minimum};
 use crate::program::{Constraint, Contact, Contacts, Program};
 
 /// A rate that is wrong by so many tolerances of its scale in a second is none of the method's errors.
-const OVERLOOKED: f64 = 100.0;
+const RATE_OVERLOOKED: f64 = 100.0;
 /// In Model Exchange a series of bounces ends where the next flight would last less than this share of a fall: lower ones end within rounding errors, where an importer sees none.
 const SHORTEST_SEEN: f64 = 1e-4;
-/// A contact pulls where its reaction is more than this share of the largest that it has had, where an importer integrates.
-const PULLS: f64 = 1e-9;
 /// A force that is smaller than rounding errors of the largest one is none, nor is one that is smaller than this \[N\].
 const LEAST_FORCE: f64 = 1e-14;
 /// The errors of a gap that others keep at zero, in tolerances of its scale: less than what counts as inside.
-const CLOSED: f64 = 0.5;
+const ERRORS_OF_CLOSED_GAPS: f64 = 0.5;
 /// A gap is far if it exceeds so many times the largest rate in three places of a step, times the step: to close and open between two of these places, which are apart by 0.54 of the step at most, it would have to be fifteen times as fast.
-const FAR: f64 = 4.0;
+const FAR_GAP: f64 = 4.0;
 /// So many changes of mode at one instant do not end: each of a few parts changes once or twice.
 const MOST_CHANGES: u32 = 64;
 
@@ -66,7 +64,7 @@ impl Instance {
         run.end = places[2];
         let mut known = places.iter().flatten();
         let fastest = known.clone().fold(0.0, |most, place| maximum(most, place.rate));
-        known.all(|place| place.gap > FAR * fastest * (step[1] - step[0]))
+        known.all(|place| place.gap > FAR_GAP * fastest * (step[1] - step[0]))
     }
 
     /// True if friction may lock the mechanism: it does so for good, so that the ends of pieces of a step tell.
@@ -94,7 +92,7 @@ impl Instance {
     pub(super) fn pulls(&self, event: usize, excess: f64) -> bool {
         let (program, happened) = (self.model.program(), &self.now.happened);
         let is_closed = event >= program.instants.events.len() && !self.is_open(event);
-        let is_seen = excess > 0.0 && excess > PULLS * happened.importer.sizes[event];
+        let is_seen = excess > 0.0 && excess > CANCELLED * happened.importer.sizes[event];
         self.now.phase == Phase::Exchange && is_closed && !happened.armed[event] && is_seen
     }
 
@@ -144,9 +142,9 @@ impl Instance {
     /// The gap of what others make redundant is the errors of theirs, up to this share of the scale.
     fn undisturbed(&self) -> f64 {
         if self.is_exchanged() {
-            APART * self.importer_errors()
+            ERRORS_APART * self.importer_errors()
         } else {
-            maximum(TOUCHING, CLOSED * self.now.tolerance)
+            maximum(TOUCHING, ERRORS_OF_CLOSED_GAPS * self.now.tolerance)
         }
     }
 
@@ -223,7 +221,7 @@ impl Instance {
             Phase::Exchange => {
                 self.note_returns();
                 self.put_back()?;
-                maximum(SHORTEST_SEEN, (8.0 * APART * self.importer_errors()).sqrt())
+                maximum(SHORTEST_SEEN, (8.0 * ERRORS_APART * self.importer_errors()).sqrt())
             }
             _ => {
                 self.close_for_friction(data)?;
@@ -410,7 +408,8 @@ impl Instance {
         let closed = is_closed(data, state, index);
         let excess = if closed { self.pull(instants, data, index) } else { instants.indicators[index] };
         let Some(slip) = &contact.slip else {
-            let open = if self.is_exchanged() || self.now.happened.redundant[index] { APART * errors } else { 0.0 };
+            let open =
+                if self.is_exchanged() || self.now.happened.redundant[index] { ERRORS_APART * errors } else { 0.0 };
             let passed = !closed && instants.contacts.gaps[index] < -maximum(CANCELLED, open) * scale;
             let pulls = closed && excess > self.least_force(errors);
             return passed.then_some(PASSED).or_else(|| pulls.then_some(PULLED));
@@ -421,8 +420,8 @@ impl Instance {
         let rubs = slip.on.is_none_or(|on| is_closed(data, state, on as usize));
         let slides = direction(data, state, index).abs() == 1.0;
         // By more than the method's errors; an importer keeps what sticks at rest by its own.
-        let errors = if self.is_exchanged() { maximum(errors, LARGEST) } else { errors };
-        let least = maximum(CANCELLED, OVERLOOKED * errors) * scale;
+        let errors = if self.is_exchanged() { maximum(errors, LARGEST_ERRORS) } else { errors };
+        let least = maximum(CANCELLED, RATE_OVERLOOKED * errors) * scale;
         let back = if slides { excess } else { instants.contacts.rates[index].abs() };
         (rubs && back > least).then_some(if slides { PASSED } else { SLIDES })
     }

@@ -19,11 +19,11 @@ use crate::program::Contacts;
 use crate::program::contour::{Contour, Contours, Feature, Joint, Slot};
 
 /// Steps along a motion near a profile are no shorter than this share of the scale: the way in which a distance has one least value.
-const NEAR: f64 = 1e-6;
+const SHORTEST_PROFILE_STEP: f64 = 1e-6;
 /// The speed between two places of a piece is at most that of the chord and twice what chords beside it change by: six places in any part of it tell its course (see [`onset::fits`]).
 const BENDS: f64 = 2.0;
 /// After so many looks the search asks whether it may go on.
-const LOOKS: u64 = 1024;
+const CHECKED_EVERY: u64 = 1024;
 
 const FROM_BEHIND: &str = "it reaches its profile from behind; if the body can be reached from all sides, write an outline with `closed = true`";
 const INSIDE: &str = "it has entered its outline, and the time of the contact could not be located";
@@ -145,13 +145,13 @@ impl Instance {
         search: &Search,
         limit: f64,
     ) -> Option<f64> {
-        let near = NEAR * self.model.program().length;
+        let near = SHORTEST_PROFILE_STEP * self.model.program().length;
         let way = instants.contours.way(search.contour);
         let (mut from, mut before) = (0.0, self.place_at(instants, search, 0.0));
         let mut distance = self.distance_from(contour, before);
         let mut last = (0.0, f64::INFINITY);
         while from < limit {
-            if instants.evaluated.is_multiple_of(LOOKS)
+            if instants.evaluated.is_multiple_of(CHECKED_EVERY)
                 && let Err(failure) = self.check_search(instants, [between(search.piece, from), search.piece[1]])
             {
                 instants.overlooked = Some(failure);
@@ -304,7 +304,7 @@ impl Instance {
                     let feature = &contour.features[feature];
                     if run.due[number] {
                         go_on((data, contour), slot, feature, point, state);
-                    } else if !closed && !feature.is_touched(point, NEAR * scale) {
+                    } else if !closed && !feature.is_touched(point, SHORTEST_PROFILE_STEP * scale) {
                         // What is there of its line or circle is no part of the profile.
                         park(slot, state);
                         run.due[contact] = false;
@@ -334,7 +334,7 @@ impl Instance {
         let (scale, events) = (program.length, program.instants.events.len());
         let mut found = found;
         loop {
-            let is_near = |feature: &Feature| feature.is_touched(point, NEAR * scale);
+            let is_near = |feature: &Feature| feature.is_touched(point, SHORTEST_PROFILE_STEP * scale);
             let all = contour.features.iter().enumerate();
             let touched = all.filter(|(index, feature)| is_near(feature) && self.is_counted(contour, *index));
             let gap = |(_, feature): &(usize, &Feature)| feature.gap(point).abs();

@@ -5,13 +5,11 @@ use super::super::{Computed, Instance, InstanceError};
 use super::{Instants, Searched};
 use crate::context::Settings;
 use crate::failure::Failure;
+use crate::hybrid::descent::DEEPEST;
 use crate::hybrid::onset::{self, PARTS, Reach};
 use crate::hybrid::tick::is_later;
 use crate::machine::ROUNDING;
 use crate::program::Program;
-
-/// A step is halved so often at most where places do not tell what is between them: as where a law jumps.
-const DEEPEST: i32 = 20;
 
 impl Instance {
     /// The first event up to a time, and when. Each step of the method is looked through as a whole.

@@ -21,9 +21,9 @@ const ENCLOSED: f64 = 1e-5;
 /// An importer's errors are taken for so many times as large where they have been seen to be larger.
 const LARGER: f64 = 10.0;
 /// The largest that they are taken for, as a share of the scale.
-pub(super) const LARGEST: f64 = 2e-3;
+pub(super) const LARGEST_ERRORS: f64 = 2e-3;
 /// What has been left is apart where it is further away than so many errors.
-pub(super) const APART: f64 = 2.0;
+pub(super) const ERRORS_APART: f64 = 2.0;
 
 /// What is known of an importer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -223,7 +223,7 @@ impl Instance {
     /// How far something must be apart before it counts as apart, where an importer integrates.
     pub(super) fn apart(&self, event: usize) -> f64 {
         if self.is_exchanged() && self.is_free(event) {
-            APART * self.importer_errors() * self.scale_of(event)
+            ERRORS_APART * self.importer_errors() * self.scale_of(event)
         } else {
             0.0
         }
@@ -246,7 +246,7 @@ impl Instance {
             *returned = left && (due || *returned);
         }
         if are_larger {
-            self.now.happened.importer.errors = minimum(LARGER * self.importer_errors(), LARGEST);
+            self.now.happened.importer.errors = minimum(LARGER * self.importer_errors(), LARGEST_ERRORS);
         }
         self.instants = Some(instants);
     }

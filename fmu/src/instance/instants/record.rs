@@ -8,7 +8,7 @@ use crate::model::{Model, State};
 use crate::program::{Contacts, Role, Target};
 
 /// The excess of an event is looked at in so many places before it.
-const PLACES: u32 = 8;
+const PLACES_BEFORE_EVENT: u32 = 8;
 
 /// Something that has happened at one instant. What that has led to at the same instant follows as others.
 #[derive(Clone, Debug)]
@@ -109,8 +109,8 @@ impl Instance {
         (at, event): (f64, usize),
     ) -> [f64; 2] {
         let (since, mut most) = (at - step[0], 0.0);
-        for place in 0..PLACES {
-            let share = f64::from(place) / f64::from(PLACES);
+        for place in 0..PLACES_BEFORE_EVENT {
+            let share = f64::from(place) / f64::from(PLACES_BEFORE_EVENT);
             self.evaluate_sides(instants, (step, [step[0], at]), share);
             let part = if self.has_left(instants, event) { share * since / (step[1] - step[0]) } else { 1.0 };
             let size = instants.excess(event).abs() * part;

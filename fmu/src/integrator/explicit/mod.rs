@@ -12,17 +12,17 @@ use crate::failure::Failure;
 use crate::integrator::accelerations::finite;
 use crate::integrator::control::{Attempt, Integrator, Trial, because, reach, rejected, shortest};
 use crate::integrator::range::{Range, Ranged};
-use crate::linalg::ROUNDING;
+use crate::linalg::ROUNDING_OF_SUMS;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
 use dop853::{Dop853, interpolate, next_step, slope};
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
-const SHARE_OF_TOLERANCE: f64 = 0.01;
+const EXPLICIT_TOLERANCE: f64 = 0.01;
 /// What the rates would change by in a step with the accelerations that its dense output lacks somewhere, in units of what one step may be wrong by:
 /// more, and they are those of a law that no stage has seen.
-const OVERLOOKED: f64 = 1e3;
+const EXPLICIT_OVERLOOKED: f64 = 1e3;
 
 /// Storage for dynamic motion.
 #[derive(Clone, Debug)]
@@ -180,10 +180,10 @@ impl Explicit {
             statistics.evaluations += 1;
             accelerations.iter().enumerate().fold(0.0, |worst, (index, acceleration)| {
                 let residual = h * acceleration - slope(&run.last.dense, place, 2 * n, n + index);
-                math::maximum(worst, residual.abs() / (OVERLOOKED * tolerances[n + index]))
+                math::maximum(worst, residual.abs() / (EXPLICIT_OVERLOOKED * tolerances[n + index]))
             })
         };
-        let objection = self.monitor.objection(&mut span, SHARE_OF_TOLERANCE * settings.tolerance, false, excess);
+        let objection = self.monitor.objection(&mut span, EXPLICIT_TOLERANCE * settings.tolerance, false, excess);
         statistics.work += span.work();
         objection
     }
@@ -213,7 +213,7 @@ impl Explicit {
 /// Absolute tolerances of q and v, by both ends of a step. Rates count relative to themselves, but not below the least that do.
 fn tolerate(context: &Context, [start, next]: [&[f64]; 2], tolerances: &mut [f64]) {
     let n = context.model.coordinates();
-    let tolerance = (SHARE_OF_TOLERANCE * context.settings.tolerance).max(ROUNDING);
+    let tolerance = (EXPLICIT_TOLERANCE * context.settings.tolerance).max(ROUNDING_OF_SUMS);
     let least = context.settings.least_rate;
     for (index, coordinate) in context.model.program().coordinates.iter().enumerate() {
         let rate = start[n + index].abs().max(next[n + index].abs());

@@ -6,7 +6,7 @@ use crate::integrator::right_hand_side::{Derivative, RightHandSide};
 use crate::linalg::lane::{Lane, WIDTH, ZERO, splat};
 use crate::machine::Machine;
 use crate::model::{Model, State, motion as range};
-use crate::tape::{DIRECTIONS, Lanes, Tape};
+use crate::tape::{LANE_DIRECTIONS, Lanes, Tape};
 
 /// Storage; by default, none.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +50,7 @@ impl Batched {
         Self {
             registers: vec![ZERO; size],
             tangents: vec![ZERO; size],
-            several: vec![[ZERO; DIRECTIONS]; if each { size } else { 0 }],
+            several: vec![[ZERO; LANE_DIRECTIONS]; if each { size } else { 0 }],
             signals,
             constants,
             directions,
@@ -121,7 +121,7 @@ impl Nodes for States<'_> {
             // What depends on time alone has slopes all the same.
             tape.run_lanes(registers);
         }
-        for some in directions.chunks(DIRECTIONS) {
+        for some in directions.chunks(LANE_DIRECTIONS) {
             let seeds = || some.iter().enumerate();
             seeds().for_each(|(place, direction)| several[first + direction][place] = splat(1.0));
             tape.run_lanes_tangents(registers, several);

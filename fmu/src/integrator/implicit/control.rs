@@ -6,18 +6,18 @@ use crate::linalg::SPACINGS;
 use crate::math;
 
 /// The error estimate is of order 3, the step of order 5: so much of tolerance^(4/5) makes the error of the motion follow the tolerance.
-const SHARE_OF_TOLERANCE: f64 = 0.03;
+const IMPLICIT_TOLERANCE: f64 = 0.03;
 /// Safety factor of the step size.
-pub(super) const SAFETY: f64 = 0.9;
+pub(super) const IMPLICIT_SAFETY: f64 = 0.9;
 /// Limits on the change of the step size.
 pub(super) const SHRINK: f64 = 0.2;
-const GROW: f64 = 8.0;
+const IMPLICIT_GROWTH: f64 = 8.0;
 /// A step that would grow by less keeps its length, and its factors.
 const KEEP: f64 = 1.2;
 /// A contraction that a longer step must not come near: steps that Newton's iterations limit grow by no more than leads there.
 const SLOWEST: f64 = 0.15;
 /// Iterations for which the safety factor is meant.
-const ITERATIONS: f64 = 7.0;
+const USUAL_ITERATIONS: f64 = 7.0;
 /// Smallest error that counts.
 const SMALLEST_ERROR: f64 = 1e-10;
 /// Longest first step [s].
@@ -62,13 +62,14 @@ impl Implicit {
         rejected: bool,
     ) -> f64 {
         let error = error.max(SMALLEST_ERROR);
-        let safety = SAFETY * f64::min(1.0, (1.0 + 2.0 * ITERATIONS) / (iterations + 2.0 * ITERATIONS));
+        let safety =
+            IMPLICIT_SAFETY * f64::min(1.0, (1.0 + 2.0 * USUAL_ITERATIONS) / (iterations + 2.0 * USUAL_ITERATIONS));
         let mut factor = safety / fourth_root(error);
         if memory.step > 0.0 {
-            let predicted = SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
+            let predicted = IMPLICIT_SAFETY * (memory.step.recip() * h) * fourth_root(memory.error / (error * error));
             factor = factor.min(predicted);
         }
-        let most = if rejected { 1.0 } else { (SLOWEST / contraction).sqrt().clamp(1.0, GROW) };
+        let most = if rejected { 1.0 } else { (SLOWEST / contraction).sqrt().clamp(1.0, IMPLICIT_GROWTH) };
         let factor = factor.clamp(SHRINK, most);
         if (1.0..=KEEP).contains(&factor) { h } else { factor * h }
     }
@@ -86,7 +87,7 @@ impl Implicit {
 
 /// What the error estimate of one step may be.
 fn share(tolerance: f64) -> f64 {
-    SHARE_OF_TOLERANCE * libm::pow(tolerance, 0.8)
+    IMPLICIT_TOLERANCE * libm::pow(tolerance, 0.8)
 }
 
 pub(super) fn fourth_root(value: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Jacobians and factors of an implicit step, and the first guess of its stages.
 
 use super::radau::evaluate;
-use super::{Implicit, ImplicitMemory, OVERLOOKED, second_derivative};
+use super::{IMPLICIT_OVERLOOKED, Implicit, ImplicitMemory, second_derivative};
 use crate::context::Context;
 use crate::model::State;
 use crate::motion::Run;
@@ -30,7 +30,8 @@ impl Implicit {
         let share = self.share(context.settings.tolerance);
         let mut coordinates = context.model.program().coordinates.iter().zip(&self.column);
         // More is no spring's: a law has another value at this very instant. Written so that NaN is left alone too.
-        let small = coordinates.all(|(coordinate, change)| change.abs() <= OVERLOOKED * share * coordinate.scale);
+        let small =
+            coordinates.all(|(coordinate, change)| change.abs() <= IMPLICIT_OVERLOOKED * share * coordinate.scale);
         if small {
             q.iter_mut().zip(&self.column).for_each(|(q, change)| *q += change);
         }

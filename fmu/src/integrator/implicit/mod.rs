@@ -28,7 +28,7 @@ use crate::model::Model;
 use crate::motion::Run;
 use crate::program::Engine;
 use batched::Batched;
-use control::{SAFETY, SHRINK, fourth_root};
+use control::{IMPLICIT_SAFETY, SHRINK, fourth_root};
 use radau::{DENSE_ORDER, Newton, REAL, Radau, evaluate};
 
 pub(super) use memory::ImplicitMemory;
@@ -43,7 +43,7 @@ const FIRST_REJECTED: f64 = 0.1;
 const REMEMBERED: f64 = 1e-2;
 /// What the accelerations that the polynomial of a step lacks somewhere would change in it, in units of what its error estimate may be: more, and
 /// they are those of a law that no stage has seen.
-const OVERLOOKED: f64 = 100.0;
+const IMPLICIT_OVERLOOKED: f64 = 100.0;
 
 /// Storage for implicit steps; by default, none.
 #[derive(Clone, Debug, Default)]
@@ -226,7 +226,8 @@ impl Implicit {
         let small = error < 1.0;
         if !small {
             let first = self.memory.step == 0.0;
-            let shorter = if first { FIRST_REJECTED } else { (SAFETY / fourth_root(error)).clamp(SHRINK, 0.9) };
+            let shorter =
+                if first { FIRST_REJECTED } else { (IMPLICIT_SAFETY / fourth_root(error)).clamp(SHRINK, 0.9) };
             return Err(bad(shorter, None));
         }
         self.radau.end(&run.last.end, &mut self.next);
@@ -299,12 +300,12 @@ impl Implicit {
             if !filtered {
                 let rates = column.iter().zip(&tolerances[n..]);
                 return rates.fold(0.0, |worst, (residual, rate)| math::maximum(worst, h * residual.abs() / rate))
-                    / OVERLOOKED;
+                    / IMPLICIT_OVERLOOKED;
             }
             radau.correct(column);
             let errors = column.iter().zip(tolerances.iter().zip(&tolerances[n..]));
             errors.fold(0.0, |worst, (q, (position, rate))| {
-                math::maximum(worst, math::maximum(q.abs() / position, REAL / h * q.abs() / rate) / OVERLOOKED)
+                math::maximum(worst, math::maximum(q.abs() / position, REAL / h * q.abs() / rate) / IMPLICIT_OVERLOOKED)
             })
         };
         let objection = monitor.objection(&mut span, settings.tolerance, true, excess);

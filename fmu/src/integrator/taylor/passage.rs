@@ -1,8 +1,8 @@
 //! Singular poses on the way of a Taylor step.
 
-use super::propose::{REACH, order_near, share};
+use super::propose::{POLYNOMIAL_REACH, order_near, share};
 use super::{Start, Taylor};
-use crate::constraints::reciprocals::STEADY;
+use crate::constraints::reciprocals::SAME_BRANCH;
 use crate::context::Context;
 use crate::events::{Choices, half_width};
 use crate::failure::Failure;
@@ -12,14 +12,14 @@ use crate::model::State;
 use crate::motion::Run;
 use crate::singular::dependence::{not_passed, undecided};
 use crate::singular::detect::{COARSE, HALF, LANDING, leapt_over, locate, refine};
-use crate::singular::leaving::{CORRECTIONS, Search, Verdict};
+use crate::singular::leaving::{STATE_CORRECTIONS, Search, Verdict};
 use crate::singular::passing::{finds_avoided, note_left, note_passage};
 
 /// A pose predicted no further ahead than so many natural steps is located: a row that has just begun to fall falls faster and faster.
 const FORESEEN: f64 = 3.0;
 
 /// The rounding errors of the last coefficients are larger than this next to a singular pose: a step is as long as one at this tolerance.
-const NOISE: f64 = 1e-9;
+const NOISE_OF_COEFFICIENTS: f64 = 1e-9;
 
 /// Is a singular pose ahead, near enough to be located before a step of this length?
 pub(super) fn is_foreseen(run: &Run, natural: f64) -> bool {
@@ -36,7 +36,7 @@ impl Taylor {
     pub(super) fn locate_ahead(&mut self, context: &mut Context, run: &mut Run, natural: f64) -> bool {
         let near = is_foreseen(run, natural);
         if near {
-            let guess = f64::min(run.singular.ahead, REACH * natural);
+            let guess = f64::min(run.singular.ahead, POLYNOMIAL_REACH * natural);
             let found = self.locate(context, run, guess).unwrap_or(0.0);
             run.singular.expect(run.last.end_time, found);
         }
@@ -63,7 +63,7 @@ impl Taylor {
         }
         let (h, share, known) = (end - run.last.end_time, self.guard.share(), run.singular.ahead);
         // A row that comes much closer could have gone past the others.
-        if share * STEADY >= 1.0 {
+        if share * SAME_BRANCH >= 1.0 {
             return false;
         }
         let mut looked = false;
@@ -176,7 +176,7 @@ impl Taylor {
         for index in 0..n {
             self.next[index] += h * self.next[n + index];
         }
-        for _ in 0..CORRECTIONS {
+        for _ in 0..STATE_CORRECTIONS {
             if self.start(context, run, time + h, true).is_none() {
                 return false;
             }
@@ -187,7 +187,7 @@ impl Taylor {
             match search.correct(context.model, &run.last.end, &self.closed, &mut self.next) {
                 Verdict::Again => {}
                 Verdict::Failed => return false,
-                Verdict::Found => return self.natural_length(order, tolerance.max(NOISE)) >= h,
+                Verdict::Found => return self.natural_length(order, tolerance.max(NOISE_OF_COEFFICIENTS)) >= h,
             }
         }
         false

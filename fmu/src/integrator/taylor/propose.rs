@@ -10,29 +10,27 @@ use crate::machine::ROUNDING;
 use crate::math;
 use crate::model::Model;
 use crate::motion::Run;
-use crate::motion::last_step::LONGEST;
+use crate::motion::last_step::LONGEST_STEP;
 use crate::program::arm_form::MAX_ORDER;
 use crate::singular::detect::{HORIZON, Plan, plan};
-use crate::taylor::SAFETY;
+use crate::taylor::SERIES_SAFETY;
 
 /// Share of the tolerance that one step may use: what the user sees is the sum of the errors of many steps.
-const SHARE_OF_TOLERANCE: f64 = 0.03;
+const SERIES_TOLERANCE: f64 = 0.03;
 /// Orders of the coarsest series.
 const LEAST_ORDER: usize = 8;
-/// Rounding is larger than an error below this.
-const FINEST: f64 = 1e-15;
 /// A step that is cut short ends its series when two terms are this much smaller than the tolerance.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Loops may open so much along a step, and its end accelerate otherwise than the equations demand, in units of the tolerance.
 const OPENING: f64 = 10.0;
 /// So far beyond its natural step a polynomial still tells where a singular pose is, in units of that step.
-pub(super) const REACH: f64 = 1.6;
+pub(super) const POLYNOMIAL_REACH: f64 = 1.6;
 /// A step is at most so many times as long as the one before.
-pub(super) const GROW: f64 = 4.0;
+pub(super) const SERIES_GROWTH: f64 = 4.0;
 /// A step shorter than this share of the one before is cut short.
 const CUT: f64 = 0.9;
 /// A step is not rejected for what rounding errors do, of the order of one and of positions, in units of their spacing.
-const SPACINGS: f64 = 8.0;
+const DEFECT_SPACINGS: f64 = 8.0;
 /// Two terms behind the last one of a parabola.
 const FALL: usize = 4;
 /// Next to a singular pose rounding errors make steps shorter and shorter; the pose is passed with one that is no shorter than this share of
@@ -107,8 +105,8 @@ impl Taylor {
         let limit = if run.in_zone(horizon.limit) { f64::INFINITY } else { horizon.limit };
         let room = limit - time;
         let order = self.expand(context, run, room.min(context.settings.max_step));
-        let growing = if run.last.natural > 0.0 { GROW * run.last.natural } else { LONGEST };
-        let longest = growing.min(LONGEST).min(context.settings.max_step).min(following.unwrap_or(LONGEST));
+        let growing = if run.last.natural > 0.0 { SERIES_GROWTH * run.last.natural } else { LONGEST_STEP };
+        let longest = growing.min(LONGEST_STEP).min(context.settings.max_step).min(following.unwrap_or(LONGEST_STEP));
         // What has ended is known further than its last terms tell.
         let reach = if is_fall(context, order) { room.min(longest) } else { self.natural_length(order, tolerance) };
         // A law that is not analytic here, |x|^1.5 at zero say; its series, and those of the switching functions, hold no numbers. Written so that NaN is no length.
@@ -123,7 +121,7 @@ impl Taylor {
             return Ok(Proposal::Nothing(Progress::Stepped));
         }
         self.follow_laws(order);
-        let sighted = self.jet.sighted(order, room.min(REACH * natural), tolerance);
+        let sighted = self.jet.sighted(order, room.min(POLYNOMIAL_REACH * natural), tolerance);
         let switch = self.jet.end_of_piece(order, 0.0, sighted);
         if let Some((_, branches)) = switch.filter(|(length, branches)| *length < self.at_once(*branches, shortest)) {
             return self.switch_at_once(context, run, branches).map(Proposal::Nothing);
@@ -175,7 +173,7 @@ impl Taylor {
         let tolerance = context.settings.tolerance;
         let order = order_of(run, tolerance);
         context.statistics.evaluations += 1;
-        let longest = if run.last.natural > 0.0 { room.min(GROW * run.last.natural) } else { room };
+        let longest = if run.last.natural > 0.0 { room.min(SERIES_GROWTH * run.last.natural) } else { room };
         let has_contacts = context.model.program().instants.contacts.is_some();
         match if has_contacts { self.expand_fall(longest, NEGLIGIBLE * share(tolerance)) } else { Some(2) } {
             Some(known) => self.expand_from(known, run, room, (order, tolerance)),
@@ -245,8 +243,8 @@ impl Taylor {
 
 /// The length of a step whose rates reach so far by the last coefficients. They decide, or positions if the step is so long that their error is larger.
 pub(super) fn natural(order: usize, rates: f64, positions: impl FnOnce() -> f64) -> f64 {
-    let step = SAFETY * rates;
-    if is_long(order, rates) { step.min(SAFETY * positions()) } else { step }
+    let step = SERIES_SAFETY * rates;
+    if is_long(order, rates) { step.min(SERIES_SAFETY * positions()) } else { step }
 }
 
 /// True for a series that has ended: a parabola, between contacts.
@@ -256,7 +254,7 @@ pub(super) fn is_fall(context: &Context, order: usize) -> bool {
 
 /// May the error of positions be larger than that of rates?
 pub(super) fn is_long(order: usize, rates: f64) -> bool {
-    SAFETY * rates > order as f64
+    SERIES_SAFETY * rates > order as f64
 }
 
 /// What the loops may open by in the next step, and the accelerations at its end miss.
@@ -291,12 +289,12 @@ pub(super) fn is_near_pose(run: &Run) -> bool {
 fn rounding(model: &Model, positions: &[f64]) -> f64 {
     let coordinates = model.program().coordinates.iter().zip(positions).take(model.mechanical());
     let largest = coordinates.fold(0.0, |largest, (coordinate, q)| math::maximum(largest, q.abs() / coordinate.scale));
-    math::maximum(ROUNDING, SPACINGS * f64::EPSILON * largest)
+    math::maximum(ROUNDING, DEFECT_SPACINGS * f64::EPSILON * largest)
 }
 
 /// What one step may be wrong by at a tolerance.
 pub(crate) fn share(tolerance: f64) -> f64 {
-    (SHARE_OF_TOLERANCE * tolerance).max(FINEST)
+    SERIES_TOLERANCE * tolerance
 }
 
 /// The order of the next step.

@@ -15,13 +15,13 @@ const SURE: f64 = 0.5;
 /// So often a step is shortened.
 const ATTEMPTS: usize = 12;
 /// A step that would end near a singular pose is cut to this share.
-const SHORTER: f64 = 0.6;
+const POSE_CUT: f64 = 0.6;
 /// A pose predicted further ahead than so many steps is not to be relied on.
 pub(super) const PREDICTED: f64 = 1.8;
 /// Across a singular pose rounding errors that point away from the branch grow so large, in units of those of rates; the loops take them off.
-const NOISE: f64 = 1e-7;
+const NOISE_OFF_BRANCH: f64 = 1e-7;
 /// What is left of the defect of such a step without what the loops take off, in units of what another step may miss.
-const FLAT: f64 = 100.0;
+const FLATTENED_DEFECT: f64 = 100.0;
 
 impl Method for Taylor {
     type Step = Step;
@@ -84,7 +84,7 @@ impl Taylor {
             self.accept(context, run, end, true);
             return Trial::Done;
         }
-        let goal = if passes { step.goal.max(NOISE) } else { step.goal };
+        let goal = if passes { step.goal.max(NOISE_OFF_BRANCH) } else { step.goal };
         let closed = self.start(context, run, end, false).is_some_and(|open| open <= goal);
         if closed && let Some(shorter) = self.too_near(context, run, step, h) {
             return Trial::Shorter(shorter, None);
@@ -105,7 +105,7 @@ impl Taylor {
     /// Is the defect of a step next to a singular pose, or across it, what rounding errors make of it?
     fn is_noise(&mut self, context: &mut Context, run: &Run, step: &Step, end: f64) -> bool {
         let passes = step.located && run.passes(end);
-        let most = if passes { FLAT * step.goal } else { step.goal };
+        let most = if passes { FLATTENED_DEFECT * step.goal } else { step.goal };
         is_near(run) && self.flattened_defect(context, run, end) <= most
     }
 
@@ -135,7 +135,7 @@ impl Taylor {
         // The one that was located is none, or not there.
         step.missed |= std::mem::replace(&mut step.located, false);
         let found = if step.missed { None } else { self.locate(context, run, h) };
-        let Some(ahead) = found else { return Some(SHORTER * h) };
+        let Some(ahead) = found else { return Some(POSE_CUT * h) };
         (run.singular.ahead, run.singular.pose, step.located) = (ahead, Some(run.last.end_time + ahead), true);
         Some(step.planned(ahead))
     }

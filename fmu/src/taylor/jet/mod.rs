@@ -47,7 +47,7 @@ use response::Response;
 pub(crate) use start::CLOSED;
 use step::Read;
 use terms::{Plan, Terms};
-pub(crate) use variation::{DIRECTIONS, SAFETY, Tangents, Variations, variations};
+pub(crate) use variation::{SERIES_SAFETY, Tangents, VARIED_DIRECTIONS, Variations, variations};
 
 /// What the beginning and the end of a step cost, in instructions of a tape.
 const BEGINNING: f64 = 500.0;

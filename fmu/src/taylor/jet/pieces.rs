@@ -1,7 +1,7 @@
 //! Laws in pieces along a step.
 
 use super::{Jet, vectors};
-use crate::events::TOGETHER;
+use crate::events::ONE_SWITCH;
 use crate::events::switch::{Choices, SwitchSign, first_fall, known};
 use crate::math::horner;
 use crate::program::arm_form::Slot;
@@ -53,7 +53,7 @@ impl Jet {
         let falls = self.scalars.switches(order - 1).filter_map(|(switch, series)| {
             let side = chosen.get(switch)?;
             let sign = match if side == SwitchSign::Equal {
-                self.left_for(switch, series, begin + TOGETHER * h)?
+                self.left_for(switch, series, begin + ONE_SWITCH * h)?
             } else {
                 side
             } {
@@ -70,7 +70,7 @@ impl Jet {
             first_fall(towards, h)
         });
         let first = falls.fold(f64::INFINITY, f64::min);
-        (first <= h).then(|| (first, self.choices_after(order, begin + first + TOGETHER * h)))
+        (first <= h).then(|| (first, self.choices_after(order, begin + first + ONE_SWITCH * h)))
     }
 
     /// The side to which a function goes that begins at zero, if it does not stay there: what holds on it, if that is what holds at zero; else `Equal`, for that piece

@@ -14,20 +14,20 @@ use crate::program::arm_form::{ArmForm, Given, ORDERS};
 use crate::taylor::tape::polynomial;
 
 /// So many directions at once, at most.
-pub(crate) const DIRECTIONS: usize = 8;
+pub(crate) const VARIED_DIRECTIONS: usize = 8;
 /// Share of the step that the last coefficients permit: the terms after the last one count too.
-pub(crate) const SAFETY: f64 = 0.9;
+pub(crate) const SERIES_SAFETY: f64 = 0.9;
 /// So many last coefficients count: some vanish by symmetry.
 const LAST: usize = 4;
 /// A step is made that much shorter, so often.
-const SHORTER: f64 = 0.7;
+const VARIATION_CUT: f64 = 0.7;
 const MOST_CUTS: usize = 60;
 /// What derivatives may be wrong by, as a multiple of what values may: their coefficients are larger by about their order, and they do not choose the step unless they
 /// must, so that derivatives by one parameter do not depend on what else is asked for.
 const LOOSER: f64 = 1e3;
 
 /// The tangents of a register file along four directions, and along four more.
-pub(crate) type Tangents = [Vec<Lane>; DIRECTIONS / WIDTH];
+pub(crate) type Tangents = [Vec<Lane>; VARIED_DIRECTIONS / WIDTH];
 
 /// The series of a motion along some directions.
 pub(crate) trait Variations: std::fmt::Debug {
@@ -55,7 +55,7 @@ pub(crate) fn variations(model: &Model, directions: usize) -> Option<Box<dyn Var
     let form = model.program().arms.as_ref().filter(|form| is_gentle(form))?;
     Some(match directions {
         ..=4 => Box::new(VariedMotion::<4>::new(model, form)),
-        _ => Box::new(VariedMotion::<DIRECTIONS>::new(model, form)),
+        _ => Box::new(VariedMotion::<VARIED_DIRECTIONS>::new(model, form)),
     })
 }
 
@@ -222,13 +222,13 @@ impl<const D: usize> VariedMotion<D> {
             let size = k as f64 * self.largest(k);
             length = length.min(math::rough_exp2(math::rough_log2(tolerance / size) / (k - 1) as f64));
         }
-        length = f64::min(SAFETY * length, limit);
+        length = f64::min(SERIES_SAFETY * length, limit);
         let sizes: [[f64; D]; ORDERS] = std::array::from_fn(|k| if k > order { [0.0; D] } else { self.tangents(k) });
         for _ in 0..MOST_CUTS {
             if excess(self.reached, &sizes[..=order], length) <= LOOSER * tolerance {
                 return length;
             }
-            length *= SHORTER;
+            length *= VARIATION_CUT;
         }
         0.0
     }

@@ -7,7 +7,7 @@ use super::super::super::{Computed, Instance};
 use super::super::{Instants, Searched};
 use crate::hybrid::contact::TOUCHING;
 use crate::hybrid::descent::{self, Descent};
-use crate::hybrid::onset::{CHECKS, HALVINGS, Reach, turn};
+use crate::hybrid::onset::{CHECKS, ROOT_HALVINGS, Reach, turn};
 use crate::linalg::SPACINGS;
 use crate::math::{horner, maximum, minimum};
 use crate::program::arm_form::ORDERS;
@@ -16,7 +16,7 @@ use crate::taylor::TapeAlong;
 /// So often a root of a polynomial is improved: Newton's method doubles the digits.
 const IMPROVEMENTS: usize = 8;
 /// A gap is looked at so many times as far ahead as it seems to stay open, before the rest of the step.
-const AHEAD: f64 = 2.0;
+const FLIGHTS_AHEAD: f64 = 2.0;
 /// Where reactions are compared with their polynomials, in shares of a step.
 const COMPARED: [f64; 2] = [CHECKS[1], 1.0];
 
@@ -86,7 +86,7 @@ impl Instance {
         for event in std::iter::once(likely).chain(others) {
             let limit = first.map_or(1.0, |(share, _)| share);
             let course = match self.is_open(event) {
-                true => self.flight(gaps, (event, [AHEAD * flights[event], limit]), step),
+                true => self.flight(gaps, (event, [FLIGHTS_AHEAD * flights[event], limit]), step),
                 false => self.pressing(instants, event, step),
             };
             match course {
@@ -271,7 +271,7 @@ fn passed(root: f64, limit: f64, spacing: f64, function: &mut impl FnMut(f64) ->
 /// A root of the polynomial itself, likewise: a step of Newton's method that leaves the interval is replaced by its middle.
 fn within(polynomial: &[f64], [mut from, mut to]: [f64; 2], is_found: impl Fn(f64, f64) -> bool) -> f64 {
     let mut at = 0.5 * (from + to);
-    for _ in 0..HALVINGS {
+    for _ in 0..ROOT_HALVINGS {
         let [value, slope] = with_slope(polynomial, at);
         *(if value > 0.0 { &mut from } else { &mut to }) = at;
         let next = at - value / slope;

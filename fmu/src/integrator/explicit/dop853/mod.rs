@@ -8,9 +8,9 @@ use crate::integrator::right_hand_side::Derivative;
 use coefficients::{DENSE, DENSE_ROWS, DENSE_STAGES, ERROR_5, NODES, ORDER, STAGE, STAGES, StageRow, WEIGHTS_3};
 
 /// Safety factor of the step size.
-const SAFETY: f64 = 0.8;
+const EXPLICIT_SAFETY: f64 = 0.8;
 /// Steps grow and shrink by no more than this factor.
-const GROW: f64 = 3.0;
+const EXPLICIT_GROWTH: f64 = 3.0;
 
 /// Storage for the stages of a step.
 #[derive(Clone, Debug)]
@@ -161,9 +161,9 @@ pub fn slope(dense: &[f64], theta: f64, size: usize, component: usize) -> f64 {
 
 /// The next step size by the error of the last one.
 pub fn next_step(h: f64, error: f64, rejected: bool) -> f64 {
-    let most = if rejected { 1.0 } else { GROW };
-    let least = 1.0 / GROW;
-    let factor = SAFETY * libm::pow(error, -1.0 / ORDER);
+    let most = if rejected { 1.0 } else { EXPLICIT_GROWTH };
+    let least = 1.0 / EXPLICIT_GROWTH;
+    let factor = EXPLICIT_SAFETY * libm::pow(error, -1.0 / ORDER);
     // The error may be 0 (infinite factor) or not finite (shrink).
     h * if factor > least { factor.min(most) } else { least }
 }
@@ -317,10 +317,10 @@ mod tests {
 
     #[test]
     fn step_sizes_stay_within_their_limits() {
-        assert_eq!(next_step(1.0, 0.0, false), GROW);
+        assert_eq!(next_step(1.0, 0.0, false), EXPLICIT_GROWTH);
         assert_eq!(next_step(1.0, 0.0, true), 1.0);
-        assert_eq!(next_step(1.0, f64::NAN, false), 1.0 / GROW);
-        assert_eq!(next_step(1.0, f64::INFINITY, false), 1.0 / GROW);
+        assert_eq!(next_step(1.0, f64::NAN, false), 1.0 / EXPLICIT_GROWTH);
+        assert_eq!(next_step(1.0, f64::INFINITY, false), 1.0 / EXPLICIT_GROWTH);
         let mut method = Dop853::new(3);
         method.begin(&mut problem, 0.0, &exact(0.0));
         let step = method.starting_step(&mut problem, 0.0, &exact(0.0), &[1e-8; 3]);

@@ -27,7 +27,7 @@ pub(super) use coefficients::{NODES, REAL, turn};
 pub(super) use output::evaluate;
 
 /// Newton iterations.
-const ITERATIONS: i32 = 10;
+const MOST_ITERATIONS: i32 = 10;
 /// Iterations that reduce their step by less do not converge.
 const DIVERGING: f64 = 0.99;
 /// Iterations that are only rounding are so many times its estimate at most, and at least this share of the one before.
@@ -231,7 +231,7 @@ impl Radau {
         [goal, noise]: [f64; 2],
     ) -> Newton {
         let (mut before, mut ratio_before, mut rate) = (0.0, 1.0, 0.0);
-        for iteration in 1..=ITERATIONS {
+        for iteration in 1..=MOST_ITERATIONS {
             if iteration > 1 || self.each.is_none() {
                 self.place(y);
                 f.evaluate_nodes(nodes(time, h), &self.points, &mut self.slopes);
@@ -257,7 +257,7 @@ impl Radau {
             if diverging {
                 return Newton::Failed { shorter: 0.5 };
             }
-            let left = ITERATIONS - iteration;
+            let left = MOST_ITERATIONS - iteration;
             let expected = size * power(rate, left) / goal;
             if iteration > 2 && expected >= 1.0 {
                 return Newton::Failed { shorter: 0.8 * libm::pow(expected.min(20.0), -1.0 / f64::from(4 + left)) };
