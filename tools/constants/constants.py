@@ -239,9 +239,9 @@ def page(studies):
     text = INTRODUCTION.format(runs=runs, failing=failing, when=WHEN)
     for section in sorted(sections.keys() - HEADS.keys()) + list(HEADS):
         if section == "Not measured":
-            measured = {name for other in sections.keys() - {"Not measured", "Not varied"} for name in sections[other]}
+            measured = [constant.name for constant in constants(ROOT) if place(constant)[0] not in ("Not measured", "Not varied")]
             text += "\n## Remarks\n\nWhat else is known of constants above.\n\n"
-            text += "".join(f"- `{name}`: {remark}\n" for name, remark in sorted(remarks.items()) if name in measured)
+            text += "".join(f"- `{name}`: {remarks[name]}\n" for name in measured if name in remarks)
         if section not in sections:
             continue
         about, heads = HEADS.get(section, ("", ["half", "twice"]))
