@@ -40,9 +40,6 @@ pub(crate) struct SingularPoses {
     pub smallest: Vec<f64>,
     /// Where branches come close to each other but do not meet.
     pub follow: Option<Follow>,
-    /// Since a change next to a pose so many steps, all that there were, were each shorter than the one before and a small part of the way to the pose, and the
-    /// length of the last.
-    pub creeping: Option<(u32, f64)>,
     /// The last states of short steps.
     pub trail: Trail,
     /// Singular poses that the last steps have passed, not yet reported.
@@ -56,7 +53,6 @@ impl SingularPoses {
             pose: None,
             smallest: vec![f64::MAX; model.program().tapes.reciprocal_pivots.len()],
             follow: None,
-            creeping: None,
             trail: Trail::new(model),
             passages: Vec::new(),
         }
@@ -65,15 +61,9 @@ impl SingularPoses {
     /// Forgets everything.
     pub fn start(&mut self) {
         (self.ahead, self.pose, self.follow) = (0.0, None, None);
-        self.creeping = None;
         self.smallest.fill(f64::MAX);
         self.trail.forget();
         self.passages.clear();
-    }
-
-    /// Something has changed.
-    pub fn restart(&mut self) {
-        self.creeping = Some((0, f64::MAX));
     }
 
     /// Takes those up to a time out that were passed as if branches met.
@@ -123,7 +113,6 @@ impl SingularPoses {
 
     pub fn copy_from(&mut self, other: &Self) {
         (self.ahead, self.pose, self.follow) = (other.ahead, other.pose, other.follow);
-        self.creeping = other.creeping;
         self.smallest.clone_from(&other.smallest);
         self.trail.copy_from(&other.trail);
         self.passages.clone_from(&other.passages);
@@ -135,7 +124,6 @@ impl SingularPoses {
             && self.ahead >= 0.0
             && self.pose.is_none_or(f64::is_finite)
             && self.follow.is_none_or(|follow| follow.until.is_finite() && follow.most > 0.0 && follow.most.is_finite())
-            && self.creeping.is_none_or(|(_, length)| length >= 0.0)
             && self.trail.belongs_to(model)
             && self.passages.iter().all(|passage| passage.time.is_finite())
             && self.smallest.len() == model.program().tapes.reciprocal_pivots.len()

@@ -9,11 +9,6 @@ use super::signals::Signals;
 use crate::math::maximum;
 use crate::model::{Model, State, motion};
 
-/// Series that begin anew next to a pose, converge no further than this share of the way to it, and less and less far, do not pass it: after so many steps they do
-/// not go on until rounding errors choose the branch.
-const CREEPING: f64 = 0.25;
-const SHRINKING: f64 = 0.95;
-const CREPT: u32 = 6;
 /// Nothing is evaluated so near to a singular pose, in units of a usual step.
 const ZONE: f64 = 0.2;
 
@@ -58,7 +53,6 @@ impl Run {
         self.signals.origin.copy_from(state);
         self.shift_poses(state.time());
         self.last.end_at(model, state);
-        self.singular.restart();
     }
 
     /// To be called before an input or parameter of the state changes.
@@ -149,16 +143,6 @@ impl Run {
     /// When the singular pose is in whose zone the last step ends; its end if there is none.
     pub(crate) fn pose_here(&self) -> f64 {
         self.singular.pose.filter(|_| self.in_zone(self.last.end_time)).unwrap_or(self.last.end_time)
-    }
-
-    /// Do all steps since the last change, of which one more has been taken, creep up to a pose that they do not pass?
-    pub(crate) fn creeps(&mut self) -> bool {
-        let (natural, ahead) = (self.last.natural, self.singular.ahead);
-        let follows = self.following().is_some();
-        let creeps = |before: f64| !follows && natural < CREEPING * ahead && natural < SHRINKING * before;
-        let creeping = self.singular.creeping.filter(|(_, before)| creeps(*before));
-        self.singular.creeping = creeping.map(|(count, _)| (count + 1, natural));
-        creeping.is_some_and(|(count, _)| count + 1 >= CREPT)
     }
 
     /// Is this time so close to a singular pose that nothing may be evaluated?
