@@ -17,7 +17,7 @@ pub(crate) struct Pattern {
     equations: Vec<usize>,
     /// Column of each equation.
     columns: Vec<usize>,
-    /// First entry of each column, and the end.
+    /// First entry of each column, and the end; how many it has.
     first: Vec<usize>,
     counts: Vec<usize>,
     /// Column that each entry stands in the row of, ascending.
@@ -171,14 +171,11 @@ impl Pattern {
 /// The order of elimination, and for each equation those that it is coupled with when its turn comes.
 fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usize>, Vec<BTreeSet<usize>>) {
     let original = neighbours.clone();
-    // The unknowns that each loop equation waits for.
-    let mut waits: Vec<BTreeSet<usize>> = (0..neighbours.len())
-        .map(
-            |index| {
-                if index < unknowns { BTreeSet::new() } else { original[index].range(..unknowns).copied().collect() }
-            },
-        )
-        .collect();
+    // The unknowns that each loop equation waits for; an unknown waits for none.
+    let mut waits = vec![BTreeSet::new(); neighbours.len()];
+    for (waits, neighbours) in waits.iter_mut().zip(&original).skip(unknowns) {
+        waits.extend(neighbours.range(..unknowns).copied());
+    }
     let mut ranks = vec![Rank::default(); neighbours.len()];
     ranks[..unknowns].iter_mut().for_each(|rank| rank.leaves_open = true);
     let key =
@@ -212,11 +209,12 @@ fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usiz
     (order, below)
 }
 
-/// Which one of those that are coupled with equally many others is eliminated first, so that neighbours in time do not wait for each other: an unknown that is the last one
-/// of a loop equation, which works from all ends of a mechanism towards its middle, and what waits for the fewest others before it.
+/// Of equations with equally many neighbours the one of the lowest rank is eliminated first. Unknowns that no loop equation waits for alone come last: elimination works from all ends of a mechanism
+/// towards its middle, and consecutive results do not depend on each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
     leaves_open: bool,
+    /// So many eliminations come before it, each depending on the one before.
     height: usize,
 }
 
@@ -311,7 +309,7 @@ impl Factors {
         [self.pattern.place(row, column); 2]
     }
 
-    /// Zero.
+    /// Makes all entries zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(0.0);
         self.entries.fill(0.0);

@@ -114,8 +114,8 @@ impl Jet {
                 let h = [second[0][0], second[1][0]];
                 let balanced: [Lane; N] = view.solve(moment[0], h);
                 // A state has a mass of its own, which nothing but its law moves.
-                let beside = inverse.rows::<N>().get(F * WIDTH..).unwrap_or_default();
-                let solution = less(balanced, beside, moment[F..].as_flattened(), self.form.world.len());
+                let of_states = inverse.rows::<N>().get(F * WIDTH..).unwrap_or_default();
+                let solution = less(balanced, of_states, moment[F..].as_flattened(), self.form.world.len());
                 if keeps {
                     self.reactions_kept.keep(k, &solution[S..]);
                 }
