@@ -103,7 +103,7 @@ impl Elimination {
             }
             found.independent[index] = true;
             let column = pivot(&rest, unknowns, &counts)?;
-            found.take_out(solve_for(column, &rest, &shares_of_row));
+            found.take_out(solve_for(column, rest, shares_of_row));
         }
         for mut row in std::mem::take(&mut found.dependent) {
             found.reduce(&row.rest, &mut sum, &mut shares);
@@ -166,12 +166,11 @@ fn pivot(rest: &[(usize, f64)], unknowns: usize, counts: &[usize]) -> Option<usi
     large.min_by_key(|(column, _)| counts[*column]).map(|(column, _)| *column)
 }
 
-fn solve_for(column: usize, rest: &[(usize, f64)], shares: &[(usize, f64)]) -> Solved {
-    let factor = 1.0 / entry(rest, column);
-    let times = |entries: &[(usize, f64)]| entries.iter().map(|(place, value)| (*place, factor * value)).collect();
-    let mut rest: EntryList = times(rest);
+fn solve_for(column: usize, mut rest: EntryList, mut shares: EntryList) -> Solved {
+    let factor = 1.0 / entry(&rest, column);
     rest.retain(|(place, _)| *place != column);
-    Solved { column, rest, shares: times(shares) }
+    rest.iter_mut().chain(&mut shares).for_each(|(_, value)| *value *= factor);
+    Solved { column, rest, shares }
 }
 
 /// Not a number counts.

@@ -17,17 +17,15 @@ pub(crate) struct Pattern {
     equations: Vec<usize>,
     /// Column of each equation.
     columns: Vec<usize>,
-    /// First entry of each column, and the end.
+    /// First entry of each column, and the end; how many it has.
     first: Vec<usize>,
     counts: Vec<usize>,
     /// Column that each entry stands in the row of, ascending.
     rows: Vec<u32>,
-    /// The same entries by rows: how many each row has, and which entry of the columns each is.
+    /// The same entries by rows: how many each row has, and where each entry of the columns is.
     counts_by_rows: Vec<usize>,
-    by_rows: Vec<u32>,
-    /// Where each entry of the columns is among those by rows.
     turned: Vec<u32>,
-    /// The products that are taken off each entry: the entry and the factor of an earlier column.
+    /// The products that are taken off each entry: the entry and the factor of an earlier column, by rows.
     products: Lists,
     /// Columns whose part of the inverse is needed, from the last one up, and for each of their entries the other factors of the column and the entries of the inverse that
     /// they are multiplied by.
@@ -86,7 +84,6 @@ impl Pattern {
         let mut pattern = Self {
             counts: first.windows(2).map(|ends| ends[1] - ends[0]).collect(),
             counts_by_rows: Vec::new(),
-            by_rows: Vec::new(),
             turned: vec![0; rows.len()],
             products: Lists::default(),
             wanted: Vec::new(),
@@ -104,10 +101,10 @@ impl Pattern {
 
     /// Finds the entries by rows.
     fn turn(&mut self) {
-        self.by_rows = (0..self.rows.len() as u32).collect();
-        self.by_rows.sort_by_key(|&entry| self.rows[entry as usize]);
+        let mut by_rows: Vec<u32> = (0..self.rows.len() as u32).collect();
+        by_rows.sort_by_key(|&entry| self.rows[entry as usize]);
         self.counts_by_rows = vec![0; self.equations.len()];
-        for (place, &entry) in self.by_rows.iter().enumerate() {
+        for (place, &entry) in by_rows.iter().enumerate() {
             self.turned[entry as usize] = place as u32;
             self.counts_by_rows[self.rows[entry as usize] as usize] += 1;
         }
@@ -116,7 +113,8 @@ impl Pattern {
     fn find_products(&mut self) {
         let mut products = vec![Vec::new(); self.rows.len()];
         for (upper, lower) in (0..self.equations.len()).flat_map(|column| self.pairs(column)) {
-            products[self.entry(self.rows[upper], self.rows[lower])].push([lower as u32, upper as u32]);
+            let factors = [lower, upper].map(|entry| self.turned[entry]);
+            products[self.entry(self.rows[upper], self.rows[lower])].push(factors);
         }
         self.products = Lists::new(&products);
     }
@@ -173,14 +171,11 @@ impl Pattern {
 /// The order of elimination, and for each equation those that it is coupled with when its turn comes.
 fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usize>, Vec<BTreeSet<usize>>) {
     let original = neighbours.clone();
-    // The unknowns that each loop equation waits for.
-    let mut waits: Vec<BTreeSet<usize>> = (0..neighbours.len())
-        .map(
-            |index| {
-                if index < unknowns { BTreeSet::new() } else { original[index].range(..unknowns).copied().collect() }
-            },
-        )
-        .collect();
+    // The unknowns that each loop equation waits for; an unknown waits for none.
+    let mut waits = vec![BTreeSet::new(); neighbours.len()];
+    for (waits, neighbours) in waits.iter_mut().zip(&original).skip(unknowns) {
+        waits.extend(neighbours.range(..unknowns).copied());
+    }
     let mut ranks = vec![Rank::default(); neighbours.len()];
     ranks[..unknowns].iter_mut().for_each(|rank| rank.leaves_open = true);
     let key =
@@ -214,11 +209,12 @@ fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usiz
     (order, below)
 }
 
-/// Which one of those that are coupled with equally many others is eliminated first, so that neighbours in time do not wait for each other: an unknown that is the last one
-/// of a loop equation, which works from all ends of a mechanism towards its middle, and what waits for the fewest others before it.
+/// Of equations with equally many neighbours the one of the lowest rank is eliminated first. Unknowns that no loop equation waits for alone come last: elimination works from all ends of a mechanism
+/// towards its middle, and consecutive results do not depend on each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
     leaves_open: bool,
+    /// So many eliminations come before it, each depending on the one before.
     height: usize,
 }
 
@@ -230,7 +226,7 @@ pub(crate) struct Factors {
     targets: Vec<[usize; 3]>,
     /// D, from the matrix; then 1 / D.
     diagonal: Vec<f64>,
-    /// Entries of the matrix, then of L D.
+    /// Entries of the matrix.
     entries: Vec<f64>,
     /// L by columns, and by rows.
     factors: Vec<Part>,
@@ -255,16 +251,17 @@ fn in_rows(places: &[usize]) -> Vec<[usize; 3]> {
     rows
 }
 
-/// A factor, and the equation whose part of a solution it multiplies.
+/// An entry of L D, that of L, and the equation whose part of a solution this multiplies.
 #[derive(Clone, Copy, Debug)]
 struct Part {
+    entry: f64,
     factor: f64,
     equation: u32,
 }
 
 impl Part {
     fn of(equation: usize) -> Self {
-        Self { factor: 0.0, equation: equation as u32 }
+        Self { entry: 0.0, factor: 0.0, equation: equation as u32 }
     }
 }
 
@@ -312,7 +309,7 @@ impl Factors {
         [self.pattern.place(row, column); 2]
     }
 
-    /// Zero.
+    /// Makes all entries zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(0.0);
         self.entries.fill(0.0);
@@ -322,18 +319,18 @@ impl Factors {
     #[inline(always)]
     pub fn factor(&mut self) -> bool {
         let Self { pattern, diagonal, entries, factors, by_rows, sizes, .. } = self;
-        let (mut places, mut counts) = (&pattern.by_rows[..], pattern.products.counts.iter());
-        let (mut products, mut first, mut first_by_rows) = (&pattern.products.pairs[..], 0, 0);
+        let (mut products, mut counts) = (&pattern.products.pairs[..], pattern.products.counts.iter());
+        let (mut first, mut first_by_rows) = (0, 0);
         for column in 0..diagonal.len() {
-            let places = take(&mut places, pattern.counts_by_rows[column]);
             let mut pivot = diagonal[column];
             let mut size = pivot.abs();
-            for (&entry, part) in places.iter().zip(&by_rows[first_by_rows..]) {
-                let product = entries[entry as usize] * part.factor;
+            let row = &by_rows[first_by_rows..][..pattern.counts_by_rows[column]];
+            for part in row {
+                let product = part.entry * part.factor;
                 pivot -= product;
                 size += product.abs();
             }
-            first_by_rows += places.len();
+            first_by_rows += row.len();
             sizes[column] = size;
             // Not a number is singular too.
             let regular = pivot.abs() > SINGULAR * size;
@@ -345,12 +342,12 @@ impl Factors {
             let end = first + pattern.counts[column];
             for (entry, count) in (first..end).zip(&mut counts) {
                 let mut value = entries[entry];
-                for &[earlier, factor] in take(&mut products, *count) {
-                    value -= entries[earlier as usize] * factors[factor as usize].factor;
+                for &[earlier, other] in take(&mut products, *count) {
+                    value -= by_rows[earlier as usize].entry * by_rows[other as usize].factor;
                 }
-                entries[entry] = value;
-                factors[entry].factor = value * inverse;
-                by_rows[pattern.turned[entry] as usize].factor = value * inverse;
+                let (part, turned) = (&mut factors[entry], &mut by_rows[pattern.turned[entry] as usize]);
+                part.factor = value * inverse;
+                (turned.entry, turned.factor) = (value, part.factor);
             }
             first = end;
         }
@@ -506,6 +503,32 @@ mod tests {
         };
         let (few, many) = (work(100), work(3000));
         few.iter().zip(many).for_each(|(few, many)| assert!(many < 1.1 * few, "{few} {many}"));
+    }
+
+    /// Bars side by side, each tied to the next one: of so many loops.
+    fn row_of_loops(loops: usize) -> Pattern {
+        let unknowns = 2 * loops + 1;
+        let of_loop = |index: usize| {
+            let bars = [index, index + 1, loops + 1 + index];
+            let rows = [0, 1].map(|component| unknowns + 2 * index + component);
+            rows.into_iter().flat_map(move |row| bars.map(|bar| (row, bar))).chain([(bars[0], bars[2])])
+        };
+        Pattern::new(unknowns + 2 * loops, unknowns, (0..loops).flat_map(of_loop))
+    }
+
+    #[test]
+    fn a_row_of_loops_is_eliminated_from_both_ends() {
+        let loops = 40;
+        let pattern = row_of_loops(loops);
+        let mut waits = vec![0; pattern.columns.len()];
+        for column in 0..waits.len() {
+            let later = waits[column] + 1;
+            pattern.rows[pattern.entries(column)]
+                .iter()
+                .for_each(|&row| waits[row as usize] = later.max(waits[row as usize]));
+        }
+        // Two loop equations for each loop of a half, after a tie and a bar.
+        assert!(waits.iter().all(|wait| *wait <= loops + 4), "{:?}", waits.iter().max());
     }
 
     #[test]

@@ -128,11 +128,14 @@ impl Pose {
 
     /// The curvature of a combination and what bends it.
     fn bend(&self, place: usize) -> Bend {
-        let combination = combination(&self.found.dependent[place]);
-        let bending = combination.iter().filter(|(_, share)| share.abs() > SMALLEST);
-        let entries: Vec<Curvature> = bending
-            .flat_map(|(row, share)| self.curvatures[*row].iter().map(move |(a, b, value)| (*a, *b, share * value)))
-            .collect();
+        let row = &self.found.dependent[place];
+        let largest = size(row);
+        let shares = row.shares.iter().map(|(row, share)| (&self.curvatures[*row], share / largest));
+        let bending = shares.filter(|(_, share)| share.abs() > SMALLEST);
+        let mut entries = Vec::with_capacity(bending.clone().map(|(curvatures, _)| curvatures.len()).sum());
+        for (curvatures, share) in bending {
+            entries.extend(curvatures.iter().map(|(a, b, value)| (*a, *b, share * value)));
+        }
         let mut columns: Vec<usize> = entries.iter().map(|entry| entry.0).collect();
         columns.sort_unstable();
         columns.dedup();

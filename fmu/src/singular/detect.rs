@@ -56,7 +56,7 @@ const NONE: f64 = 0.15;
 /// Attempts to find the time of the pose.
 const SECANTS: usize = 4;
 
-/// Where the time of a pose is made more precise, before it and the first time after it as well, in shares of a step.
+/// Where the time of a pose is made more precise, before and after it, in shares of a step.
 const CLOSER: [f64; 3] = [0.05, 2e-3, 1e-4];
 
 /// How close the loop equations are to depending on each other, where the step begins and at the end of a step: 1 / r_k^2.
@@ -95,11 +95,11 @@ pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
         if share < THERE {
             break;
         }
-        let mut look = |time: f64| (time, share_at(time));
-        // The distance has passed zero, which is likelier (it falls faster and faster, like a sine), or is still to come to it.
-        let passed = look(best / (1.0 + share));
+        let mut evaluate = |time: f64| (time, share_at(time));
+        // The guess is behind the pose, which is likelier (the distance falls faster and faster, like a sine), or before it.
+        let passed = evaluate(best / (1.0 + share));
         let may_come = passed.1 >= THERE && share < COMES_CLOSER;
-        let coming = if may_come { look(best / (1.0 - share)) } else { passed };
+        let coming = if may_come { evaluate(best / (1.0 - share)) } else { passed };
         let (time, least) = if coming.1 <= passed.1 { coming } else { passed };
         if least >= share {
             break;
@@ -109,27 +109,14 @@ pub fn locate(guess: f64, mut share_at: impl FnMut(f64) -> f64) -> Option<f64> {
     (share < NONE).then_some(best)
 }
 
-/// The time of a pose that is known about, more precisely. `span`: the length of the step. The distance, negative behind the pose, is smooth: its zero follows from a place on either side by a straight
-/// line, and then from one place more, which may be nearer than two of them, by a parabola.
+/// The time of a pose that is known about, more precisely: the distance from it grows alike on both sides. `span`: the length of the step. (A place on one side alone does not tell: where branches miss each
+/// other the distance does not fall to zero.)
 pub fn refine(at: f64, span: f64, mut share_at: impl FnMut(f64) -> f64) -> f64 {
-    let [far, near @ ..] = CLOSER.map(|closer| closer * span);
-    let (mut before, after) = ([at - far, share_at(at - far)], [at + far, -share_at(at + far)]);
-    let line = at + far * (before[1] + after[1]) / (before[1] - after[1]);
-    let mut best = if line.is_finite() { line } else { at };
-    for distance in near {
-        let closer = [best - distance, share_at(best - distance)];
-        let shift = zero_of_inverse([before, after, closer].map(|[time, share]| [time - best, share]));
-        best += if shift.is_finite() { shift } else { 0.0 };
-        before = closer;
-    }
-    best
-}
-
-/// The argument at which a function of three values is zero, its inverse being a parabola.
-fn zero_of_inverse([a, b, c]: [Place; 3]) -> f64 {
-    let part =
-        |one: Place, [other, another]: [f64; 2]| one[0] * other * another / ((other - one[1]) * (another - one[1]));
-    part(a, [b[1], c[1]]) + part(b, [a[1], c[1]]) + part(c, [a[1], b[1]])
+    CLOSER.iter().fold(at, |at, closer| {
+        let [before, after] = [-1.0, 1.0].map(|side| share_at(at + side * closer * span));
+        let shift = closer * span * (before - after) / (before + after);
+        if shift.is_finite() { at + shift } else { at }
+    })
 }
 
 /// The place of a singular pose within a step of length h that none was announced for, where the smallest distance at its end is this share of that at its start.

@@ -1,7 +1,5 @@
 //! Singular poses that a run passes: judged by the motion there, and noted.
 
-use std::collections::BTreeSet;
-
 use super::crossing::Crossing;
 use crate::math;
 use crate::model::{Model, State};
@@ -62,6 +60,13 @@ fn passage(run: &Run, model: &Model, time: f64, pose: &[f64]) -> Passage {
     describe(model, &run.state_at(model, time, pose))
 }
 
+/// Each number once.
+fn in_order(mut numbers: Vec<usize>) -> Vec<usize> {
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
 /// Describes the pose of a state.
 pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let mut passage = Passage { time: state.time(), joints: Vec::new(), bodies: Vec::new(), freedoms: 0, defect: 0.0 };
@@ -69,10 +74,10 @@ pub(crate) fn describe(model: &Model, state: &State) -> Passage {
     let Some(found) = Crossing::of(model, state) else { return passage };
     passage.freedoms = found.combinations.len();
     let shares = found.combinations.iter().flatten().filter(|(_, share)| share.abs() > SHARE_OF_LARGEST);
-    let part: BTreeSet<usize> = shares.map(|(place, _)| *place).collect();
+    let part = in_order(shares.map(|(place, _)| *place).collect());
     passage.joints = part.iter().map(|&place| program.constraints[found.imposed[place]].owner.clone()).collect();
     passage.joints.dedup();
-    let moved: BTreeSet<usize> = part.iter().flat_map(|&place| &found.columns[place]).copied().collect();
+    let moved = in_order(part.iter().flat_map(|&place| &found.columns[place]).copied().collect());
     let turning = moved.iter().filter_map(|&index| program.coordinates[index].name.strip_suffix(".angle"));
     passage.bodies = turning.map(String::from).collect();
     let coordinates = program.coordinates.iter().zip(state.positions()).take(model.mechanical());

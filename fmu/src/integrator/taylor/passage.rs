@@ -193,7 +193,7 @@ impl Taylor {
         false
     }
 
-    /// Notes that the step to this end passes a singular pose, so long after its start if that is known; false if the branches do not meet there.
+    /// Notes that the step to this end passes a singular pose; false if the branches do not meet there. `known`: how long after the start of the step, if that has been located precisely.
     pub(super) fn note_passage(&mut self, context: &mut Context, run: &mut Run, known: Option<f64>, end: f64) -> bool {
         let h = end - run.last.end_time;
         let pose = match known {
@@ -204,7 +204,7 @@ impl Taylor {
         if !meets {
             self.known = Start::Unknown;
         } else if known.is_some() {
-            // The series at the end is at hand.
+            // The series at the end has begun.
             self.go_to(run, h);
             context.model.forget_integrals(&mut self.next);
         } else {

@@ -67,7 +67,7 @@ pub(crate) struct Step {
     pub predicted: bool,
     pub located: bool,
     pub missed: bool,
-    /// How long after the start of the step the one is that is passed, precisely, if that is known before the end is looked at.
+    /// How long after its start the step crosses the singular pose, if it does, located precisely before the end is evaluated.
     pub passed: Option<f64>,
 }
 

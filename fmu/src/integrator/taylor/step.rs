@@ -70,7 +70,7 @@ impl Taylor {
             return Trial::Declined;
         }
         let passes = step.located && run.singular.ahead < h;
-        // What is looked at on the way must not be found in place of the end.
+        // Located before the series at the end begins, which would else have to begin again.
         step.passed = passes.then(|| self.refined(context, run, h));
         self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
         if switch.is_some() && step.located && run.in_zone_of(end, h.max(run.last.natural)) {

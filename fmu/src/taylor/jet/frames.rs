@@ -117,8 +117,8 @@ impl Jet {
             let mut solution: [Lane; N] = if F == 1 {
                 let balanced = view.solve(moment[0], h);
                 // A state has a mass of its own, which nothing but its law moves.
-                let beside = inverse.rows::<N>().get(F * WIDTH..).unwrap_or_default();
-                less(balanced, beside, moment[F..].as_flattened(), self.form.world.len())
+                let of_states = inverse.rows::<N>().get(F * WIDTH..).unwrap_or_default();
+                less(balanced, of_states, moment[F..].as_flattened(), self.form.world.len())
             } else {
                 fixed.solve::<F, N>(moment.first_chunk()?, &second)
             };
