@@ -69,7 +69,9 @@ impl Taylor {
         if !is_near_pose(run) && !self.agrees(context, run, h, step.goal) {
             return Trial::Declined;
         }
-        self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
+        if !self.jet.end_found(end, h, &mut self.next) {
+            self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
+        }
         if switch.is_some() && step.located && run.in_zone_of(end, h.max(run.last.natural)) {
             // Nothing may be evaluated there: the next step leaves the pose.
             self.finish(context, run, step, (end, switch));

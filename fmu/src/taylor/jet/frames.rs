@@ -1,15 +1,14 @@
 //! The orders of a mechanism of frames only: every angle an unknown of its own, no displacements, no signals in the loops. What
 //! [`super::orders`] does for all, with everything between two stores in registers.
 
-use super::{Jet, Loads, ORDERS, Scatter, Series, vectors};
+use super::{Coefficient, Jet, Loads, ORDERS, Scatter, Series, vectors};
 use crate::linalg::columns::Columns;
-use crate::linalg::inverse::Inverse;
-use crate::linalg::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract, times};
-use crate::linalg::matrix::Matrix;
-use crate::linalg::number::Number;
+use crate::linalg::lane::{Lane, WIDTH, add, minus, multiply, plus, splat, subtract, times};
+use crate::linalg::matrix::Solve;
+use crate::linalg::number::{Elementary, Number};
 
 /// One order of x and y of F lanes.
-type Pair<const F: usize> = [[Lane; F]; 2];
+pub(super) type Pair<N, const L: usize, const F: usize> = [[Lane<N, L>; F]; 2];
 
 /// For each order k: 1 / ((k + 1) (k + 2)) and 1 / (k + 1).
 const RECIPROCALS: [[f64; 2]; ORDERS] = {
@@ -23,20 +22,21 @@ const RECIPROCALS: [[f64; 2]; ORDERS] = {
 };
 
 /// Where the new coefficients go.
-struct Frames<'a, const F: usize> {
-    x: &'a mut [Series; F],
-    y: &'a mut [Series; F],
-    omega: &'a mut [Series; F],
-    force: [&'a mut [Series; F]; 2],
-    values: &'a mut [[Lane; F]; ORDERS],
+struct Frames<'a, N, const L: usize, const F: usize> {
+    x: &'a mut [Series<N, L>; F],
+    y: &'a mut [Series<N, L>; F],
+    omega: &'a mut [Series<N, L>; F],
+    force: [&'a mut [Series<N, L>; F]; 2],
+    values: &'a mut [[Lane<N, L>; F]; ORDERS],
 }
 
-/// What stays as it is along a step.
-pub(super) struct Fixed<'a> {
-    pub coupling: &'a Columns,
-    pub rows: &'a Columns,
-    pub reactions: &'a Columns,
-    pub inverse: &'a Inverse,
+/// What stays as it is along a step, with E lanes of equations.
+pub(super) struct Fixed<'a, N, const L: usize, const E: usize> {
+    pub coupling: &'a Columns<N, L>,
+    pub rows: &'a Columns<N, L>,
+    pub reactions: &'a Columns<N, L>,
+    /// Rows of the inverse.
+    pub inverse: &'a [[Lane<N, L>; E]],
     /// Numbers of accelerations and reactions.
     pub equations: [usize; 2],
 }
@@ -46,54 +46,59 @@ impl Jet {
     #[inline(always)]
     pub(super) fn respond_any(&mut self) {
         match self.frames {
-            [1, 1] => self.respond_frames::<1>(),
-            [1, 2] => self.respond_frames::<2>(),
-            [1, 3] => self.respond_frames::<3>(),
+            [1, 1] => self.respond_frames::<1, 1>(),
+            [1, 2] => self.respond_frames::<1, 2>(),
+            [1, 3] => self.respond_frames::<1, 3>(),
             _ => {}
         }
     }
+}
 
+#[expect(private_bounds, reason = "there are two kinds of numbers")]
+impl<N: Coefficient, const L: usize> Jet<N, L> {
+    /// Finds how the pose of F lanes of frames responds.
     #[inline(always)]
-    fn respond_frames<const N: usize>(&mut self) {
-        let Matrix::Whole(inverse) = &self.matrix else { return };
+    pub(super) fn respond_frames<const F: usize, const E: usize>(&mut self) {
+        let Some(inverse) = self.matrix.rows() else { return };
         let Self { rows, reactions, .. } = self;
         let coupling = self.coupling.entries();
         let equations = [self.unknowns.len(), self.form.rows.len()];
-        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
-        self.response.find::<N>(&fixed, self.x[super::at(0, 0)], self.y[super::at(0, 0)]);
+        let fixed = Fixed::<N, L, E> { coupling, rows, reactions, inverse, equations };
+        self.response.find::<F, E>(&fixed, first_order(&self.x), first_order(&self.y));
     }
 
-    /// Orders from the first to the last with F lanes of frames and N - F of loops; none if the storage has another shape.
+    /// Orders from the first to the last with F lanes of frames and E - F of loops; none if the storage has another shape.
     #[inline(always)]
-    pub(super) fn advance_frames<const F: usize, const N: usize>(&mut self, first: usize, last: usize) -> Option<()> {
+    pub(super) fn advance_frames<const F: usize, const E: usize>(&mut self, first: usize, last: usize) -> Option<()> {
         if last + 2 >= ORDERS {
             return None;
         }
-        let Matrix::Whole(inverse) = &self.matrix else { return None };
+        let inverse = self.matrix.rows()?;
         let Self { rows, reactions, .. } = self;
         let coupling = self.coupling.entries();
         let equations = [self.unknowns.len(), self.form.rows.len()];
-        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
-        let view = self.response.view::<N>(&fixed);
+        let fixed = Fixed::<N, L, E> { coupling, rows, reactions, inverse, equations };
+        let view = self.response.view::<F, E>(&fixed);
         let [force_x, force_y] = &mut self.force;
-        let mut frames = Frames::<F> {
+        let mut frames = Frames::<N, L, F> {
             x: all_orders(&mut self.x)?,
             y: all_orders(&mut self.y)?,
             omega: all_orders(&mut self.omega)?,
             force: [all_orders(force_x)?, all_orders(force_y)?],
             values: self.values.as_chunks_mut().0.first_chunk_mut()?,
         };
+        // Of one lane the response knows all but what the loads do.
+        let responds = F * L <= WIDTH;
         let keeps = self.reactions_kept.are_kept();
         for k in first..last + 1 {
             if !self.scalars.is_steady() {
                 self.scalars.rates(k, frames.vectors());
             }
             self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
-            let applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
+            let applied: Pair<N, L, F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
             let (second, mut moment) = frames.convolve(k);
-            // Of one lane the response knows all but what the loads do.
-            let turned = if F == 1 { applied } else { fixed.coupling.couple(&second, applied) };
-            if F > 1 || self.loads.act(k) {
+            let turned = if responds { applied } else { fixed.coupling.couple(&second, applied) };
+            if !responds || self.loads.act(k) {
                 for f in 0..F {
                     let (x, y) = (frames.x[f][0], frames.y[f][0]);
                     let turning = subtract(multiply(x, turned[1][f]), multiply(y, turned[0][f]));
@@ -103,17 +108,16 @@ impl Jet {
             for push in self.pushes.at(k) {
                 *moment.as_flattened_mut().get_mut(push.place)? -= push.value(k, &self.scalars, &self.coefficients);
             }
-            if F == 1 {
-                let h = [second[0][0], second[1][0]];
-                let solution: [Lane; N] = view.solve(moment[0], h);
+            if responds {
+                let solution: [Lane<N, L>; E] = view.solve(&moment, &second);
                 if keeps {
                     self.reactions_kept.keep(k, &solution[F..]);
                 }
-                let [x, y] = view.force(h, &solution, [applied[0][0], applied[1][0]]);
+                let force = view.force(&second, &solution, applied);
                 frames.turn(k, solution.first_chunk()?, second);
-                frames.push(k, [[x; F], [y; F]]);
+                frames.push(k, force);
             } else {
-                let solution: [Lane; N] = fixed.solve::<F, N>(&moment, &second);
+                let solution: [Lane<N, L>; E] = fixed.solve::<F>(&moment, &second);
                 if keeps {
                     self.reactions_kept.keep(k, &solution[F..]);
                 }
@@ -147,8 +151,18 @@ impl Loads {
 }
 
 #[inline(always)]
-fn all_orders<const F: usize>(lanes: &mut [Lane]) -> Option<&mut [Series; F]> {
+fn all_orders<N, const L: usize, const F: usize>(lanes: &mut [Lane<N, L>]) -> Option<&mut [Series<N, L>; F]> {
     lanes.as_chunks_mut().0.first_chunk_mut()
+}
+
+/// The first order of F lanes.
+#[inline(always)]
+fn first_order<N: Number, const L: usize, const F: usize>(lanes: &[Lane<N, L>]) -> [Lane<N, L>; F] {
+    let mut first = [splat(N::ZERO); F];
+    for (place, series) in first.iter_mut().zip(lanes.as_chunks::<ORDERS>().0) {
+        *place = series[0];
+    }
+    first
 }
 
 /// Second derivatives of the arms of a lane of frames, and moments of the forces on them, without the accelerations and forces of order k: from orders 1 to
@@ -198,17 +212,21 @@ fn terms<N: Number, const L: usize>(
     [plus(sums[0], x, omega), plus(sums[1], y, omega), plus(sums[2], x, force_y), plus(sums[3], y, force_x)]
 }
 
-impl<const F: usize> Frames<'_, F> {
+impl<N: Number, const L: usize, const F: usize> Frames<'_, N, L, F> {
     /// What scalar series read.
     #[inline(always)]
-    fn vectors(&self) -> crate::taylor::tape::Vectors<'_, f64, WIDTH> {
+    fn vectors(&self) -> crate::taylor::tape::Vectors<'_, N, L>
+    where
+        N: Elementary,
+    {
         vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), F)
     }
 
     /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.
     #[inline(always)]
-    fn convolve(&self, k: usize) -> (Pair<F>, [Lane; F]) {
-        let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; F]);
+    fn convolve(&self, k: usize) -> (Pair<N, L, F>, [Lane<N, L>; F]) {
+        let zero = [splat(N::ZERO); F];
+        let (mut second, mut moment) = ([zero; 2], zero);
         for f in 0..F {
             let force = [&self.force[0][f], &self.force[1][f]];
             [second[0][f], second[1][f], moment[f]] = convolve(k, [&self.x[f], &self.y[f]], &self.omega[f], force);
@@ -218,23 +236,23 @@ impl<const F: usize> Frames<'_, F> {
 
     /// Takes the accelerations over; returns the second derivatives of the arms with them.
     #[inline(always)]
-    fn turn(&mut self, k: usize, alpha: &[Lane; F], mut second: Pair<F>) -> Pair<F> {
+    fn turn(&mut self, k: usize, alpha: &[Lane<N, L>; F], mut second: Pair<N, L, F>) -> Pair<N, L, F> {
         let k = k.min(ORDERS - 3);
-        let [inverse, share] = RECIPROCALS[k].map(splat);
+        let [inverse, share] = RECIPROCALS[k];
         for f in 0..F {
-            self.values[k + 2][f] = multiply(inverse, alpha[f]);
-            self.omega[f][ORDERS - 2 - k] = multiply(share, alpha[f]);
+            self.values[k + 2][f] = times(inverse, alpha[f]);
+            self.omega[f][ORDERS - 2 - k] = times(share, alpha[f]);
             second[0][f] = minus(second[0][f], alpha[f], self.y[f][0]);
             second[1][f] = plus(second[1][f], alpha[f], self.x[f][0]);
-            self.x[f][k + 2] = multiply(inverse, second[0][f]);
-            self.y[f][k + 2] = multiply(inverse, second[1][f]);
+            self.x[f][k + 2] = times(inverse, second[0][f]);
+            self.y[f][k + 2] = times(inverse, second[1][f]);
         }
         second
     }
 
     /// Keeps the forces.
     #[inline(always)]
-    fn push(&mut self, k: usize, [x, y]: Pair<F>) {
+    fn push(&mut self, k: usize, [x, y]: Pair<N, L, F>) {
         let place = ORDERS - 1 - k.min(ORDERS - 1);
         for f in 0..F {
             self.force[0][f][place] = x[f];
@@ -243,28 +261,34 @@ impl<const F: usize> Frames<'_, F> {
     }
 }
 
-impl Fixed<'_> {
+impl<N: Number, const L: usize, const E: usize> Fixed<'_, N, L, E> {
     /// Accelerations and reactions that make up for the residuals of the equations.
     #[inline(always)]
-    fn solve<const F: usize, const N: usize>(&self, moment: &[Lane; F], [x, y]: &Pair<F>) -> [Lane; N] {
+    fn solve<const F: usize>(&self, moment: &[Lane<N, L>; F], [x, y]: &Pair<N, L, F>) -> [Lane<N, L>; E] {
         let [frames, rows] = self.equations;
-        let mut gaps = [ZERO; N];
-        for r in F..N {
+        let zero = [splat(N::ZERO); E];
+        let mut gaps = zero;
+        for r in F..E {
             gaps[r] = self.rows.dot(r - F, x.as_flattened(), y.as_flattened());
         }
-        let (balanced, closed) = self.inverse.rows::<N>().split_at_checked(F * WIDTH).unwrap_or_default();
-        less(less([ZERO; N], balanced, moment.as_flattened(), frames), closed, gaps[F..].as_flattened(), rows)
+        let (balanced, closed) = self.inverse.split_at_checked(F * L).unwrap_or_default();
+        less(less(zero, balanced, moment.as_flattened(), frames), closed, gaps[F..].as_flattened(), rows)
     }
 }
 
 /// sum - rows x values
 #[inline(always)]
-fn less<const N: usize>(mut sum: [Lane; N], rows: &[[Lane; N]], values: &[f64], count: usize) -> [Lane; N] {
+fn less<N: Number, const L: usize, const E: usize>(
+    mut sum: [Lane<N, L>; E],
+    rows: &[[Lane<N, L>; E]],
+    values: &[N],
+    count: usize,
+) -> [Lane<N, L>; E] {
     let count = count.min(rows.len()).min(values.len());
     let (rows, values) = (&rows[..count], &values[..count]);
     let mut i = 0;
     while i < count {
-        for n in 0..N {
+        for n in 0..E {
             sum[n] = minus(sum[n], rows[i][n], splat(values[i]));
         }
         i += 1;
@@ -272,10 +296,10 @@ fn less<const N: usize>(mut sum: [Lane; N], rows: &[[Lane; N]], values: &[f64], 
     sum
 }
 
-impl Columns {
+impl<N: Number, const L: usize> Columns<N, L> {
     /// sum + (re + i im)(x + i y), all lanes.
     #[inline(always)]
-    fn couple<const F: usize>(&self, [x, y]: &Pair<F>, sum: Pair<F>) -> Pair<F> {
+    fn couple<const F: usize>(&self, [x, y]: &Pair<N, L, F>, sum: Pair<N, L, F>) -> Pair<N, L, F> {
         let mut result = sum;
         for f in 0..F {
             [result[0][f], result[1][f]] = self.complex(f, x.as_flattened(), y.as_flattened(), [sum[0][f], sum[1][f]]);
@@ -285,7 +309,7 @@ impl Columns {
 
     /// sum + (re + i im) x, all lanes.
     #[inline(always)]
-    fn react<const F: usize>(&self, x: &[f64], sum: Pair<F>) -> Pair<F> {
+    fn react<const F: usize>(&self, x: &[N], sum: Pair<N, L, F>) -> Pair<N, L, F> {
         let mut result = sum;
         for f in 0..F {
             [result[0][f], result[1][f]] = self.real(f, x, [sum[0][f], sum[1][f]]);

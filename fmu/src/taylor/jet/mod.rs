@@ -35,6 +35,7 @@ use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Cause, Factor, Link, Load, LoopEquation, Slot};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
+use batch::Found;
 pub(crate) use batch::{Batch, MEMBERS};
 pub use clearance::Changes;
 use curves::CurveSlope;
@@ -211,10 +212,10 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     matrix: N::Matrix,
     /// Is it laid out for masses that are alike, and for a chain?
     layout: Option<Layout>,
-    /// The last order of the unknowns that a batch has found already; 0 if none.
-    ahead: usize,
+    /// What a batch has found.
+    found: Found,
     /// Of a mechanism of frames only.
-    response: Response,
+    response: Response<N, L>,
     /// The joint of each loop equation.
     groups: Vec<usize>,
     /// Scales of the loop equations.
@@ -309,7 +310,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             present: present(&shape),
             matrix: N::Matrix::none(),
             layout: None,
-            ahead: 0,
+            found: Found::default(),
             response: Response::default(),
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),
@@ -386,6 +387,12 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         if self.coupling.is_long() || Recursion::share_left(&limbs) < LEFT { limbs } else { Vec::new() }
     }
 
+    /// Storage for how a pose of frames only responds.
+    fn make_response(&mut self) {
+        let counts = [self.unknowns.len(), self.form.rows.len()];
+        self.response = Response::new(counts, [self.shape.all(), self.solution.len()]);
+    }
+
     /// Where the solution of each equation goes, and how much room there is.
     fn targets(&self) -> (Vec<usize>, usize) {
         let first = self.shape.places();
@@ -419,7 +426,7 @@ impl Jet {
             let (all, lanes) = (jet.shape.all(), jet.solution.len());
             jet.frames = [all, lanes];
             if all == 1 {
-                jet.response = Response::new(jet.unknowns.len(), jet.form.rows.len(), lanes);
+                jet.make_response();
             }
         }
         jet
