@@ -7,37 +7,35 @@ use cotree_fmu::instance::{Batch, Instance, InstanceError};
 use super::{FailedRun, Finish, Logged, Run, RunError, knots};
 use crate::model::Experiment;
 
-/// A run on its way.
+/// A run on its way, beside the instance that moves.
 pub(super) struct Journey<'a, R> {
     run: &'a Run<'a>,
-    instance: &'a mut Instance,
     report: R,
     values: Vec<f64>,
     log: Vec<Logged>,
+    /// Where it is to stop next.
+    stop: Option<Stop>,
     /// The event that ends the run, and when.
     ended: Option<(String, f64)>,
-    /// Have the values there been handed over?
-    is_over: bool,
     /// Did it go on before the last row of the inputs?
     reads_inputs: bool,
     error: Option<RunError>,
 }
 
+/// A time at which a run stops \[s\].
+#[derive(Clone, Copy)]
+enum Stop {
+    /// A row of the inputs.
+    Knot(f64),
+    /// A communication point.
+    Point(f64),
+}
+
 impl<'a, R: FnMut(f64, &[f64]) -> io::Result<()>> Journey<'a, R> {
     /// A run that has not begun.
-    pub fn new(run: &'a Run<'a>, instance: &'a mut Instance, report: R) -> Self {
+    pub fn new(run: &'a Run<'a>, report: R) -> Self {
         let values = vec![0.0; run.reported.len()];
-        Self {
-            run,
-            instance,
-            report,
-            values,
-            log: Vec::new(),
-            ended: None,
-            is_over: false,
-            reads_inputs: false,
-            error: None,
-        }
+        Self { run, report, values, log: Vec::new(), stop: None, ended: None, reads_inputs: false, error: None }
     }
 
     fn goes_on(&self) -> bool {
@@ -51,15 +49,42 @@ impl<'a, R: FnMut(f64, &[f64]) -> io::Result<()>> Journey<'a, R> {
         }
     }
 
-    fn begin(&mut self) -> Result<(), RunError> {
-        self.run.begin(self.instance)?;
-        self.log.extend(Logged::taken(self.instance));
-        Ok(())
+    fn begin(&mut self, instance: &mut Instance) {
+        self.attempt(|journey| journey.run.begin(instance));
+        if self.error.is_none() {
+            self.log.extend(Logged::taken(instance));
+        }
     }
 
-    /// Must the instance still move to reach a time?
-    fn is_before(&self, time: f64) -> bool {
-        self.goes_on() && time > self.instance.time()
+    /// Takes note of how the way to the present stop has ended, and of what is to be done there. Returns the time of the next stop that the instance must move to, or none at the end.
+    fn go_on(
+        &mut self,
+        instance: &mut Instance,
+        done: Result<(), InstanceError>,
+        stops: &mut impl Iterator<Item = Stop>,
+    ) -> Option<f64> {
+        self.note(done);
+        loop {
+            match self.stop.take() {
+                Some(Stop::Knot(time)) if self.reads_inputs => {
+                    self.attempt(|journey| journey.run.set_inputs(instance, time));
+                }
+                Some(Stop::Point(time)) => {
+                    self.attempt(|journey| journey.observe(instance, time));
+                    if !self.goes_on() {
+                        return None;
+                    }
+                }
+                _ => {}
+            }
+            let stop = stops.next()?;
+            self.stop = Some(stop);
+            let (Stop::Knot(time) | Stop::Point(time)) = stop;
+            self.reads_inputs = self.goes_on();
+            if self.goes_on() && time > instance.time() {
+                return Some(time);
+            }
+        }
     }
 
     /// Takes note of how a step has ended.
@@ -71,19 +96,18 @@ impl<'a, R: FnMut(f64, &[f64]) -> io::Result<()>> Journey<'a, R> {
     }
 
     /// Hands over the values at a communication point, or where the run has ended before it.
-    fn observe(&mut self, time: f64) -> Result<(), RunError> {
-        self.log.extend(Logged::taken(self.instance));
+    fn observe(&mut self, instance: &mut Instance, time: f64) -> Result<(), RunError> {
+        self.log.extend(Logged::taken(instance));
         let time = self.ended.as_ref().map_or(time, |(_, time)| *time);
         for (value, &variable) in self.values.iter_mut().zip(&self.run.reported) {
-            *value = self.instance.reading(variable)?;
+            *value = instance.reading(variable)?;
         }
-        self.is_over = self.ended.is_some();
         Ok((self.report)(time, &self.values)?)
     }
 
     /// How it has ended.
-    pub fn end(self) -> Result<Finish, FailedRun> {
-        let Self { instance, mut log, ended, error, .. } = self;
+    pub fn end(self, instance: &mut Instance) -> Result<Finish, FailedRun> {
+        let Self { mut log, ended, error, .. } = self;
         log.extend(Logged::taken(instance));
         match error {
             Some(error) => Err(FailedRun { error, log }),
@@ -92,48 +116,48 @@ impl<'a, R: FnMut(f64, &[f64]) -> io::Result<()>> Journey<'a, R> {
     }
 }
 
-/// Takes runs that differ in their settings only through the communication points, side by side if there is a batch.
+/// Takes a run through the communication points.
 pub(super) fn travel<R: FnMut(f64, &[f64]) -> io::Result<()>>(
-    journeys: &mut [Journey<R>],
-    times: impl IntoIterator<Item = f64>,
-    mut batch: Option<&mut Batch>,
+    journey: &mut Journey<R>,
+    instance: &mut Instance,
+    times: impl Iterator<Item = f64>,
 ) {
-    journeys.iter_mut().for_each(|journey| journey.attempt(Journey::begin));
-    let Some(run) = journeys.first().map(|journey| journey.run) else { return };
-    let Experiment { start, stop, .. } = run.experiment;
-    let knots = run.inputs.iter().flat_map(|(table, _)| knots(table, [start, stop]));
-    let mut knots = knots.peekable();
-    for time in times {
-        while let Some(knot) = knots.next_if(|knot| *knot <= time) {
-            journeys.iter_mut().for_each(|journey| journey.reads_inputs = journey.goes_on());
-            reach(journeys, knot, batch.as_deref_mut());
-            for journey in journeys.iter_mut().filter(|journey| journey.reads_inputs) {
-                journey.attempt(|journey| run.set_inputs(journey.instance, knot));
-            }
-        }
-        reach(journeys, time, batch.as_deref_mut());
-        for journey in journeys.iter_mut().filter(|journey| !journey.is_over) {
-            journey.attempt(|journey| journey.observe(time));
-        }
-        if journeys.iter().all(|journey| !journey.goes_on()) {
-            break;
-        }
+    journey.begin(instance);
+    let (mut stops, mut done) = (stops(journey.run, times), Ok(()));
+    while let Some(time) = journey.go_on(instance, done, &mut stops) {
+        done = instance.step_to(time);
     }
 }
 
-/// Moves all that still go on to a time.
-fn reach<R: FnMut(f64, &[f64]) -> io::Result<()>>(journeys: &mut [Journey<R>], time: f64, batch: Option<&mut Batch>) {
-    let before = journeys.iter_mut().filter(|journey| journey.is_before(time));
+/// Takes runs that differ in their settings only through the communication points, side by side if there is a batch.
+pub(super) fn travel_all<R: FnMut(f64, &[f64]) -> io::Result<()>>(
+    journeys: &mut [Journey<R>],
+    instances: &mut [Instance],
+    times: impl Iterator<Item = f64> + Clone,
+    batch: Option<&mut Batch>,
+) {
     let Some(batch) = batch else {
-        return before.for_each(|journey| {
-            let done = journey.instance.step_to(time);
-            journey.note(done);
-        });
+        let runs = journeys.iter_mut().zip(instances);
+        return runs.for_each(|(journey, instance)| travel(journey, instance, times.clone()));
     };
-    let mut members: Vec<&mut Journey<R>> = before.collect();
-    let mut instances: Vec<&mut Instance> = members.iter_mut().map(|journey| &mut *journey.instance).collect();
-    let done = batch.step_to(&mut instances, time);
-    members.into_iter().zip(done).for_each(|(journey, done)| journey.note(done));
+    let mut instances: Vec<&mut Instance> = instances.iter_mut().collect();
+    journeys.iter_mut().zip(&mut instances).for_each(|(journey, instance)| journey.begin(instance));
+    let mut stops: Vec<_> = journeys.iter().map(|journey| stops(journey.run, times.clone())).collect();
+    batch.travel(&mut instances, |index, instance, done| journeys[index].go_on(instance, done, &mut stops[index]));
+}
+
+/// The communication points, with the rows of the inputs before them.
+fn stops(run: &Run, times: impl Iterator<Item = f64>) -> impl Iterator<Item = Stop> {
+    let Experiment { start, stop, .. } = run.experiment;
+    let knots = run.inputs.iter().flat_map(move |(table, _)| knots(table, [start, stop]));
+    let (mut knots, mut times) = (knots.peekable(), times.peekable());
+    std::iter::from_fn(move || {
+        let time = *times.peek()?;
+        match knots.next_if(|knot| *knot <= time) {
+            Some(knot) => Some(Stop::Knot(knot)),
+            None => times.next().map(Stop::Point),
+        }
+    })
 }
 
 fn finish(instance: &mut Instance, (log, ended): (Vec<Logged>, Option<(String, f64)>)) -> Finish {

@@ -10,7 +10,7 @@ use rayon::iter::ParallelIterator;
 use rayon::slice::ParallelSlice;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::journey::{Journey, travel};
+use super::journey::{Journey, travel_all};
 use super::{FailedRun, Finish, Run, points};
 
 /// More threads than this only cost memory.
@@ -114,15 +114,15 @@ impl<'a> Ensemble<'a> {
         let mut instances: Vec<Instance> = members.iter().map(|_| Instance::new(Arc::clone(&self.model))).collect();
         let mut journeys: Vec<_> = runs
             .iter()
-            .zip(&mut instances)
             .zip(&mut collected)
-            .map(|((run, instance), collected)| Journey::new(run, instance, self.report(collected, &point)))
+            .map(|(run, collected)| Journey::new(run, self.report(collected, &point)))
             .collect();
         match self.times {
-            Some(times) => travel(&mut journeys, times.iter().copied(), batch),
-            None => travel(&mut journeys, points(self.run.experiment), batch),
+            Some(times) => travel_all(&mut journeys, &mut instances, times.iter().copied(), batch),
+            None => travel_all(&mut journeys, &mut instances, points(self.run.experiment), batch),
         }
-        let ended: Vec<Ended> = journeys.into_iter().map(Journey::end).collect();
+        let ended: Vec<Ended> =
+            journeys.into_iter().zip(&mut instances).map(|(journey, instance)| journey.end(instance)).collect();
         collected.into_iter().zip(ended).collect()
     }
 

@@ -119,10 +119,9 @@ impl Run<'_> {
         times: impl IntoIterator<Item = f64>,
         report: impl FnMut(f64, &[f64]) -> std::io::Result<()>,
     ) -> Result<Finish, FailedRun> {
-        let mut journeys = [Journey::new(self, instance, report)];
-        travel(&mut journeys, times, None);
-        let [journey] = journeys;
-        journey.end()
+        let mut journey = Journey::new(self, report);
+        travel(&mut journey, instance, times.into_iter());
+        journey.end(instance)
     }
 
     /// The initial state.
@@ -202,7 +201,7 @@ pub fn check(experiment: Experiment) -> Result<(), (&'static str, String)> {
 }
 
 /// Start, every full step, and stop; computed from the start, so that rounding does not add up.
-pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> {
+pub fn points(experiment: Experiment) -> impl Iterator<Item = f64> + Clone {
     (0..count(experiment)).map(move |index| point(experiment, index))
 }
 

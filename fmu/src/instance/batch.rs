@@ -7,6 +7,7 @@ use super::{Instance, InstanceError};
 use crate::context::Settings;
 use crate::failure::Failure;
 use crate::integrator::stiffness::Advance;
+use crate::linalg::quad::Quad;
 use crate::model::Model;
 use crate::taylor::{self, Jet, MEMBERS};
 
@@ -15,9 +16,13 @@ use crate::taylor::{self, Jet, MEMBERS};
 pub struct Batch {
     model: Arc<Model>,
     series: Box<taylor::Batch>,
-    /// Series that have been found together with others.
+    /// Series that have been found together with others, and those that have been begun together with others.
     found: u64,
+    begun: u64,
 }
+
+/// How the way to a communication point has ended.
+pub type Done = Result<(), InstanceError>;
 
 /// Steps of one of them to a communication point.
 struct Journey {
@@ -37,7 +42,7 @@ impl Batch {
         let program = model.program();
         let is_smooth = program.instants.is_empty() && program.discrete.is_empty();
         let series = taylor::Batch::new(model).filter(|_| is_smooth && model.coordinates() > 0)?;
-        Some(Self { model: Arc::clone(model), series: Box::new(series), found: 0 })
+        Some(Self { model: Arc::clone(model), series: Box::new(series), found: 0, begun: 0 })
     }
 
     /// How many series have been found together with others.
@@ -45,55 +50,102 @@ impl Batch {
         self.found
     }
 
-    /// Moves instances on to a later time, as [`Instance::step_to`] does each of them. The first [`Batch::MEMBERS`] take their steps together if they are of the model.
-    pub fn step_to(&mut self, members: &mut [&mut Instance], time: f64) -> Vec<Result<(), InstanceError>> {
-        let mut journeys: Vec<_> = members.iter_mut().map(|member| Journey::new(member, time)).collect();
-        while self.find_series(members, &journeys) {
-            for (member, journey) in members.iter_mut().zip(&mut journeys) {
-                if let Ok(Some(journey)) = journey {
-                    journey.take_one(member);
-                }
-            }
-        }
-        let arrived = |(member, journey): (&mut &mut Instance, Result<Option<Journey>, InstanceError>)| match journey? {
-            Some(journey) => journey.arrive(member),
-            None => Ok(()),
-        };
-        members.iter_mut().zip(journeys).map(arrived).collect()
+    /// How many series have been begun together with others, before the instances asked for them.
+    pub fn begun(&self) -> u64 {
+        self.begun
     }
 
-    /// Finds the series of the next steps, if there are at least two. False if no member takes a step.
-    fn find_series(
+    /// Moves instances on from one communication point to the next, each through its own ones, as [`Instance::step_to`] does. `next` is told how the way to the last point has ended, at first
+    /// that of none, and gives the time of the next one, or none at the end. The first [`Batch::MEMBERS`] take their steps together if they are of the model.
+    pub fn travel(
         &mut self,
         members: &mut [&mut Instance],
-        journeys: &[Result<Option<Journey>, InstanceError>],
-    ) -> bool {
-        let (mut taken, mut highest, mut goes_on) = ([false; MEMBERS], 0, false);
-        for (index, (member, journey)) in members.iter_mut().zip(journeys).enumerate() {
-            let Ok(Some(journey)) = journey else { continue };
-            if !journey.goes_on(member) {
-                continue;
-            }
-            goes_on = true;
-            let may_join = index < MEMBERS && Arc::ptr_eq(&member.model, &self.model);
-            if let Some((jet, order)) = journey.begun(member).filter(|_| may_join) {
-                taken[index] = self.series.take(index, jet);
-                highest = highest.max(if taken[index] { order } else { 0 });
-            }
-        }
-        if taken.iter().filter(|taken| **taken).count() > 1 {
-            self.series.expand(highest);
-            let members = members.iter_mut().zip(journeys).enumerate().zip(taken);
-            for ((index, (member, journey)), _) in members.filter(|(_, taken)| *taken) {
-                if let Ok(Some(journey)) = journey
-                    && let Some((jet, _)) = journey.begun(member)
-                {
-                    self.series.give(index, jet, highest);
-                    self.found += 1;
-                }
+        mut next: impl FnMut(usize, &mut Instance, Done) -> Option<f64>,
+    ) {
+        let starts = members.iter_mut().enumerate().map(|(index, member)| set_out((index, member), Ok(()), &mut next));
+        let mut journeys: Vec<Option<Journey>> = starts.collect();
+        while journeys.iter().any(Option::is_some) {
+            self.find_series(members, &journeys);
+            for (index, (member, place)) in members.iter_mut().zip(&mut journeys).enumerate() {
+                let Some(mut journey) = place.take() else { continue };
+                journey.take_one(member);
+                *place = if journey.goes_on(member) {
+                    Some(journey)
+                } else {
+                    let done = journey.arrive(member);
+                    set_out((index, member), done, &mut next)
+                };
             }
         }
-        goes_on
+    }
+
+    /// Finds the series of the next steps, if there are at least two.
+    fn find_series(&mut self, members: &mut [&mut Instance], journeys: &[Option<Journey>]) {
+        let mut orders = [0; MEMBERS];
+        for (index, (member, journey)) in members.iter_mut().zip(journeys).enumerate().take(MEMBERS) {
+            if let Some(journey) = journey.as_ref().filter(|_| Arc::ptr_eq(&member.model, &self.model))
+                && let Some((jet, order, tolerance)) = journey.begun(member)
+                && self.series.take(index, jet, tolerance)
+            {
+                orders[index] = order;
+            }
+        }
+        if orders.iter().filter(|order| **order > 0).count() < 2 {
+            return;
+        }
+        let highest = orders.into_iter().max().unwrap_or(0);
+        self.series.expand(highest);
+        for (index, (member, _)) in members.iter_mut().zip(orders).enumerate().filter(|(_, (_, order))| *order > 0) {
+            if let Some(jet) = member.stepper.jet() {
+                self.series.give(index, jet, highest);
+                self.found += 1;
+            }
+        }
+        if self.series.begins() {
+            self.begin_next(members, journeys, orders.map(|order| order == highest));
+        }
+    }
+
+    /// Begins the series at the ends of the steps that these members are about to take.
+    fn begin_next(&mut self, members: &mut [&mut Instance], journeys: &[Option<Journey>], mut takes: [bool; MEMBERS]) {
+        let (mut ends, mut lengths) = ([[f64::NAN; 2]; MEMBERS], [0.0; MEMBERS]);
+        for (index, (member, journey)) in members.iter_mut().zip(journeys).enumerate().take(MEMBERS) {
+            let foreseen = journey.as_ref().filter(|_| takes[index]).and_then(|journey| journey.foresee(member));
+            takes[index] = foreseen.is_some();
+            let Some([end, length]) = foreseen else { continue };
+            (ends[index], lengths[index]) = ([end, length], length);
+            if self.series.has_signals() {
+                let Instance { model, machine, now, .. } = &mut **member;
+                machine.load_signals(model, &now.run.signals.origin, end);
+                self.series.set_signals(index, model, machine.registers());
+            }
+        }
+        if takes.iter().filter(|takes| **takes).count() < 2 {
+            return;
+        }
+        let open = self.series.begin(Quad::of(lengths), &mut takes);
+        for (index, (member, _)) in members.iter_mut().zip(takes).enumerate().filter(|(_, (_, takes))| *takes) {
+            if let Some(jet) = member.stepper.jet() {
+                self.series.give_beginning(index, jet, ends[index], open);
+                self.begun += 1;
+            }
+        }
+    }
+}
+
+/// The way of a member to the next of its communication points that the last step does not reach; `done` is how the way to the last one has ended.
+fn set_out(
+    (index, member): (usize, &mut Instance),
+    mut done: Done,
+    next: &mut impl FnMut(usize, &mut Instance, Done) -> Option<f64>,
+) -> Option<Journey> {
+    loop {
+        let target = next(index, member, done)?;
+        done = match Journey::new(member, target) {
+            Ok(Some(journey)) => return Some(journey),
+            Ok(None) => Ok(()),
+            Err(error) => Err(error),
+        };
     }
 }
 
@@ -119,10 +171,16 @@ impl Journey {
         self.failure.is_none() && member.now.run.last.end_time < self.target
     }
 
-    /// The series that the next step begins with, and its order, if it takes one.
-    fn begun<'a>(&self, member: &'a mut Instance) -> Option<(&'a mut Jet, usize)> {
+    /// The series that the next step begins with, its order and its tolerance, if it takes one.
+    fn begun<'a>(&self, member: &'a mut Instance) -> Option<(&'a mut Jet, usize, f64)> {
         let Instance { stepper, now, .. } = member;
         stepper.begun(&now.run, &now.memory, &self.settings)
+    }
+
+    /// The end of the next step, and its length, as far as they can be told.
+    fn foresee(&self, member: &mut Instance) -> Option<[f64; 2]> {
+        let Instance { stepper, now, .. } = member;
+        stepper.foresee(&now.run, &self.settings)
     }
 
     fn take_one(&mut self, member: &mut Instance) {
@@ -135,7 +193,7 @@ impl Journey {
         }
     }
 
-    fn arrive(self, member: &mut Instance) -> Result<(), InstanceError> {
+    fn arrive(self, member: &mut Instance) -> Done {
         let Instance { model, machine, stepper, now, .. } = &mut *member;
         let (run, advanced) = ((&mut now.run, &mut now.memory), self.failure.map_or(Ok(()), Err));
         let done = stepper.arrive(model, machine, &mut now.state, run, &self.settings, (self.target, advanced));

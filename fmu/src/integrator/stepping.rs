@@ -418,9 +418,19 @@ impl Stepper {
     }
 
     /// The series that the next step of a run begins with, and its order, if it takes one.
-    pub(crate) fn begun(&mut self, run: &Run, memory: &Memory, settings: &Settings) -> Option<(&mut Jet, usize)> {
+    pub(crate) fn begun(&mut self, run: &Run, memory: &Memory, settings: &Settings) -> Option<(&mut Jet, usize, f64)> {
         let is_series = settings.engine == Engine::Taylor && !memory.is_stiff();
         self.taylor.as_deref_mut().filter(|_| is_series)?.begun(run, settings.tolerance)
+    }
+
+    /// The series, if the model has one.
+    pub(crate) fn jet(&mut self) -> Option<&mut Jet> {
+        self.taylor.as_deref_mut().map(Taylor::jet)
+    }
+
+    /// The end of the next step of the series, and its length, as far as they can be told.
+    pub(crate) fn foresee(&mut self, run: &Run, settings: &Settings) -> Option<[f64; 2]> {
+        self.taylor.as_deref_mut()?.foresee(run, settings)
     }
 }
 

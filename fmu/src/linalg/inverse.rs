@@ -8,14 +8,14 @@ use super::SINGULAR;
 use super::lane::{
     Lane, WIDTH, ZERO, add, at_each, by_width, lanes, larger, largest, minus, multiply, plus, splat, subtract,
 };
-use super::matrix::{Entries, Places};
+use super::matrix::{Entries, Lanes, Places};
 use crate::math;
 
 /// The smallest share of a mass that may be left as a pivot where rows are eliminated together: multiplying by the inverse of a block loses digits in
 /// proportion to the square of what one row after the other loses.
 pub(crate) const LEFT: f64 = 1e-3;
 /// An entry of the diagonal that is larger than this, in the same units, is the pivot without looking for a larger one.
-const GOOD: f64 = 0.1;
+pub(crate) const GOOD: f64 = 0.1;
 
 /// A square matrix by rows. Equations have their own places among the rows and columns; what is left over is the identity.
 #[derive(Clone, Debug)]
@@ -49,6 +49,13 @@ impl Entries for Inverse {
         if place != mirror {
             flat[mirror] += value;
         }
+    }
+}
+
+impl Lanes<f64, WIDTH> for Inverse {
+    #[inline(always)]
+    fn put(&mut self, row: usize, lane: usize, entries: Lane) {
+        self.rows[row * self.width + lane] = entries;
     }
 }
 
@@ -87,12 +94,6 @@ impl Inverse {
         }
     }
 
-    /// Four entries of a row, by places.
-    #[inline(always)]
-    pub fn put(&mut self, row: usize, lane: usize, entries: Lane) {
-        self.rows[row * self.width + lane] = entries;
-    }
-
     /// Number of equations.
     pub fn size(&self) -> usize {
         self.places.len()
@@ -110,6 +111,17 @@ impl Inverse {
         self.rows.as_flattened()[self.places[row] * self.width * WIDTH + self.places[column]]
     }
 
+    /// Takes an inverse over, by rows of equations.
+    pub fn take(&mut self, entries: &[f64]) {
+        let (size, count) = (self.places.len(), self.width * WIDTH);
+        for (row, entries) in self.places.iter().zip(entries.chunks_exact(size.max(1))) {
+            let row = &mut self.rows.as_flattened_mut()[row * count..][..count];
+            for (place, entry) in self.places.iter().zip(entries) {
+                row[*place] = *entry;
+            }
+        }
+    }
+
     /// An entry of the diagonal.
     pub fn diagonal(&self, equation: usize) -> f64 {
         self.entry(equation, equation)
@@ -123,10 +135,10 @@ impl Inverse {
         }
     }
 
-    /// Its rows by places; none if they are not N lanes wide.
+    /// Its rows by places, in lanes of L; none if they are not E of these wide.
     #[inline(always)]
-    pub fn rows<const N: usize>(&self) -> &[[Lane; N]] {
-        if self.width == N { self.rows.as_chunks().0 } else { &[] }
+    pub fn rows<const L: usize, const E: usize>(&self) -> &[[Lane<f64, L>; E]] {
+        if self.width * WIDTH == E * L { self.rows.as_flattened().as_chunks().0.as_chunks().0 } else { &[] }
     }
 
     /// The inverse times a vector by equations, in lanes.

@@ -3,7 +3,7 @@
 
 use super::factors::{Factors, Pattern};
 use super::inverse::Inverse;
-use super::lane::WIDTH;
+use super::lane::{Lane, WIDTH};
 use super::tree::Recursion;
 
 /// What a multiplication of four numbers costs, in units of one by itself whose places must be looked up.
@@ -30,6 +30,12 @@ pub(crate) enum Matrix {
 pub(crate) trait Entries<N = f64> {
     /// Adds to an entry and its mirror image.
     fn add(&mut self, places: Places, value: N);
+}
+
+/// Receives entries by lanes, too.
+pub(crate) trait Lanes<N, const L: usize>: Entries<N> {
+    /// The entries of a lane of columns in a row, by places.
+    fn put(&mut self, row: usize, lane: usize, entries: Lane<N, L>);
 }
 
 impl Matrix {
@@ -165,6 +171,12 @@ pub(crate) trait Solve<N>: Clone + std::fmt::Debug {
 
     /// Minus the solution for a vector that is zero before the equation `first`, if the inverse is at hand.
     fn solve_rest(&self, first: usize, vector: &[N], solution: &mut [N]) -> bool;
+
+    /// The rows of the inverse by places, E lanes each, if it is at hand.
+    #[inline(always)]
+    fn rows<const L: usize, const E: usize>(&self) -> Option<&[[Lane<N, L>; E]]> {
+        None
+    }
 }
 
 impl Solve<f64> for Matrix {
@@ -186,6 +198,11 @@ impl Solve<f64> for Matrix {
         let Self::Whole(inverse) = self else { return false };
         inverse.minus_times_from(first, vector, solution.as_chunks_mut().0);
         true
+    }
+
+    #[inline(always)]
+    fn rows<const L: usize, const E: usize>(&self) -> Option<&[[Lane<f64, L>; E]]> {
+        if let Self::Whole(inverse) = self { Some(inverse.rows()) } else { None }
     }
 }
 

@@ -7,7 +7,7 @@
 //! * `chain`, `tree`, `columns`: open chains of frames, trees of arms, and sparse constants by columns.
 //! * [`least_squares`], [`singular_values`], `spectrum`: minimum-norm solutions, the decomposition of a matrix, and the ends of a spectrum.
 //! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`, `varied`: numbers alone, numbers and matrices with their
-//!   derivatives; `quad`: numbers and inverses of four motions.
+//!   derivatives; `quad`, `inverses`: numbers and inverses of four motions.
 
 pub(crate) mod bernstein;
 pub(crate) mod chain;
@@ -17,6 +17,7 @@ pub(crate) mod dual;
 pub(crate) mod elimination;
 pub(crate) mod factors;
 pub(crate) mod inverse;
+pub(crate) mod inverses;
 pub(crate) mod lane;
 pub mod least_squares;
 pub(crate) mod matrix;

@@ -2,9 +2,7 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-use super::inverse::Inverse;
-use super::lane::{Lane, WIDTH, ZERO, add, at_each, multiply, splat, subtract};
-use super::matrix::Solve;
+use super::lane::{Lane, WIDTH, ZERO, add, at_each, larger, multiply, splat, subtract};
 use super::number::{Elementary, Number};
 use super::turn;
 use crate::math;
@@ -24,9 +22,21 @@ macro_rules! each {
 }
 
 impl Quad {
+    /// These numbers.
+    #[inline(always)]
+    pub fn of(numbers: Lane) -> Self {
+        Self(numbers)
+    }
+
+    /// All numbers.
+    #[inline(always)]
+    pub fn numbers(self) -> Lane {
+        self.0
+    }
+
     /// The number of one motion.
     #[inline(always)]
-    pub fn get(self, member: usize) -> f64 {
+    pub fn get(&self, member: usize) -> f64 {
         self.0[member]
     }
 
@@ -34,6 +44,30 @@ impl Quad {
     #[inline(always)]
     pub fn set(&mut self, member: usize, value: f64) {
         self.0[member] = value;
+    }
+
+    /// The larger magnitudes, or NaN.
+    #[inline(always)]
+    pub fn larger(self, other: Self) -> Self {
+        Self(larger(self.0, other.0))
+    }
+
+    /// What a function gives for the number of each motion.
+    #[inline(always)]
+    pub fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        each!(i => function(self.0[i]))
+    }
+
+    /// What a function gives for two numbers of each motion.
+    #[inline(always)]
+    pub fn with(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
+        each!(i => function(self.0[i], other.0[i]))
+    }
+
+    /// The number of another quad where this is so of a motion.
+    #[inline(always)]
+    pub fn replaced(self, other: Self, so: [bool; WIDTH]) -> Self {
+        each!(i => if so[i] { other.0[i] } else { self.0[i] })
     }
 }
 
@@ -137,62 +171,6 @@ impl Elementary for Quad {
 
     fn hyperbolic_tangent(self) -> [Self; 2] {
         [Self(self.0.map(libm::tanh)), Self(self.0.map(math::steepness))]
-    }
-}
-
-/// The inverses of the matrices of four poses.
-#[derive(Clone, Debug)]
-pub(crate) struct Inverses {
-    /// Where the solution of each equation goes.
-    targets: Vec<usize>,
-    /// By columns: those of a solution lie side by side.
-    entries: Vec<Quad>,
-}
-
-impl Inverses {
-    /// For solutions at these places.
-    pub fn new(targets: Vec<usize>) -> Self {
-        Self { entries: vec![Quad::ZERO; targets.len() * targets.len()], targets }
-    }
-
-    /// Takes the inverse of one motion over.
-    pub fn take(&mut self, member: usize, inverse: &Inverse) {
-        let size = self.targets.len();
-        for (column, entries) in self.entries.chunks_exact_mut(size.max(1)).enumerate() {
-            for (row, entry) in entries.iter_mut().enumerate() {
-                entry.set(member, inverse.entry(row, column));
-            }
-        }
-    }
-}
-
-impl Solve<Quad> for Inverses {
-    fn none() -> Self {
-        Self::new(Vec::new())
-    }
-
-    /// In the order of [`Inverse::times`].
-    #[inline(always)]
-    fn solve(&mut self, vector: &[Quad], solution: &mut [Quad]) {
-        let size = self.targets.len();
-        let vector = &vector[..size];
-        for (column, &target) in self.targets.iter().enumerate() {
-            let entries = &self.entries[column * size..][..size];
-            let (mut even, mut odd, mut i) = (Quad::ZERO, Quad::ZERO, 0);
-            while i + 1 < size {
-                even += entries[i] * vector[i];
-                odd += entries[i + 1] * vector[i + 1];
-                i += 2;
-            }
-            if i < size {
-                even += entries[i] * vector[i];
-            }
-            solution[target] = even + odd;
-        }
-    }
-
-    fn solve_rest(&self, _: usize, _: &[Quad], _: &mut [Quad]) -> bool {
-        false
     }
 }
 

@@ -273,6 +273,21 @@ impl<N: Elementary, const L: usize> Scalars<N, L> {
 }
 
 impl Scalars<Quad, 1> {
+    /// Does anything depend on time or inputs?
+    pub fn has_given(&self) -> bool {
+        !self.store.tape.given.is_empty()
+    }
+
+    /// Writes the given series of one motion, as polynomials.
+    pub fn set_given(&mut self, member: usize, polynomial: impl Fn(Given) -> [f64; GIVEN]) {
+        for &(slot, given) in &self.store.tape.given {
+            let values = &mut self.store.values[slot as usize][..GIVEN];
+            for (place, value) in values.iter_mut().zip(polynomial(given)) {
+                place.set(member, value);
+            }
+        }
+    }
+
     /// Takes the given series of one motion over.
     pub fn take_given(&mut self, member: usize, alone: &Scalars) {
         for &(slot, _) in &self.store.tape.given {

@@ -11,17 +11,18 @@ mod propose;
 mod step;
 
 use super::control::{Horizon, Progress, take_step};
-use crate::context::Context;
+use crate::context::{Context, Settings};
 use crate::events::Layers;
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::model::Model;
 use crate::motion::Run;
+use crate::motion::last_step::LONGEST_STEP;
 use crate::singular::dependence::{begins_near, is_close};
 use crate::singular::detect::Guard;
 use crate::taylor::{Changes, FrictionAlong, Jet};
 pub(crate) use memory::TaylorMemory;
-use propose::order_of;
+use propose::{SERIES_GROWTH, is_near, order_of};
 pub(crate) use propose::{order_for, share};
 
 /// Storage for Taylor series.
@@ -151,6 +152,10 @@ impl Taylor {
 
     /// How many times rounding errors are multiplied where the last step ends, and the coordinate; none in a singular pose.
     pub(crate) fn amplification(&mut self, context: &mut Context, run: &Run) -> Option<(f64, Option<usize>)> {
+        if self.jet.is_held() {
+            self.known = Start::Unknown;
+            self.begin(context, run);
+        }
         if !matches!(self.known, Start::Regular | Start::Near) {
             let Context { model, machine, .. } = context;
             machine.load_signals(model, &run.signals.origin, run.last.end_time);
@@ -175,6 +180,7 @@ impl Taylor {
     }
 
     fn go_on(&mut self, context: &mut Context, run: &mut Run, horizon: Horizon) -> Result<Progress, Failure> {
+        self.take_back(run, context.settings.tolerance);
         self.begin(context, run);
         match self.known {
             // Pivots may be small beside each other because of units, as of lengths of 1e-12 m beside angles, and the pose is not singular.
@@ -254,9 +260,33 @@ impl Taylor {
         self.begin(context, run);
     }
 
-    /// The series that the next step begins with, and the order that it will have, if it is known to be regular.
-    pub(crate) fn begun(&mut self, run: &Run, tolerance: f64) -> Option<(&mut Jet, usize)> {
-        (self.known == Start::Regular).then_some((&mut self.jet, order_of(run, tolerance)))
+    /// The series that the next step begins with, the order that it will have, and what one step may be wrong by, if it is known to be regular.
+    pub(crate) fn begun(&mut self, run: &Run, tolerance: f64) -> Option<(&mut Jet, usize, f64)> {
+        (self.known == Start::Regular).then_some((&mut self.jet, order_of(run, tolerance), share(tolerance)))
+    }
+
+    /// The series.
+    pub(crate) fn jet(&mut self) -> &mut Jet {
+        &mut self.jet
+    }
+
+    /// Begins anew where a batch has the beginning of the series but not all orders that the step may need.
+    fn take_back(&mut self, run: &Run, tolerance: f64) {
+        if self.jet.is_held() && (is_near(run) || self.jet.known_orders() < order_of(run, tolerance)) {
+            self.known = Start::Unknown;
+        }
+    }
+
+    /// The end of the next step, as far as it can be told, and how long it is: of one that nothing shortens.
+    pub(crate) fn foresee(&mut self, run: &Run, settings: &Settings) -> Option<[f64; 2]> {
+        self.jet.forget_beginning();
+        if is_near(run) || run.following().is_some() {
+            return None;
+        }
+        let tolerance = share(settings.tolerance);
+        let longest = (SERIES_GROWTH * run.last.natural).min(LONGEST_STEP).min(settings.max_step);
+        let end = run.last.end_time + self.natural_length(order_of(run, settings.tolerance), tolerance).min(longest);
+        Some([end, end - run.last.end_time])
     }
 
     fn begin(&mut self, context: &mut Context, run: &Run) {
@@ -282,13 +312,21 @@ impl Taylor {
         if self.known == Start::Unknown {
             // Parameters change at communication points only.
             self.update(machine.registers());
+            self.jet.forget_beginning();
         }
         self.jet.least_rate = settings.least_rate;
-        let open = self.jet.place(model, machine.registers(), &self.next).ok()?;
+        let found = self.jet.begin_found(time, &self.next);
+        let open = match found {
+            Some(open) => open,
+            None => self.jet.place(model, machine.registers(), &self.next).ok()?,
+        };
         self.jet.reciprocal_pivots(&mut self.guard.next);
         self.tight = tightly || self.guard.arrives();
         self.begun.time = f64::NAN;
         if self.tight {
+            if self.jet.is_held() {
+                self.jet.place(model, machine.registers(), &self.next).ok()?;
+            }
             // The series must come from the matrix of the very pose in which the loops are closed.
             self.jet.close_tightly();
             self.take_closed(model);
@@ -297,7 +335,9 @@ impl Taylor {
             self.begun.next.copy_from_slice(&self.guard.next);
             self.begin_closed(model, machine)?;
         } else {
-            self.jet.find_accelerations();
+            if found.is_none() {
+                self.jet.find_accelerations();
+            }
             self.take_closed(model);
         }
         (open.is_finite() && self.closed.iter().all(|value| value.is_finite())).then_some(open)

@@ -72,7 +72,9 @@ impl Taylor {
         let passes = step.located && run.singular.ahead < h;
         // Located before the series at the end begins, which would else have to begin again.
         step.passed = passes.then(|| self.refined(context, run, h));
-        self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
+        if !self.jet.end_found(end, h, &mut self.next) {
+            self.jet.evaluate(&run.last.dense, step.order, h, &mut self.next);
+        }
         if switch.is_some() && step.located && run.in_zone_of(end, h.max(run.last.natural)) {
             // Nothing may be evaluated there: the next step leaves the pose.
             self.finish(context, run, step, (end, switch));

@@ -2,16 +2,15 @@
 //! [`super::orders`] does for all, with everything between two stores in registers.
 
 use super::friction::Known;
-use super::{Jet, Loads, ORDERS, Scatter, Series, vectors};
+use super::{Coefficient, Jet, Loads, ORDERS, Scatter, Series, vectors};
 use crate::linalg::columns::Columns;
-use crate::linalg::inverse::Inverse;
-use crate::linalg::lane::{Lane, WIDTH, ZERO, add, minus, multiply, plus, splat, subtract, times};
-use crate::linalg::matrix::Matrix;
-use crate::linalg::number::Number;
+use crate::linalg::lane::{Lane, WIDTH, add, minus, multiply, plus, splat, subtract, times};
+use crate::linalg::matrix::Solve;
+use crate::linalg::number::{Elementary, Number};
 use crate::taylor::tape::Scalars;
 
 /// One order of x and y of F lanes.
-type Pair<const F: usize> = [[Lane; F]; 2];
+pub(super) type Pair<N, const L: usize, const F: usize> = [[Lane<N, L>; F]; 2];
 
 /// For each order k: 1 / ((k + 1) (k + 2)) and 1 / (k + 1).
 const RECIPROCALS: [[f64; 2]; ORDERS] = {
@@ -24,22 +23,23 @@ const RECIPROCALS: [[f64; 2]; ORDERS] = {
     table
 };
 
-/// Where the new coefficients go: of F lanes of frames, and with those of states S lanes of unknowns.
-struct Frames<'a, const F: usize, const S: usize> {
-    x: &'a mut [Series; F],
-    y: &'a mut [Series; F],
-    omega: &'a mut [Series; F],
-    force: [&'a mut [Series; F]; 2],
-    values: &'a mut [[Lane; S]; ORDERS],
+/// Where the new coefficients go.
+struct Frames<'a, N, const L: usize, const F: usize, const S: usize> {
+    x: &'a mut [Series<N, L>; F],
+    y: &'a mut [Series<N, L>; F],
+    omega: &'a mut [Series<N, L>; F],
+    force: [&'a mut [Series<N, L>; F]; 2],
+    values: &'a mut [[Lane<N, L>; S]; ORDERS],
 }
 
-/// What stays as it is along a step.
-pub(super) struct Fixed<'a> {
-    pub coupling: &'a Columns,
-    pub rows: &'a Columns,
-    pub reactions: &'a Columns,
-    pub inverse: &'a Inverse,
-    /// Numbers of frames and reactions.
+/// What stays as it is along a step, with E lanes of equations.
+pub(super) struct Fixed<'a, N, const L: usize, const E: usize> {
+    pub coupling: &'a Columns<N, L>,
+    pub rows: &'a Columns<N, L>,
+    pub reactions: &'a Columns<N, L>,
+    /// Rows of the inverse.
+    pub inverse: &'a [[Lane<N, L>; E]],
+    /// Numbers of accelerations and reactions.
     pub equations: [usize; 2],
 }
 
@@ -48,29 +48,33 @@ impl Jet {
     #[inline(always)]
     pub(super) fn respond_any(&mut self) {
         match self.frames {
-            [1, 1, 1] => self.respond_frames::<1, 1>(),
-            [1, 1, 2] => self.respond_frames::<1, 2>(),
-            [1, 1, 3] => self.respond_frames::<1, 3>(),
-            [1, 2, 2] => self.respond_frames::<2, 2>(),
-            [1, 2, 3] => self.respond_frames::<2, 3>(),
+            [1, 1, 1] => self.respond_frames::<1, 1, 1>(),
+            [1, 1, 2] => self.respond_frames::<1, 1, 2>(),
+            [1, 1, 3] => self.respond_frames::<1, 1, 3>(),
+            [1, 2, 2] => self.respond_frames::<1, 2, 2>(),
+            [1, 2, 3] => self.respond_frames::<1, 2, 3>(),
             _ => {}
         }
     }
+}
 
+#[expect(private_bounds, reason = "there are two kinds of numbers")]
+impl<N: Coefficient, const L: usize> Jet<N, L> {
+    /// Finds how the pose of F lanes of frames responds, beside S - F lanes of states.
     #[inline(always)]
-    fn respond_frames<const S: usize, const N: usize>(&mut self) {
-        let Matrix::Whole(inverse) = &self.matrix else { return };
+    pub(super) fn respond_frames<const F: usize, const S: usize, const E: usize>(&mut self) {
+        let Some(inverse) = self.matrix.rows() else { return };
         let Self { rows, reactions, .. } = self;
         let coupling = self.coupling.entries();
         let equations = [self.form.frames.len(), self.form.rows.len()];
-        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
-        self.response.find::<S, N>(&fixed, self.x[super::at(0, 0)], self.y[super::at(0, 0)]);
+        let fixed = Fixed::<N, L, E> { coupling, rows, reactions, inverse, equations };
+        self.response.find::<F, S, E>(&fixed, first_order(&self.x), first_order(&self.y));
     }
 
-    /// Orders from the first to the last with F lanes of frames, S - F of states and N - S of loops; none if the storage has another shape. States are not beside more than
-    /// one lane of frames.
+    /// Orders from the first to the last with F lanes of frames, S - F of states and E - S of loops; none if the storage has another shape. States are not beside more frames than
+    /// the response serves.
     #[inline(always)]
-    pub(super) fn advance_frames<const F: usize, const S: usize, const N: usize>(
+    pub(super) fn advance_frames<const F: usize, const S: usize, const E: usize>(
         &mut self,
         first: usize,
         last: usize,
@@ -78,20 +82,22 @@ impl Jet {
         if last + 2 >= ORDERS {
             return None;
         }
-        let Matrix::Whole(inverse) = &self.matrix else { return None };
+        let inverse = self.matrix.rows()?;
         let Self { rows, reactions, .. } = self;
         let coupling = self.coupling.entries();
         let equations = [self.form.frames.len(), self.form.rows.len()];
-        let fixed = Fixed { coupling, rows, reactions, inverse, equations };
-        let view = self.response.view::<N>(&fixed);
+        let fixed = Fixed::<N, L, E> { coupling, rows, reactions, inverse, equations };
+        let view = self.response.view::<F, E>(&fixed);
         let [force_x, force_y] = &mut self.force;
-        let mut frames = Frames::<F, S> {
+        let mut frames = Frames::<N, L, F, S> {
             x: all_orders(&mut self.x)?,
             y: all_orders(&mut self.y)?,
             omega: all_orders(&mut self.omega)?,
             force: [all_orders(force_x)?, all_orders(force_y)?],
             values: self.values.as_chunks_mut().0.first_chunk_mut()?,
         };
+        // Of one lane the response knows all but what the loads do.
+        let responds = F * L <= WIDTH;
         let has_limits = !self.limits.is_empty();
         let is_watched = has_limits || self.reactions_kept.are_kept();
         for k in first..last + 1 {
@@ -99,11 +105,10 @@ impl Jet {
                 self.scalars.rates(k, frames.vectors());
             }
             self.loads.apply(k, &self.scalars, &self.coefficients, &mut self.applied);
-            let mut applied: Pair<F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
+            let mut applied: Pair<N, L, F> = [*self.applied[0].first_chunk()?, *self.applied[1].first_chunk()?];
             let (second, mut moment) = frames.convolve(k);
-            // Of one lane the response knows all but what the loads do.
-            let turned = if F == 1 { applied } else { fixed.coupling.couple(&second, applied) };
-            if F > 1 || self.loads.act(k) {
+            let turned = if responds { applied } else { fixed.coupling.couple(&second, applied) };
+            if !responds || self.loads.act(k) {
                 for f in 0..F {
                     let (x, y) = (frames.x[f][0], frames.y[f][0]);
                     let turning = subtract(multiply(x, turned[1][f]), multiply(y, turned[0][f]));
@@ -113,14 +118,13 @@ impl Jet {
             for push in self.pushes.at(k) {
                 *moment.as_flattened_mut().get_mut(push.place)? -= push.value(k, &self.scalars, &self.coefficients);
             }
-            let h = [second[0][0], second[1][0]];
-            let mut solution: [Lane; N] = if F == 1 {
-                let balanced = view.solve(moment[0], h);
+            let mut solution: [Lane<N, L>; E] = if responds {
+                let balanced = view.solve(moment.first_chunk()?, &second);
                 // A state has a mass of its own, which nothing but its law moves.
-                let of_states = inverse.rows::<N>().get(F * WIDTH..).unwrap_or_default();
+                let of_states = inverse.get(F * L..).unwrap_or_default();
                 less(balanced, of_states, moment[F..].as_flattened(), self.form.world.len())
             } else {
-                fixed.solve::<F, N>(moment.first_chunk()?, &second)
+                fixed.solve::<F>(moment.first_chunk()?, &second)
             };
             if is_watched {
                 if has_limits {
@@ -133,12 +137,11 @@ impl Jet {
                     self.reactions_kept.keep(k, &solution[S..]);
                 }
             }
-            if F == 1 {
-                let reacting = solution[S..].as_flattened();
-                let [x, y] = view.force(h, &solution[0], reacting, [applied[0][0], applied[1][0]]);
+            if responds {
+                let force = view.force(&second, solution[..F].as_flattened(), solution[S..].as_flattened(), applied);
                 frames.turn(k, solution.first_chunk()?, second);
                 frames.shift(k, &solution[F..S]);
-                frames.push(k, [[x; F], [y; F]]);
+                frames.push(k, force);
             } else {
                 let second = frames.turn(k, solution.first_chunk()?, second);
                 let reacting = match fixed.equations[1] {
@@ -170,8 +173,18 @@ impl Loads {
 }
 
 #[inline(always)]
-fn all_orders<const F: usize>(lanes: &mut [Lane]) -> Option<&mut [Series; F]> {
+fn all_orders<N, const L: usize, const F: usize>(lanes: &mut [Lane<N, L>]) -> Option<&mut [Series<N, L>; F]> {
     lanes.as_chunks_mut().0.first_chunk_mut()
+}
+
+/// The first order of F lanes.
+#[inline(always)]
+fn first_order<N: Number, const L: usize, const F: usize>(lanes: &[Lane<N, L>]) -> [Lane<N, L>; F] {
+    let mut first = [splat(N::ZERO); F];
+    for (place, series) in first.iter_mut().zip(lanes.as_chunks::<ORDERS>().0) {
+        *place = series[0];
+    }
+    first
 }
 
 /// Second derivatives of the arms of a lane of frames, and moments of the forces on them, without the accelerations and forces of order k: from orders 1 to
@@ -221,10 +234,13 @@ fn terms<N: Number, const L: usize>(
     [plus(sums[0], x, omega), plus(sums[1], y, omega), plus(sums[2], x, force_y), plus(sums[3], y, force_x)]
 }
 
-impl<const F: usize, const S: usize> Frames<'_, F, S> {
+impl<N: Number, const L: usize, const F: usize, const S: usize> Frames<'_, N, L, F, S> {
     /// What scalar series read.
     #[inline(always)]
-    fn vectors(&self) -> crate::taylor::tape::Vectors<'_, f64, WIDTH> {
+    fn vectors(&self) -> crate::taylor::tape::Vectors<'_, N, L>
+    where
+        N: Elementary,
+    {
         vectors(self.x.as_flattened(), self.y.as_flattened(), self.values.as_flattened(), S)
     }
 
@@ -232,17 +248,21 @@ impl<const F: usize, const S: usize> Frames<'_, F, S> {
     #[inline(always)]
     fn known<'a>(
         &'a self,
-        scalars: &'a Scalars,
-        coefficients: &'a [f64],
-        [x, y]: &'a Pair<F>,
-    ) -> Known<'a, f64, WIDTH> {
+        scalars: &'a Scalars<N, L>,
+        coefficients: &'a [N],
+        [x, y]: &'a Pair<N, L, F>,
+    ) -> Known<'a, N, L>
+    where
+        N: Elementary,
+    {
         Known { scalars, coefficients, arms: [self.x.as_flattened(), self.y.as_flattened()], second: [x, y] }
     }
 
     /// Second derivatives of the arms, and moments of the forces, without the accelerations and forces of this order.
     #[inline(always)]
-    fn convolve(&self, k: usize) -> (Pair<F>, [Lane; S]) {
-        let (mut second, mut moment) = ([[ZERO; F]; 2], [ZERO; S]);
+    fn convolve(&self, k: usize) -> (Pair<N, L, F>, [Lane<N, L>; S]) {
+        let zero = splat(N::ZERO);
+        let (mut second, mut moment) = ([[zero; F]; 2], [zero; S]);
         for f in 0..F {
             let force = [&self.force[0][f], &self.force[1][f]];
             [second[0][f], second[1][f], moment[f]] = convolve(k, [&self.x[f], &self.y[f]], &self.omega[f], force);
@@ -252,32 +272,32 @@ impl<const F: usize, const S: usize> Frames<'_, F, S> {
 
     /// Takes the accelerations over; returns the second derivatives of the arms with them.
     #[inline(always)]
-    fn turn(&mut self, k: usize, alpha: &[Lane; F], mut second: Pair<F>) -> Pair<F> {
+    fn turn(&mut self, k: usize, alpha: &[Lane<N, L>; F], mut second: Pair<N, L, F>) -> Pair<N, L, F> {
         let k = k.min(ORDERS - 3);
-        let [inverse, share] = RECIPROCALS[k].map(splat);
+        let [inverse, share] = RECIPROCALS[k];
         for f in 0..F {
-            self.values[k + 2][f] = multiply(inverse, alpha[f]);
-            self.omega[f][ORDERS - 2 - k] = multiply(share, alpha[f]);
+            self.values[k + 2][f] = times(inverse, alpha[f]);
+            self.omega[f][ORDERS - 2 - k] = times(share, alpha[f]);
             second[0][f] = minus(second[0][f], alpha[f], self.y[f][0]);
             second[1][f] = plus(second[1][f], alpha[f], self.x[f][0]);
-            self.x[f][k + 2] = multiply(inverse, second[0][f]);
-            self.y[f][k + 2] = multiply(inverse, second[1][f]);
+            self.x[f][k + 2] = times(inverse, second[0][f]);
+            self.y[f][k + 2] = times(inverse, second[1][f]);
         }
         second
     }
 
     /// Takes the accelerations of states over.
     #[inline(always)]
-    fn shift(&mut self, k: usize, accelerations: &[Lane]) {
+    fn shift(&mut self, k: usize, accelerations: &[Lane<N, L>]) {
         let k = k.min(ORDERS - 3);
         for (value, acceleration) in self.values[k + 2][F..].iter_mut().zip(accelerations) {
-            *value = multiply(splat(RECIPROCALS[k][0]), *acceleration);
+            *value = times(RECIPROCALS[k][0], *acceleration);
         }
     }
 
     /// Keeps the forces.
     #[inline(always)]
-    fn push(&mut self, k: usize, [x, y]: Pair<F>) {
+    fn push(&mut self, k: usize, [x, y]: Pair<N, L, F>) {
         let place = ORDERS - 1 - k.min(ORDERS - 1);
         for f in 0..F {
             self.force[0][f][place] = x[f];
@@ -286,28 +306,34 @@ impl<const F: usize, const S: usize> Frames<'_, F, S> {
     }
 }
 
-impl Fixed<'_> {
+impl<N: Number, const L: usize, const E: usize> Fixed<'_, N, L, E> {
     /// Accelerations and reactions that make up for the residuals of the equations.
     #[inline(always)]
-    fn solve<const F: usize, const N: usize>(&self, moment: &[Lane; F], [x, y]: &Pair<F>) -> [Lane; N] {
+    fn solve<const F: usize>(&self, moment: &[Lane<N, L>; F], [x, y]: &Pair<N, L, F>) -> [Lane<N, L>; E] {
         let [frames, rows] = self.equations;
-        let mut gaps = [ZERO; N];
-        for r in F..N {
+        let zero = [splat(N::ZERO); E];
+        let mut gaps = zero;
+        for r in F..E {
             gaps[r] = self.rows.dot(r - F, x.as_flattened(), y.as_flattened());
         }
-        let (balanced, closed) = self.inverse.rows::<N>().split_at_checked(F * WIDTH).unwrap_or_default();
-        less(less([ZERO; N], balanced, moment.as_flattened(), frames), closed, gaps[F..].as_flattened(), rows)
+        let (balanced, closed) = self.inverse.split_at_checked(F * L).unwrap_or_default();
+        less(less(zero, balanced, moment.as_flattened(), frames), closed, gaps[F..].as_flattened(), rows)
     }
 }
 
 /// sum - rows x values
 #[inline(always)]
-fn less<const N: usize>(mut sum: [Lane; N], rows: &[[Lane; N]], values: &[f64], count: usize) -> [Lane; N] {
+fn less<N: Number, const L: usize, const E: usize>(
+    mut sum: [Lane<N, L>; E],
+    rows: &[[Lane<N, L>; E]],
+    values: &[N],
+    count: usize,
+) -> [Lane<N, L>; E] {
     let count = count.min(rows.len()).min(values.len());
     let (rows, values) = (&rows[..count], &values[..count]);
     let mut i = 0;
     while i < count {
-        for n in 0..N {
+        for n in 0..E {
             sum[n] = minus(sum[n], rows[i][n], splat(values[i]));
         }
         i += 1;
@@ -315,10 +341,10 @@ fn less<const N: usize>(mut sum: [Lane; N], rows: &[[Lane; N]], values: &[f64], 
     sum
 }
 
-impl Columns {
+impl<N: Number, const L: usize> Columns<N, L> {
     /// sum + (re + i im)(x + i y), all lanes.
     #[inline(always)]
-    fn couple<const F: usize>(&self, [x, y]: &Pair<F>, sum: Pair<F>) -> Pair<F> {
+    fn couple<const F: usize>(&self, [x, y]: &Pair<N, L, F>, sum: Pair<N, L, F>) -> Pair<N, L, F> {
         let mut result = sum;
         for f in 0..F {
             [result[0][f], result[1][f]] = self.complex(f, x.as_flattened(), y.as_flattened(), [sum[0][f], sum[1][f]]);
@@ -328,7 +354,7 @@ impl Columns {
 
     /// sum + (re + i im) x, all lanes.
     #[inline(always)]
-    fn react<const F: usize>(&self, x: &[f64], sum: Pair<F>) -> Pair<F> {
+    fn react<const F: usize>(&self, x: &[N], sum: Pair<N, L, F>) -> Pair<N, L, F> {
         let mut result = sum;
         for f in 0..F {
             [result[0][f], result[1][f]] = self.real(f, x, [sum[0][f], sum[1][f]]);

@@ -37,6 +37,7 @@ use crate::program::arm_form::ORDERS;
 use crate::program::arm_form::{ArmForm, Cause, Factor, Link, Load, LoopEquation, Slot, Source, Term};
 use crate::taylor::coupling::Coupling;
 use crate::taylor::tape::{Scalars, Vectors};
+use batch::Found;
 pub(crate) use batch::{Batch, MEMBERS};
 pub use clearance::Changes;
 use curves::CurveSlope;
@@ -215,10 +216,10 @@ pub struct Jet<N: Coefficient = f64, const L: usize = WIDTH> {
     matrix: N::Matrix,
     /// Is it laid out for masses that are alike, and for a chain?
     layout: Option<Layout>,
-    /// The last order of the unknowns that a batch has found already; 0 if none.
-    ahead: usize,
+    /// What a batch has found.
+    found: Found,
     /// Of a mechanism of frames only.
-    response: Response,
+    response: Response<N, L>,
     /// The joint of each loop equation.
     groups: Vec<usize>,
     /// Scales of the loop equations.
@@ -320,7 +321,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
             present: present(&shape),
             matrix: N::Matrix::none(),
             layout: None,
-            ahead: 0,
+            found: Found::default(),
             response: Response::default(),
             groups: groups(model, &form),
             row_scales: row_scales(model, &form),
@@ -399,6 +400,12 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
         if self.coupling.is_long() || Recursion::share_left(&limbs) < LEFT { limbs } else { Vec::new() }
     }
 
+    /// Storage for how a pose of frames only responds.
+    fn make_response(&mut self) {
+        let counts = [self.form.frames.len(), self.form.rows.len()];
+        self.response = Response::new(counts, [self.shape.lanes[0], self.solution.len()]);
+    }
+
     /// Where the solution of each equation goes, and how much room there is.
     fn targets(&self) -> (Vec<usize>, usize) {
         let first = self.shape.places();
@@ -433,7 +440,7 @@ impl Jet {
             let ([frames, ..], lanes) = (jet.shape.lanes, jet.solution.len());
             jet.frames = [frames, jet.shape.all(), lanes];
             if frames == 1 {
-                jet.response = Response::new(jet.form.frames.len(), jet.form.rows.len(), lanes);
+                jet.make_response();
             }
         }
         jet

@@ -10,11 +10,11 @@ use crate::taylor::tape::Scalars;
 impl Jet {
     /// Orders k of accelerations from the first to the last, orders k + 2 of positions; all lower ones are known.
     pub fn advance(&mut self, first: usize, last: usize) {
-        if self.ahead == 0 {
+        if self.found.orders == 0 {
             self.advance_alone(first, last);
-        } else if first == 0 || last + 2 > self.ahead {
+        } else if first == 0 || last + 2 > self.found.orders {
             // A batch finds the unknowns only: what else further orders need follows from the beginning.
-            self.ahead = 0;
+            self.found.orders = 0;
             self.advance_alone(first.min(1), last);
         }
     }

@@ -15,7 +15,7 @@ use crate::taylor::tape::polynomial;
 /// Loops that are open less than this, relative to their scales, are left alone.
 pub(crate) const CLOSED: f64 = 1e-13;
 /// The cube of a smaller angle, over six, is below the rounding errors of its cosine and sine.
-const SMALL: f64 = 1e-6;
+pub(super) const SMALL: f64 = 1e-6;
 /// Newton steps onto the loops where they must be closed tightly.
 const CLOSINGS: usize = 4;
 
@@ -218,14 +218,14 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
 
     by_width! {
         /// Rates of arms from the rates of the unknowns.
-        fn turn_rates[N: Coefficient, const L: usize](&mut self: Jet<N, L>) = turn_rates_any
+        pub(super) fn turn_rates[N: Coefficient, const L: usize](&mut self: Jet<N, L>) = turn_rates_any
     }
 
     /// The unknowns of coordinates.
     #[inline(always)]
     pub(super) fn load(&mut self, order: usize, values: &[N]) {
         // What a batch has found does not belong to this pose.
-        self.ahead = 0;
+        self.found.leave();
         let first = order * self.shape.places();
         let unknowns = &mut self.values.as_flattened_mut()[first..];
         for &index in &self.chain {
@@ -387,7 +387,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
 
     /// One coefficient of the loop equations, of the first two orders.
     #[inline(always)]
-    fn gap(&mut self, order: usize) {
+    pub(super) fn gap(&mut self, order: usize) {
         let all = self.shape.all();
         for lane in 0..all {
             (self.second[0][lane], self.second[1][lane]) = (self.x[at(lane, order)], self.y[at(lane, order)]);
@@ -447,7 +447,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
 
     /// The change of the unknowns that closes the loops to first order.
     #[inline(always)]
-    fn respond_to_gaps(&mut self) {
+    pub(super) fn respond_to_gaps(&mut self) {
         let (first, gaps) = (self.unknowns.len(), self.gaps.as_flattened());
         if self.terms.pairs.is_empty() && self.matrix.solve_rest(first, gaps, self.solution.as_flattened_mut()) {
             return;
@@ -473,7 +473,7 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
 
     /// Poses of arms after a small change of the unknowns, which the solution holds.
     #[inline(always)]
-    fn turn_a_little(&mut self) {
+    pub(super) fn turn_a_little(&mut self) {
         for lane in 0..self.shape.lanes[0] {
             // Sine and cosine of the change up to rounding: d and 1 - d^2/2.
             let (d, c, s) = (self.solution[lane], self.x[at(lane, 0)], self.y[at(lane, 0)]);

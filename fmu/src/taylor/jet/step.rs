@@ -47,11 +47,11 @@ impl<N: Coefficient, const L: usize> Jet<N, L> {
 
     by_width! {
         /// q and v along a polynomial, dt after its start; the accelerations there are kept for [`Jet::defect`].
-        pub fn evaluate[N: Coefficient, const L: usize](&mut self: Jet<N, L>, polynomial: &[N], order: usize, dt: f64, motion: &mut [N]) = evaluate_any
+        pub fn evaluate[N: Coefficient, const L: usize](&mut self: Jet<N, L>, polynomial: &[N], order: usize, dt: N, motion: &mut [N]) = evaluate_any
     }
 
     #[inline(always)]
-    pub(super) fn evaluate_any(&mut self, polynomial: &[N], order: usize, dt: f64, motion: &mut [N]) {
+    pub(super) fn evaluate_any(&mut self, polynomial: &[N], order: usize, dt: N, motion: &mut [N]) {
         let all = self.shape.all();
         let (coefficients, _) = polynomial.as_chunks::<L>();
         for lane in 0..all {
@@ -132,6 +132,11 @@ impl Jet {
 
     #[inline(always)]
     fn reach_any(&mut self, order: usize, tolerance: f64, derivative: usize) -> f64 {
+        if derivative == 1
+            && let Some(length) = self.found.length(order, tolerance)
+        {
+            return length;
+        }
         let last = order.min(MAX_ORDER);
         let share = math::rough_log2(tolerance) / (order - derivative) as f64;
         // Short series have fewer orders than there are places: the last one then counts more than once.
@@ -205,11 +210,11 @@ fn derivatives<N: Number, const L: usize>(
     coefficients: &[Lane<N, L>],
     stride: usize,
     order: usize,
-    dt: f64,
+    dt: N,
 ) -> [Lane<N, L>; 3] {
     let zero = splat(N::ZERO);
     let (mut even, mut odd) = ([zero, zero, zero], [zero, zero, zero]);
-    let (step, square) = (splat(N::all(dt)), splat(N::all(dt * dt)));
+    let (step, square) = (splat(dt), splat(dt * dt));
     let mut k = order.min(MAX_ORDER);
     if k >= 2 && k.is_multiple_of(2) {
         even = more(even, coefficients[k * stride], k, square);

@@ -4,9 +4,8 @@ use super::Shape;
 use super::curves::CurveSlope;
 use super::pairs::{Pairs, candidates};
 use crate::linalg::columns::Columns;
-use crate::linalg::inverse::Inverse;
 use crate::linalg::lane::{Lane, minus, multiply, plus, splat};
-use crate::linalg::matrix::{Entries, Places};
+use crate::linalg::matrix::{Entries, Lanes, Places};
 use crate::linalg::number::{Elementary, Number};
 use crate::program::arm_form::{ArmForm, Factor};
 
@@ -328,15 +327,17 @@ impl Terms {
     pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, usize, &Slope)> {
         self.loops.iter().map(|term| (term.row, term.column, &term.value))
     }
+}
 
-    /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, four at a time.
+impl<N: Elementary> Terms<N> {
+    /// The same of frames only, whose arms are x + i y: an entry of the masses for every two of them, a lane at a time.
     #[inline(always)]
-    pub(super) fn assemble_frames(
+    pub(super) fn assemble_frames<const L: usize>(
         &mut self,
-        inverse: &mut Inverse,
-        c: &[f64],
-        derivatives: &[Vec<Lane>; 2],
-        coupling: &Columns,
+        matrix: &mut impl Lanes<N, L>,
+        c: &[N],
+        derivatives: &[Vec<Lane<N, L>>; 2],
+        coupling: &Columns<N, L>,
     ) {
         let [dx, dy] = derivatives;
         for lane in 0..dx.len().min(dy.len()).min(coupling.lanes()) {
@@ -346,9 +347,9 @@ impl Terms {
                 let (bx, by) = (splat(dx.as_flattened()[columns[i]]), splat(dy.as_flattened()[columns[i]]));
                 let along = plus(multiply(ax, bx), ay, by);
                 let across = minus(multiply(ax, by), ay, bx);
-                inverse.put(columns[i], lane, minus(multiply(re[i], along), im[i], across));
+                matrix.put(columns[i], lane, minus(multiply(re[i], along), im[i], across));
             }
         }
-        self.assemble_rest(inverse, c, [dx.as_flattened(), dy.as_flattened()]);
+        self.assemble_rest(matrix, c, [dx.as_flattened(), dy.as_flattened()]);
     }
 }

@@ -211,7 +211,7 @@ impl<const D: usize> VariedMotion<D> {
     #[inline(always)]
     fn evaluate_any(&mut self, order: usize, dt: f64) {
         let values = std::mem::take(&mut self.series.values);
-        self.series.evaluate_any(values.as_flattened(), order, dt, &mut self.state);
+        self.series.evaluate_any(values.as_flattened(), order, Dual::all(dt), &mut self.state);
         self.series.values = values;
     }
 
