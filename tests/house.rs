@@ -110,7 +110,7 @@ fn names_in_the_runtime_are_words_of_the_field() {
 
 /// Names that do not say what they name, and how often each stands as a name of its own in the sources outside of the tests: a count that may only fall. Write the noun of the thing instead.
 const UNCLEAR: [(&str, usize); 6] =
-    [("own", 154), ("asked", 9), ("told", 56), ("beside", 120), ("led", 7), ("reach", 165)];
+    [("own", 154), ("asked", 9), ("told", 56), ("beside", 120), ("led", 7), ("reach", 162)];
 
 /// How often a word stands as a whole name in a source; comments and texts are left out.
 fn count_name(source: &str, word: &str) -> usize {
