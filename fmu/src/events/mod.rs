@@ -9,6 +9,7 @@
 //! rounding on either side of a layer about v = 0, and so is a narrow bump on either side of itself. But the *argument* of the law is known over
 //! the whole step. It is followed there, and the law is evaluated where the argument says that it may be steep.
 
+pub(crate) mod bernstein;
 mod course;
 mod layers;
 mod monitor;

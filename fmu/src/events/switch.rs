@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::linalg::bernstein::Bernstein;
+use super::bernstein::Bernstein;
 use crate::math;
 use crate::program::arm_form::MAX_ORDER;
 

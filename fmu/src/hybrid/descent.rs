@@ -1,10 +1,10 @@
 //! When what is positive at the beginning of a step falls below zero, from its polynomial.
 //!
-//! Bernstein coefficients bound a polynomial, and their changes of sign the number of its roots (see [`crate::linalg::bernstein`]). So parts of the step without a root are left out by a few additions, and what is found is the first root. The polynomial is a truncated series: what it
+//! Bernstein coefficients bound a polynomial, and their changes of sign the number of its roots (see [`crate::events::bernstein`]). So parts of the step without a root are left out by a few additions, and what is found is the first root. The polynomial is a truncated series: what it
 //! may be wrong by is measured in each part, and a part counts only where the answer is the same for all functions so near to it.
 
 use super::onset::{CHECKS, INTERPOLATION_ERROR};
-use crate::linalg::bernstein::Bernstein;
+use crate::events::bernstein::Bernstein;
 use crate::machine::ROUNDING;
 use crate::math::{maximum, minimum};
 use crate::program::arm_form::MAX_ORDER;

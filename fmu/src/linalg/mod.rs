@@ -9,7 +9,6 @@
 //! * `lane`, `turn`: four numbers and four angles at a time; `number`, `dual`, `varied`: numbers alone, numbers and matrices with their
 //!   derivatives; `quad`, `inverses`: numbers and inverses of four motions.
 
-pub(crate) mod bernstein;
 pub(crate) mod chain;
 pub(crate) mod columns;
 pub(crate) mod dense;

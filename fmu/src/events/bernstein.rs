@@ -1,7 +1,7 @@
 //! Polynomials in the unit interval by Bernstein coefficients: a polynomial lies in their convex hull, and has no more roots there than these have changes of sign (Farouki, *Comput. Aided Geom. Design*
 //! 29, 2012, sections 3 and 7).
 
-use super::lane::{Lane, WIDTH, add, by_width, times};
+use crate::linalg::lane::{Lane, WIDTH, add, by_width, times};
 use crate::program::arm_form::{MAX_ORDER, ORDERS};
 
 /// Whole lanes, and one beyond them, which a lane is added from.
