@@ -1,6 +1,6 @@
 //! Laws in pieces and steep laws along a step.
 //!
-//! * `switch`: switching functions of laws in pieces, and their roots.
+//! * `switch`: switching functions of laws in pieces, and their roots; `bernstein`: bounds of polynomials.
 //! * `course`: where the argument of a steep law may hide it from the ends of a step.
 //! * `sliding`: switches that a motion does not leave.
 //! * `layers`, `monitor`: the same along the polynomial of a series, and along the dense output of a Runge-Kutta step.

@@ -28,9 +28,9 @@ pub(crate) use propose::{order_for, share};
 /// Storage for Taylor series.
 #[derive(Clone, Debug)]
 pub struct Taylor {
-    jet: Jet,
+    jet: Box<Jet>,
     /// The other series of a mechanism with contacts, with storage for its changes: that of a flight, or that of all contacts.
-    other: Option<(Jet, Changes)>,
+    other: Option<(Box<Jet>, Changes)>,
     /// Has the mechanism no loops, whatever is closed?
     is_open: bool,
     layers: Layers,
@@ -88,7 +88,7 @@ impl Taylor {
     /// Storage for a model with an arm form.
     pub fn new(model: &Model) -> Option<Self> {
         let size = 2 * model.coordinates();
-        let jet = Jet::new(model)?;
+        let jet = Jet::boxed(model)?;
         let layers = Layers::new(model.program().arms.as_ref()?.tape.steep_laws());
         let guard = Guard::new(jet.groups());
         let changes = jet.changes();
@@ -262,7 +262,7 @@ impl Taylor {
 
     /// The series that the next step begins with, the order that it will have, and what one step may be wrong by, if it is known to be regular.
     pub(crate) fn begun(&mut self, run: &Run, tolerance: f64) -> Option<(&mut Jet, usize, f64)> {
-        (self.known == Start::Regular).then_some((&mut self.jet, order_of(run, tolerance), share(tolerance)))
+        (self.known == Start::Regular).then_some((&mut *self.jet, order_of(run, tolerance), share(tolerance)))
     }
 
     /// The series.

@@ -51,8 +51,9 @@ impl ArmForm {
 }
 
 impl Jet {
-    /// The same for a flight, with polynomials in the same places; none where that would change nothing.
-    pub fn of_flight(&self, model: &Model) -> Option<Self> {
+    /// The same for a flight, with polynomials in the same places, on the heap; none where that would change nothing.
+    #[inline(never)]
+    pub fn of_flight(&self, model: &Model) -> Option<Box<Self>> {
         let (form, kept) = self.form.without_contacts()?;
         let mut jet = Self::of(model, &form);
         jet.reactions_kept = self.reactions_kept.clone();
@@ -64,7 +65,7 @@ impl Jet {
                 jet.left_out[*group] += scale * scale;
             }
         }
-        Some(jet)
+        Some(Box::new(jet))
     }
 
     /// True for the series of a flight.

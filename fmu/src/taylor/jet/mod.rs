@@ -429,6 +429,12 @@ impl Jet {
         Some(Self::of(model, model.program().arms.as_ref()?))
     }
 
+    /// The same on the heap. Its parts move through several frames on their way: they are not to be those of the caller.
+    #[inline(never)]
+    pub fn boxed(model: &Model) -> Option<Box<Self>> {
+        Self::new(model).map(Box::new)
+    }
+
     /// Storage for an arm form of a model.
     pub fn of(model: &Model, form: &ArmForm) -> Self {
         let mut jet = Self::with_storage(model, form);
