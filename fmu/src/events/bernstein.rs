@@ -39,17 +39,17 @@ impl Bernstein {
     }
 
     by_width! {
-        /// Those of both halves, by de Casteljau's algorithm.
-        pub fn halves(&self: Bernstein) -> [Bernstein; 2] = halves_any
+        /// Leaves the first half of the interval here and returns the second one, by de Casteljau's algorithm. (A search keeps one of them at each depth, not three: stacks may be small.)
+        pub fn halve(&mut self: Bernstein) -> Bernstein = halve_any
     }
 
     #[inline(always)]
-    fn halves_any(&self) -> [Self; 2] {
+    fn halve_any(&mut self) -> Self {
         let degree = self.degree.min(MAX_ORDER);
-        let (mut left, mut right) = ([0.0; ROOM], [0.0; ROOM]);
+        let mut right = Self { degree, all: [0.0; ROOM] };
         let mut level = self.all;
         for k in 0..=degree {
-            (left[k], right[degree - k]) = (level[0], level[degree - k]);
+            (self.all[k], right.all[degree - k]) = (level[0], level[degree - k]);
             // What comes of the numbers behind this level is not read.
             for lane in 0..(degree - k).div_ceil(WIDTH) {
                 let place = &mut level[WIDTH * lane..][..WIDTH + 1];
@@ -57,7 +57,7 @@ impl Bernstein {
                 place[..WIDTH].copy_from_slice(&times(0.5, add(first, second)));
             }
         }
-        [left, right].map(|all| Self { degree, all })
+        right
     }
 }
 
@@ -75,14 +75,15 @@ mod tests {
         let mut random = Random::new(5);
         for count in 1..=ORDERS {
             let polynomial: Vec<f64> = (0..count).map(|_| random.unit() - 0.5).collect();
-            let [left, right] = Bernstein::of(&polynomial).unwrap().halves();
+            let mut left = Bernstein::of(&polynomial).unwrap();
+            let right = left.halve();
             let ends = [left, right].map(|half| [half.coefficients()[0], half.coefficients()[count - 1]]);
             let expected = [[0.0, 0.5], [0.5, 1.0]].map(|ends| ends.map(|s| horner(&polynomial, s)));
             for (value, expected) in ends.as_flattened().iter().zip(expected.as_flattened()) {
                 assert!((value - expected).abs() < 1e-12, "{count}: {value} {expected}");
             }
             // The middle of the left half, by its own halves.
-            let quarter = left.halves()[1].coefficients()[0];
+            let quarter = left.halve().coefficients()[0];
             assert!((quarter - horner(&polynomial, 0.25)).abs() < 1e-12, "{count}");
         }
     }

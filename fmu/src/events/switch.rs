@@ -123,19 +123,19 @@ pub(crate) fn first_fall(polynomial: &[f64], h: f64) -> Option<f64> {
     }
     let begin = scaled.first_mut()?;
     *begin = begin.max(0.0);
-    search(&Bernstein::of(scaled)?, 0.0, 1.0).map(|share| share * h)
+    search(&mut Bernstein::of(scaled)?, 0.0, 1.0).map(|share| share * h)
 }
 
 /// The same on a part of the unit interval.
-fn search(b: &Bernstein, from: f64, length: f64) -> Option<f64> {
+fn search(b: &mut Bernstein, from: f64, length: f64) -> Option<f64> {
     if b.coefficients().iter().all(|value| *value >= 0.0) {
         return None;
     }
     if length < SHORTEST_BRACKET {
         return Some(from);
     }
-    let ([left, right], half) = (b.halves(), 0.5 * length);
-    search(&left, from, half).or_else(|| search(&right, from + half, half))
+    let (mut right, half) = (b.halve(), 0.5 * length);
+    search(b, from, half).or_else(|| search(&mut right, from + half, half))
 }
 
 #[cfg(test)]

@@ -46,8 +46,8 @@ pub(crate) fn first(polynomial: &[f64], mut error: impl FnMut(f64) -> f64) -> De
     if polynomial[0] + falls > margin {
         return Descent::None;
     }
-    let Some(bernstein) = Bernstein::of(polynomial) else { return Descent::Unknown };
-    search(&bernstein, whole, margin, 0, &mut |part| self::margin(part, size, &mut error))
+    let Some(mut bernstein) = Bernstein::of(polynomial) else { return Descent::Unknown };
+    search(&mut bernstein, whole, margin, 0, &mut |part| self::margin(part, size, &mut error))
 }
 
 /// What the polynomial may be wrong by in a part of the interval: ten times as much as at two places of it, and rounding errors.
@@ -58,7 +58,7 @@ fn margin([from, to]: [f64; 2], size: f64, error: &mut impl FnMut(f64) -> f64) -
 
 /// Looks through a part, by its Bernstein coefficients. Its margin holds in both halves, which may have smaller ones.
 fn search(
-    b: &Bernstein,
+    b: &mut Bernstein,
     part: [f64; 2],
     margin: f64,
     depth: i32,
@@ -73,9 +73,9 @@ fn search(
     if found != Descent::Unknown || depth == DEEPEST {
         return found;
     }
-    let ([left, right], middle) = (b.halves(), 0.5 * (part[0] + part[1]));
-    match search(&left, [part[0], middle], margin, depth + 1, margin_of) {
-        Descent::None => search(&right, [middle, part[1]], margin, depth + 1, margin_of),
+    let (mut right, middle) = (b.halve(), 0.5 * (part[0] + part[1]));
+    match search(b, [part[0], middle], margin, depth + 1, margin_of) {
+        Descent::None => search(&mut right, [middle, part[1]], margin, depth + 1, margin_of),
         found => found,
     }
 }

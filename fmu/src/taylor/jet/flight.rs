@@ -52,10 +52,9 @@ impl ArmForm {
 
 impl Jet {
     /// The same for a flight, with polynomials in the same places, on the heap; none where that would change nothing.
-    #[inline(never)]
     pub fn of_flight(&self, model: &Model) -> Option<Box<Self>> {
         let (form, kept) = self.form.without_contacts()?;
-        let mut jet = Self::of(model, &form);
+        let mut jet = Self::boxed_of(model, &form);
         jet.reactions_kept = self.reactions_kept.clone();
         jet.groups = kept.iter().map(|&row| self.groups[row]).collect();
         jet.left_out = vec![0.0; self.groups()];
@@ -65,7 +64,7 @@ impl Jet {
                 jet.left_out[*group] += scale * scale;
             }
         }
-        Some(Box::new(jet))
+        Some(jet)
     }
 
     /// True for the series of a flight.

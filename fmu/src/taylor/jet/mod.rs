@@ -430,9 +430,14 @@ impl Jet {
     }
 
     /// The same on the heap. Its parts move through several frames on their way: they are not to be those of the caller.
-    #[inline(never)]
     pub fn boxed(model: &Model) -> Option<Box<Self>> {
-        Self::new(model).map(Box::new)
+        model.program().arms.as_ref().map(|form| Self::boxed_of(model, form))
+    }
+
+    /// The same of an arm form.
+    #[inline(never)]
+    fn boxed_of(model: &Model, form: &ArmForm) -> Box<Self> {
+        Box::new(Self::of(model, form))
     }
 
     /// Storage for an arm form of a model.
