@@ -15,7 +15,7 @@ pub(crate) struct Bernstein {
 }
 
 impl Bernstein {
-    /// Of the coefficients of powers: b_j is the sum over i <= j of binomial(j, i)/binomial(n, i) a_i. None of a polynomial without coefficients, or of a degree above the highest order of a series.
+    /// The polynomial of these coefficients of powers: b_j is the sum over i <= j of binomial(j, i)/binomial(n, i) a_i. None without coefficients, or for a degree above the highest order of a series.
     pub fn of(polynomial: &[f64]) -> Option<Self> {
         let degree = polynomial.len().checked_sub(1).filter(|degree| *degree <= MAX_ORDER)?;
         let mut all = [0.0; ROOM];

@@ -851,7 +851,7 @@ struct Found {
     /// True if a mode fits but for friction that locks, or with redundant constraints.
     locked: bool,
     redundant: bool,
-    /// How many combinations have been tried where margins are those of usual accelerations, and of those that there are; true if friction locks in one of them that fits.
+    /// The number of combinations tried, and whether friction locks in one that fits: with margins of usual accelerations, then with those of the present ones.
     tried: [usize; 2],
     jams: [bool; 2],
     /// True if the best one was the last to be tried: its accelerations are at hand.

@@ -22,7 +22,7 @@ pub(crate) struct Pattern {
     counts: Vec<usize>,
     /// Column that each entry stands in the row of, ascending.
     rows: Vec<u32>,
-    /// The same entries by rows: how many each row has, and where each entry of the columns is.
+    /// The entries by rows: how many each row has, and where each entry of the columns is.
     counts_by_rows: Vec<usize>,
     turned: Vec<u32>,
     /// The products that are taken off each entry: the entry and the factor of an earlier column, by rows.
@@ -214,7 +214,7 @@ fn eliminate(mut neighbours: Vec<BTreeSet<usize>>, unknowns: usize) -> (Vec<usiz
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Rank {
     leaves_open: bool,
-    /// So many eliminations come before it, each depending on the one before.
+    /// The number of eliminations before it, each of which depends on the one before.
     height: usize,
 }
 

@@ -31,7 +31,7 @@ pub struct Taylor {
     jet: Box<Jet>,
     /// The other series of a mechanism with contacts, with storage for its changes: that of a flight, or that of all contacts.
     other: Option<(Box<Jet>, Changes)>,
-    /// Has the mechanism no loops, whatever is closed?
+    /// True if the mechanism has no loops, whatever is closed.
     is_open: bool,
     layers: Layers,
     next: Vec<f64>,

@@ -8,7 +8,7 @@ use crate::program::arm_form::{ArmForm, Cause, NormalForce, Solved};
 const NO_ROW: u32 = u32::MAX;
 
 impl ArmForm {
-    /// The same without the loop equations of contacts, and which rows are left. None if all hold always, if some repeat others, or if anything but a normal force is made of them.
+    /// The form without the loop equations of contacts, and the rows that remain. None if there are no contacts, if loop equations repeat others, or if anything but a normal force follows from the reactions of contacts.
     fn without_contacts(&self) -> Option<(Self, Vec<usize>)> {
         if self.contacts.is_empty() || self.repeating() > 0 {
             return None;
@@ -51,7 +51,7 @@ impl ArmForm {
 }
 
 impl Jet {
-    /// The same for a flight, with polynomials in the same places, on the heap; none where that would change nothing.
+    /// The series of a flight, on the heap: its polynomials lie in the same places. None where it would be the same, or where a part depends on the reactions of contacts.
     pub fn of_flight(&self, model: &Model) -> Option<Box<Self>> {
         let (form, kept) = self.form.without_contacts()?;
         let mut jet = Self::boxed_of(model, &form);

@@ -4,6 +4,8 @@
 //! w = w0 + Y s. At order zero s = free + share |w| is solved by Newton's method; at every further order k the newest coefficients enter linearly, |w|_k = n . w_k + known with n = w_0/|w_0|, so that
 //! one factorisation of 1 - share n Y serves all of them.
 
+use std::ops::Range;
+
 use super::normals::Normals;
 use super::{Coefficient, Jet, Shape, flat};
 use crate::linalg::lane::{Lane, by_width, plus, splat};
@@ -41,7 +43,7 @@ struct Limit<N> {
     /// Its force for each unit of the limit, by places of arms.
     arms: Vec<(usize, [u32; 2])>,
     /// Its vectors among all normal forces.
-    vectors: std::ops::Range<usize>,
+    vectors: Range<usize>,
     series: Numbers<N>,
     /// The normal force, by orders.
     normal: Numbers<N>,

@@ -115,6 +115,7 @@ impl<N: Elementary, const L: usize> Normals<N, L> {
         (vector, column, factors)
     }
 
+    #[inline(always)]
     fn lanes(&self) -> usize {
         self.half.len()
     }
@@ -146,7 +147,7 @@ impl<N: Elementary, const L: usize> Normals<N, L> {
         for (value, place) in self.values.iter_mut().zip(&self.places) {
             *value = known.newest(*place, solution);
         }
-        for lane in 0..self.half.len() {
+        for lane in 0..self.lanes() {
             let of = at(lane, k);
             [self.components[0][of], self.components[1][of]] = self.terms.real(lane, &self.values, [splat(N::ZERO); 2]);
         }
@@ -171,7 +172,7 @@ impl<N: Elementary, const L: usize> Normals<N, L> {
     #[inline(always)]
     fn predict_sizes(&mut self, k: usize) {
         let [x, y] = &self.components;
-        for lane in 0..self.half.len() {
+        for lane in 0..self.lanes() {
             let linear = multiply(self.along[0][lane], x[at(lane, k)]);
             let linear = plus(linear, self.along[1][lane], y[at(lane, k)]);
             let squares = add(inner_square(x, lane, k), inner_square(y, lane, k));
@@ -183,7 +184,7 @@ impl<N: Elementary, const L: usize> Normals<N, L> {
     /// Adds what the newest limits change to components and magnitudes of order k.
     #[inline(always)]
     pub(super) fn add(&mut self, k: usize, newest: &[N]) {
-        for lane in 0..self.half.len() {
+        for lane in 0..self.lanes() {
             let [x, y] = self.changed(lane, newest, [splat(N::ZERO); 2]);
             let of = at(lane, k);
             self.components[0][of] = add(self.components[0][of], x);
@@ -198,7 +199,7 @@ impl<N: Elementary, const L: usize> Normals<N, L> {
     /// w + Y s
     #[inline(always)]
     fn changed(&self, lane: usize, limits: &[N], [mut x, mut y]: [Lane<N, L>; 2]) -> [Lane<N, L>; 2] {
-        let lanes = self.half.len();
+        let lanes = self.lanes();
         let [by_x, by_y] = &self.changes;
         for (limit, (by_x, by_y)) in
             limits.iter().zip(by_x[lane..].iter().step_by(lanes).zip(by_y[lane..].iter().step_by(lanes)))

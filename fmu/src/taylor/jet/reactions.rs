@@ -90,11 +90,12 @@ impl Jet {
     /// The reaction of a contact along a polynomial, by its loop equation of the program; false if it is not kept.
     pub fn reaction(&self, polynomial: &[f64], order: usize, constraint: u32, coefficients: &mut [f64]) -> bool {
         let [first, count] = self.reactions_in();
-        let mut rows = self.form.contacts.iter().map(|contact| contact.row as usize);
         if !self.reactions_kept.wanted {
             return false;
         }
-        let Some(row) = rows.find(|row| self.form.rows[*row].constraint == constraint) else { return false };
+        // In a flight contacts have no row.
+        let is_of = |row: &usize| self.form.rows.get(*row).is_some_and(|row| row.constraint == constraint);
+        let Some(row) = self.form.contacts.iter().map(|contact| contact.row as usize).find(is_of) else { return false };
         coefficients.fill(0.0);
         let orders = polynomial[first..].chunks_exact(count).take(order - 1);
         for (coefficient, reactions) in coefficients.iter_mut().zip(orders) {

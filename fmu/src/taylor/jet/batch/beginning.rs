@@ -55,9 +55,9 @@ struct Beginning {
 /// How poses are to be inverted, and what permits to do that together.
 #[derive(Debug)]
 pub(super) struct Rules {
-    /// Can beginnings be found together?
+    /// True if beginnings can be found together.
     begins: bool,
-    /// Is there nothing but frames?
+    /// True if there are frames only, and states.
     frames: bool,
     /// The masses of these members are alike.
     alike: Members,
@@ -66,7 +66,7 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    /// Those of a model.
+    /// The rules of a model.
     pub fn new(model: &Model, alone: &Jet) -> Self {
         let begins = alone.form.repeating() == 0 && alone.direction_rows.is_empty() && alone.limits.is_empty();
         let integrals = model.mechanical()..model.coordinates();
@@ -92,12 +92,12 @@ impl Found {
         (self.orders == order && known == tolerance).then_some(length)
     }
 
-    /// Are its arms in a batch?
+    /// True if its arms are in a batch.
     pub fn is_held(&self) -> bool {
         self.holder != Holder::default()
     }
 
-    /// Are they there?
+    /// True if a batch has them.
     pub fn is_held_by(&self, holder: Holder) -> bool {
         self.holder == holder
     }
@@ -150,12 +150,12 @@ impl Jet {
 }
 
 impl Batch {
-    /// Can beginnings be found here?
+    /// True if beginnings can be found here.
     pub fn begins(&self) -> bool {
         self.rules.begins
     }
 
-    /// Does anything depend on time or inputs?
+    /// True if anything depends on time or inputs.
     pub fn has_signals(&self) -> bool {
         self.series.scalars.has_given()
     }

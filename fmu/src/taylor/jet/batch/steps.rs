@@ -13,7 +13,7 @@ use crate::taylor::jet::step::{RECIPROCALS, rough_log2};
 pub(super) struct Steps {
     /// What one step of each motion may be wrong by.
     pub tolerances: [f64; MEMBERS],
-    /// So many scales a second are the least rates that count relative to themselves.
+    /// The least rates that count relative to themselves, in scales a second.
     pub least_rates: Quad,
     /// What counts of each unknown.
     weights: Vec<Quad>,
