@@ -547,3 +547,48 @@ fn supports_with_different_friction_that_share_a_load_without_being_determined_a
         assert!((carried - weight).abs() < 1e-9 * weight, "{carried}");
     }
 }
+
+/// Two geared wheels with friction in both bearings, at rest: the scene, when they break away, and how fast the first one is then.
+struct Wheels {
+    scene: String,
+    breaks_away: f64,
+    after: Box<dyn Fn(f64) -> f64>,
+}
+
+impl Wheels {
+    fn new(scale: f64, ratio: f64, fixed: f64) -> Self {
+        let [inertia, other] = [scale, 2.0 * scale];
+        let [first, second, ramp] = [30.0 * scale, 50.0 * scale, 80.0 * scale];
+        let friction = |level: f64| format!("friction = {{ coulomb = {level:?}, static = {fixed:?} }}");
+        let scene = format!(
+            "name = \"wheels\"\n[bodies]\npinion = {{ mass = {0:?}, inertia = {inertia:?} }}\nwheel = {{ mass = {0:?}, inertia = {other:?} }}\n[ground.points]\nb = [0.03, 0]\n[joints.first]\ntype = \"revolute\"\nbetween = [\"ground\", \"pinion\"]\n{1}\n[joints.second]\ntype = \"revolute\"\nbetween = [\"ground.b\", \"wheel\"]\n{2}\n[joints.mesh]\ntype = \"gear\"\nbetween = [\"pinion\", \"wheel\"]\nratio = {ratio:?}\n[loads.motor]\ntype = \"torque\"\non = \"pinion\"\nvalue = \"{ramp:?}*t\"\n[initial]\n\"first.angle\" = 0\n\"first.omega\" = 0\n",
+            1e3 * scale,
+            friction(first),
+            friction(second)
+        );
+        let level = first + ratio.abs() * second;
+        let (moved, from) = (inertia + ratio * ratio * other, fixed * level / ramp);
+        let after = move |t: f64| (0.5 * ramp * (t * t - from * from) - level * (t - from)) / moved;
+        Self { scene, breaks_away: from, after: Box::new(after) }
+    }
+}
+
+/// Friction of either bearing holds what that of the other holds: which of both sticks is judged by shares of the rows of their equations, for wheels of 10 g as for wheels of ten tons.
+#[test]
+fn geared_wheels_of_any_mass_break_away_where_both_frictions_are_overcome() {
+    for scale in [1e-8, 1e-5, 1.0, 1e4] {
+        for (ratio, fixed) in [(-0.3, 1.0), (-1.0 / 3.0, 1.0), (-0.123, 1.5), (0.7, 1.2)] {
+            let wheels = Wheels::new(scale, ratio, fixed);
+            for method in METHODS {
+                let what = format!("{scale} {ratio} {method:?}");
+                let mut run = started(&model(&wheels.scene), Some(method), STOP, 1e-7);
+                run.step_to(0.999 * wheels.breaks_away).unwrap_or_else(|error| panic!("{what}: {error}"));
+                let before = value(&mut run, "pinion.omega");
+                run.step_to(2.0).unwrap_or_else(|error| panic!("{what}: {error}"));
+                let [found, right] = [value(&mut run, "pinion.omega"), (wheels.after)(2.0)];
+                assert!(before.abs() < 1e-12, "{what} creeps: {before}");
+                assert!((found - right).abs() < 1e-5 * right, "{what}: {found}, right is {right}");
+            }
+        }
+    }
+}

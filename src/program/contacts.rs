@@ -19,6 +19,7 @@ pub(super) struct ContactKernels {
     pub impact: Vec<Expr>,
     pub pressing: Vec<Expr>,
     pub locks: Vec<Expr>,
+    pub row_sizes: Vec<Expr>,
     pub places: Vec<Expr>,
 }
 
@@ -129,6 +130,7 @@ impl ContactKernels {
             // States have no impulses.
             let first = equations.motion_layout().states().start;
             kernels.impact.splice(first..first, equations.states.iter().map(|_| Expr::ZERO));
+            kernels.row_sizes = solver.row_sizes(&mut equations.system.arena);
         }
         kernels
     }
@@ -136,7 +138,7 @@ impl ContactKernels {
     /// With the tapes of its kernels.
     pub fn lower(
         equations: &Equations,
-        [gaps, rates, accelerations, restitutions, impact, pressing, locks, places]: [Tape; 8],
+        [gaps, rates, accelerations, restitutions, impact, pressing, locks, row_sizes, places]: [Tape; 9],
     ) -> Option<Contacts> {
         let mechanism = &equations.system.mechanism;
         let rows: Vec<Option<usize>> =
@@ -160,7 +162,8 @@ impl ContactKernels {
             all.push(Contact { name, constraint: row as u32, state: state(&contact.state), of_rate, slip });
         }
         let contours = contours(mechanism, &all, places);
-        let contacts = Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks, contours };
+        let contacts =
+            Contacts { all, gaps, rates, accelerations, restitutions, impact, pressing, locks, row_sizes, contours };
         let has_impulses = !contacts.impact.results.is_empty();
         (contacts.gaps.results.len() == contacts.all.len() && has_impulses).then_some(contacts)
     }

@@ -53,6 +53,7 @@ kernels! {
     impact,
     pressing,
     locks,
+    row_sizes,
     /// Where contacts with profiles are.
     places,
     /// Coefficients of the arm form.

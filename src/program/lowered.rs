@@ -463,6 +463,7 @@ fn assemble(
         impact: &moving.contacts.impact,
         pressing: &moving.contacts.pressing,
         locks: &moving.contacts.locks,
+        row_sizes: &moving.contacts.row_sizes,
         places: &moving.contacts.places,
         arms,
         masses,
@@ -507,6 +508,7 @@ fn assemble(
         kernels.impact,
         kernels.pressing,
         kernels.locks,
+        kernels.row_sizes,
         kernels.places,
     ];
     let contacts = ContactKernels::lower(equations, of_contacts);

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::augment::{LIGHT, SparseRow, additions};
-use crate::expr::{Arena, Expr, Symbol};
+use crate::expr::{Arena, Expr, Symbol, Unary};
 
 /// Rows of a symmetric matrix, both triangles stored.
 type Rows = Vec<BTreeMap<usize, Expr>>;
@@ -18,6 +18,8 @@ type Rows = Vec<BTreeMap<usize, Expr>>;
 pub struct Factorisation {
     steps: Vec<PivotStep>,
     size: usize,
+    /// For each multiplier what its pivot is the sum of: products, with the entry that it began with.
+    shares: Vec<Vec<[Expr; 2]>>,
 }
 
 #[derive(Clone, Debug)]
@@ -82,7 +84,7 @@ impl Factorisation {
                 return Err(Obstacle::TooLarge);
             }
         }
-        Ok(Factorisation { steps: elimination.steps, size })
+        Ok(Factorisation { steps: elimination.steps, size, shares: elimination.shares })
     }
 
     /// Solves for one right-hand side: first the coordinates' entries, then the multipliers'.
@@ -110,25 +112,49 @@ impl Factorisation {
         x
     }
 
+    /// The multipliers with a pivot of their own and its inverse, in the order of elimination. Constant ones are left out.
+    fn varying_pivots(&self, arena: &Arena, coordinates: usize) -> Vec<(usize, Expr)> {
+        let varies = |step: &PivotStep| match step {
+            PivotStep::One { index, inverse, .. } => {
+                (*index >= coordinates && arena.as_constant(*inverse).is_none()).then_some((*index, *inverse))
+            }
+            PivotStep::Two { .. } | PivotStep::Add { .. } => None,
+        };
+        self.steps.iter().filter_map(varies).collect()
+    }
+
     /// For each multiplier with a pivot of its own minus one over the square of how far its loop equation is from those that were eliminated
     /// before, in the measure of the mass. Constant ones are left out.
     pub fn reciprocal_pivots(&self, arena: &mut Arena, coordinates: usize) -> Vec<Expr> {
         let mut weights = BTreeMap::new();
-        let mut reciprocal_pivots = Vec::new();
         for step in &self.steps {
-            match step {
-                PivotStep::Add { index, weight, .. } => *weights.entry(*index).or_insert(0.0) += weight,
-                PivotStep::One { index, inverse, .. }
-                    if *index >= coordinates && arena.as_constant(*inverse).is_none() =>
-                {
-                    // An equation that was added makes its own pivot smaller: 1 / (1 / d + weight) instead of d.
-                    let weight = arena.constant(weights.get(index).copied().unwrap_or_default());
-                    reciprocal_pivots.push(arena.add(*inverse, weight));
-                }
-                _ => {}
+            if let PivotStep::Add { index, weight, .. } = step {
+                *weights.entry(*index).or_insert(0.0) += weight;
             }
         }
-        reciprocal_pivots
+        let pivots = self.varying_pivots(arena, coordinates);
+        let of = |(index, inverse)| {
+            // An equation that was added makes its own pivot smaller: 1 / (1 / d + weight) instead of d.
+            let weight = arena.constant(weights.get(&index).copied().unwrap_or_default());
+            arena.add(inverse, weight)
+        };
+        pivots.into_iter().map(of).collect()
+    }
+
+    /// For each of the reciprocal pivots the size of its row before elimination: the sum of the sizes of what the pivot is the sum of, beside which a pivot is zero or not, whatever the units. Zeros
+    /// that are left of a sum are rounding errors of this size.
+    pub fn row_sizes(&self, arena: &mut Arena, coordinates: usize) -> Vec<Expr> {
+        let pivots = self.varying_pivots(arena, coordinates);
+        let size = |(index, _): (usize, Expr)| {
+            let mut sum = Expr::ZERO;
+            for &[factor, entry] in &self.shares[index - coordinates] {
+                let product = arena.multiply(factor, entry);
+                let share = arena.unary(Unary::Abs, product);
+                sum = arena.add(sum, share);
+            }
+            sum
+        };
+        pivots.into_iter().map(size).collect()
     }
 }
 
@@ -174,6 +200,7 @@ struct Elimination {
     /// The cost under which a row is among the safe ones.
     costs: Vec<Option<usize>>,
     steps: Vec<PivotStep>,
+    shares: Vec<Vec<[Expr; 2]>>,
     operations: usize,
 }
 
@@ -191,6 +218,7 @@ impl Elimination {
             safe: BTreeSet::new(),
             costs: vec![None; size],
             steps: Vec::new(),
+            shares: first_shares(system),
             operations: 0,
         }
     }
@@ -356,6 +384,9 @@ impl Elimination {
 
     fn subtract(&mut self, arena: &mut Arena, [row, column]: [usize; 2], factor: Expr, entry: Expr) {
         self.operations += 1;
+        if row == column && row >= self.coordinates {
+            self.shares[row - self.coordinates].push([factor, entry]);
+        }
         let old = self.rows[row].get(&column).copied().unwrap_or(Expr::ZERO);
         let new = arena.subtract_product(old, factor, entry);
         for [row, column] in [[row, column], [column, row]] {
@@ -366,6 +397,12 @@ impl Elimination {
             }
         }
     }
+}
+
+/// What stands on the diagonal of each multiplier before anything is eliminated.
+fn first_shares(system: &EliminationSystem) -> Vec<Vec<[Expr; 2]>> {
+    let diagonal = |index: usize| system.diagonal.get(index).copied().unwrap_or(Expr::ZERO);
+    (0..system.jacobian.len()).map(|index| vec![[diagonal(index), Expr::ONE]]).collect()
 }
 
 fn rows(system: &EliminationSystem) -> Rows {

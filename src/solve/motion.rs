@@ -153,6 +153,11 @@ impl MotionSolver {
         self.factor.reciprocal_pivots(arena, self.system.load.len())
     }
 
+    /// The size of the row of each reciprocal pivot before elimination.
+    pub fn row_sizes(&self, arena: &mut Arena) -> Vec<Expr> {
+        self.factor.row_sizes(arena, self.system.load.len())
+    }
+
     /// Impulses: the change of the rates of branch coordinates, of least kinetic energy, that changes the rate of each loop equation by minus what is asked, and the multipliers of all loop equations.
     pub fn impact(&self, arena: &mut Arena, requested: &[Expr]) -> Vec<Expr> {
         let mut right = vec![Expr::ZERO; self.system.load.len()];

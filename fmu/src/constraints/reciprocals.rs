@@ -13,7 +13,7 @@ pub(crate) fn read(model: &Model, machine: &Machine, values: &mut [f64]) {
     values.iter_mut().zip(rows).for_each(|(value, &register)| *value = machine.registers()[register as usize].abs());
 }
 
-/// Is a loop equation with this 1 / r^2 so close to the others?
+/// Is a loop equation with this 1 / r^2 so close to the others? Both in one unit, or r as a share of what it was before elimination.
 pub(crate) fn is_within(reciprocal: f64, distance: f64) -> bool {
     reciprocal.abs() > 1.0 / (distance * distance)
 }

@@ -10,7 +10,7 @@
 use super::ahead::{Ahead, TIMES_AHEAD};
 use super::engage::Joining;
 use super::modes::{Choices, MOST_TRIALS};
-use crate::constraints::reciprocals::is_within;
+use crate::constraints::reciprocals::{is_within, read};
 use crate::failure::Failure;
 use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
@@ -24,7 +24,8 @@ use crate::taylor::TapeAlong;
 pub(crate) const TOUCHING: f64 = 1e-11;
 /// Forces within a step are known to so many tolerances of what is usual.
 pub(crate) const FOUND: f64 = 10.0;
-/// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose.
+/// Loop equations that are so close to depending on each other hold something twice: what sticks does so in one of several places, of which rounding errors would choose. A share of the size of a row
+/// before elimination, in the measure of the mass: in SI units a pivot of wheels of 50 g is larger than that of wheels of a ton by the ratio of their masses.
 const TWICE: f64 = 1e-6;
 /// Impacts at one instant that follow each other: as often a ball between two others loses its speed to rounding errors.
 const MOST_ROUNDS: usize = 1000;
@@ -51,6 +52,9 @@ pub(crate) struct ContactValues {
     /// The same without accelerations and reactions.
     at_rest: Vec<f64>,
     pub locks: Vec<f64>,
+    /// 1 / r^2 of the loop equations, and the sizes of r^2 before elimination.
+    reciprocals: Vec<f64>,
+    row_sizes: Vec<f64>,
     /// Changes of rates, then multipliers, of an impact.
     pub(super) change: Vec<f64>,
     /// a, then lambda.
@@ -116,6 +120,8 @@ impl ContactValues {
             sums: vec![0.0; sums],
             at_rest: vec![0.0; sums],
             locks: vec![0.0; locks],
+            reciprocals: vec![0.0; program.tapes.reciprocal_pivots.len()],
+            row_sizes: vec![0.0; results(|data| data.row_sizes.results.len())],
             change: vec![0.0; n + m],
             solved: vec![0.0; n + m],
             requested: vec![0.0; m],
@@ -810,8 +816,12 @@ impl ContactValues {
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
         machine.evaluate(&model.program().tapes.acceleration, &mut self.solved);
-        let pivots = model.program().tapes.reciprocal_pivots.iter();
-        self.twice = pivots.into_iter().any(|&place| is_within(machine.registers()[place as usize], TWICE));
+        read(model, machine, &mut self.reciprocals);
+        machine.evaluate(&data.row_sizes, &mut self.row_sizes);
+        let mut pivots = self.reciprocals.iter().zip(&self.row_sizes);
+        // A row of zeros leaves no number.
+        self.twice =
+            pivots.any(|(reciprocal, size)| is_within(reciprocal * size, TWICE) || (reciprocal * size).is_nan());
         machine.load_accelerations(model, &self.solved[..model.coordinates()]);
         machine.load_reactions(model, &self.solved[model.coordinates()..]);
         machine.evaluate(&data.accelerations, &mut self.accelerations);

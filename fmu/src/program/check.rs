@@ -10,8 +10,8 @@ use thiserror::Error;
 
 use crate::program::contour::Slot;
 use crate::program::{
-    Condition, Contact, ContactState, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape, Target,
-    Write,
+    Condition, Contact, ContactState, Contacts, Engine, Initial, Instants, Layout, Program, Role, Source, SparseTape,
+    Target, Write,
 };
 use crate::tape::Tape;
 
@@ -176,6 +176,10 @@ impl Program {
         if !masks || !removes || !places || !has_impulses {
             return Err(ProgramError::reference("what does not always hold"));
         }
+        let has_sizes = |all: &Contacts| all.row_sizes.results.len() == self.tapes.reciprocal_pivots.len();
+        if !self.instants.contacts.iter().all(has_sizes) {
+            return Err(ProgramError::reference("what is redundant"));
+        }
         for contact in self.instants.contacts() {
             let row = self.constraints.get(contact.constraint as usize);
             let slip = contact.slip.as_ref();
@@ -258,6 +262,7 @@ impl Program {
             registers.kernel("impact", &contacts.impact, layout.constants())?;
             registers.kernel("pressing", &contacts.pressing, layout.constants())?;
             registers.kernel("locks", &contacts.locks, rates)?;
+            registers.kernel("row sizes", &contacts.row_sizes, positions)?;
             if let Some(contours) = &contacts.contours {
                 registers.kernel("places at profiles", &contours.places, positions)?;
             }
@@ -276,7 +281,7 @@ impl Program {
             let of_gaps =
                 [&contact.gaps, &contact.rates, &contact.accelerations, &contact.restitutions, &contact.impact];
             let places = contact.contours.iter().map(|contours| &contours.places);
-            of_gaps.into_iter().chain([&contact.pressing, &contact.locks]).chain(places)
+            of_gaps.into_iter().chain([&contact.pressing, &contact.locks, &contact.row_sizes]).chain(places)
         });
         [
             &tapes.parameters,

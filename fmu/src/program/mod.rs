@@ -109,6 +109,8 @@ pub struct Contacts {
     pub pressing: Tape,
     /// All positive, or friction locks the mechanism so that no accelerations fit. Reads as `acceleration`.
     pub locks: Tape,
+    /// The size of the row of each of [`Tapes::reciprocal_pivots`] before elimination, in the unit of the pivot: redundant is what leaves rounding errors of it. Reads as `constraint`.
+    pub row_sizes: Tape,
     /// The profiles that contacts touch, if there are any.
     pub contours: Option<Contours>,
 }
