@@ -284,7 +284,9 @@ fn parts_are_joined_to_the_table_of_one_sweep() {
     // The second one is stopped within its third row.
     let second = fs::read_to_string(path(&names[1])).unwrap();
     let rows: Vec<&str> = second.split_inclusive('\n').collect();
-    fs::write(path(&format!("{}.part", names[1])), format!("{}{}", rows[..4].concat(), &rows[4][..2])).unwrap();
+    let (mark, _) = rows[0].rsplit_once(", rows ").unwrap();
+    fs::write(path(&format!("{}.part", names[1])), format!("{mark}\n{}{}", rows[1..4].concat(), &rows[4][..2]))
+        .unwrap();
     fs::remove_file(path(&names[1])).unwrap();
     let join = |names: &[&str]| cotree(folder.path(), &[&["join", "-o", "joined.csv"], names].concat());
     let [one, two, three] = [&names[0], &names[1], &names[2]].map(String::as_str);
@@ -292,6 +294,11 @@ fn parts_are_joined_to_the_table_of_one_sweep() {
     part("2/3", "7", &["--resume"]);
     assert_eq!(stdout(&join(&[three, one, two])), "joined.csv: 20 runs\n");
     assert_eq!(fs::read_to_string(path("joined.csv")).unwrap(), whole);
+    // A number that was edited.
+    fs::write(path("edited.csv"), second.replacen("1.5", "1.6", 1)).unwrap();
+    assert_ne!(fs::read_to_string(path("edited.csv")).unwrap(), second);
+    let refused = join(&[one, "edited.csv", three]);
+    assert!(code(&refused) == 2 && stderr(&refused).contains("`edited.csv` has been changed"), "{}", stderr(&refused));
     // Other values of as many runs.
     let other = part("2/3", "8", &[]);
     let refused = join(&[one, &other, three]);

@@ -7,7 +7,7 @@ use cotree::sheet::SheetError;
 use thiserror::Error;
 
 use super::factor::{DesignFactor, FactorError, FactorValues};
-use super::sample::{Sampling, drawn};
+use super::sample::{Draw, Sampling};
 use super::table;
 
 /// Why runs cannot be made.
@@ -30,12 +30,12 @@ enum Runs {
     Grid(usize),
     /// A column for each factor, so many rows.
     Columns(Vec<Vec<f64>>, usize),
-    /// The same, drawn at random.
-    Drawn(Vec<Vec<f64>>, usize),
+    /// Drawn at random, each factor by itself; so many, by kind and seed.
+    Drawn { draws: Vec<Draw>, count: usize, kind: Sampling, seed: u64 },
 }
 
-/// More runs than this are a mistake.
-const MOST_RUNS: usize = 100_000_000;
+/// More runs than this are a mistake: numbers of runs have 32 bits where addresses have.
+const MOST_RUNS: usize = 4_000_000_000;
 
 fn too_many() -> DesignError {
     DesignError(format!("there are more than {MOST_RUNS} runs"))
@@ -70,9 +70,8 @@ impl Design {
             let none = || DesignError("the number of runs is 0, but must be at least 1".to_owned());
             return Err(if count == 0 { none() } else { too_many() });
         }
-        let columns = factors.iter().enumerate().map(|(place, factor)| drawn(kind, &factor.values, count, seed, place));
-        let columns = columns.collect();
-        Ok(Design { factors, runs: Runs::Drawn(columns, count) })
+        let draws = (0..factors.len()).map(|place| Draw::new(kind, count, seed, place)).collect();
+        Ok(Design { factors, runs: Runs::Drawn { draws, count, kind, seed } })
     }
 
     /// The rows of a CSV table whose first line names the factors, with units if wanted; values may have units of their own. `constant` factors have one level each.
@@ -106,7 +105,7 @@ impl Design {
     #[expect(clippy::len_without_is_empty, reason = "a design without runs is one like any other")]
     pub fn len(&self) -> usize {
         match self.runs {
-            Runs::Grid(count) | Runs::Columns(_, count) | Runs::Drawn(_, count) => count,
+            Runs::Grid(count) | Runs::Columns(_, count) | Runs::Drawn { count, .. } => count,
         }
     }
 
@@ -115,25 +114,40 @@ impl Design {
         matches!(self.runs, Runs::Grid(_))
     }
 
+    /// How many levels each factor of a grid has.
+    pub fn shape(&self) -> Option<Vec<usize>> {
+        let levels = |factor: &DesignFactor| match &factor.values {
+            FactorValues::Levels(levels) => levels.len(),
+            FactorValues::Uniform(..) | FactorValues::Normal(..) => 1,
+        };
+        self.is_grid().then(|| self.factors.iter().map(levels).collect())
+    }
+
     /// Are the runs drawn at random?
     pub fn is_drawn(&self) -> bool {
-        matches!(self.runs, Runs::Drawn(..))
+        matches!(self.runs, Runs::Drawn { .. })
     }
 
     /// Which factors have more than one value.
     pub fn varied(&self) -> Vec<usize> {
         let varies = |values: &[f64]| values.iter().any(|value| *value != values[0]);
-        let is_varied = |&index: &usize| match &self.runs {
-            Runs::Grid(_) => matches!(&self.factors[index].values, FactorValues::Levels(levels) if varies(levels)),
-            Runs::Columns(columns, _) | Runs::Drawn(columns, _) => varies(&columns[index]),
+        let is_varied = |&index: &usize| match (&self.runs, &self.factors[index].values) {
+            (Runs::Columns(columns, _), _) => varies(&columns[index]),
+            (Runs::Grid(_) | Runs::Drawn { .. }, FactorValues::Levels(levels)) => varies(levels),
+            (Runs::Grid(_) | Runs::Drawn { .. }, FactorValues::Uniform(low, high)) => low != high,
+            (Runs::Grid(_) | Runs::Drawn { .. }, FactorValues::Normal(_, deviation)) => *deviation != 0.0,
         };
         (0..self.factors.len()).filter(is_varied).collect()
     }
 
     /// The values of a run, one for each factor, SI.
     pub fn values(&self, run: usize) -> Vec<f64> {
-        if let Runs::Columns(columns, _) | Runs::Drawn(columns, _) = &self.runs {
-            return columns.iter().map(|column| column[run]).collect();
+        match &self.runs {
+            Runs::Grid(_) => {}
+            Runs::Columns(columns, _) => return columns.iter().map(|column| column[run]).collect(),
+            Runs::Drawn { draws, .. } => {
+                return draws.iter().zip(&self.factors).map(|(draw, factor)| draw.value(&factor.values, run)).collect();
+            }
         }
         let mut rest = run;
         let mut values: Vec<f64> = Vec::with_capacity(self.factors.len());
@@ -146,9 +160,55 @@ impl Design {
         values
     }
 
+    /// A digest of what the values of all runs follow from.
+    pub fn digest(&self) -> u64 {
+        let mut digest = Digest::default();
+        for DesignFactor { variable, values, .. } in &self.factors {
+            digest.add(&variable.to_le_bytes());
+            match values {
+                FactorValues::Levels(levels) => levels.iter().for_each(|level| digest.number(*level)),
+                FactorValues::Uniform(one, other) | FactorValues::Normal(one, other) => {
+                    digest.add(if matches!(values, FactorValues::Normal(..)) { b"~" } else { b".." });
+                    [one, other].into_iter().for_each(|value| digest.number(*value));
+                }
+            }
+            digest.add(b";");
+        }
+        match &self.runs {
+            Runs::Grid(_) => {}
+            Runs::Columns(columns, _) => columns.iter().flatten().for_each(|value| digest.number(*value)),
+            Runs::Drawn { kind, seed, count, .. } => {
+                digest.add(if *kind == Sampling::Latin { b"latin" } else { b"random" });
+                digest.add(&seed.to_le_bytes());
+                digest.add(&count.to_le_bytes());
+            }
+        }
+        digest.0
+    }
+
     /// The same as settings of a run.
     pub fn settings(&self, run: usize) -> Settings {
         self.factors.iter().map(|factor| factor.variable).zip(self.values(run)).collect()
+    }
+}
+
+/// FNV-1a of 64 bits (Fowler, Noll and Vo 1991).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Digest(pub u64);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Digest(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Digest {
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0 = bytes.iter().fold(self.0, |digest, byte| (digest ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3));
+    }
+
+    fn number(&mut self, value: f64) {
+        self.add(&value.to_bits().to_le_bytes());
     }
 }
 

@@ -1,6 +1,7 @@
 //! A sweep in parts, for job arrays: each part has a block of the runs and a file of its own, and the files are joined to the table that one run of all would have written.
 //!
-//! The first line of a file is the mark of its campaign: scene, number and values of the runs, times, and which part of how many it is. What does not belong together is refused.
+//! The first line of a file is the mark of its campaign: scene, number and values of the runs, times, which part of how many it is, and a digest of the lines behind it. What does not belong together
+//! or has been edited is refused.
 
 use std::fmt;
 use std::fs::File;
@@ -10,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use cotree::files::Draft;
+
+use super::design::Digest;
 
 /// The n-th of so many parts, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +33,8 @@ pub enum JoinError {
     NoPart(PathBuf),
     #[error("`{}` and `{}` are parts of different sweeps: scene, runs, outputs, times or number of parts differ", .0.display(), .1.display())]
     Other(PathBuf, PathBuf),
+    #[error("`{}` has been changed since it was written: its rows are not those of its first line; run that part again", .0.display())]
+    Edited(PathBuf),
     #[error("`{}` and `{}` are the same part", .0.display(), .1.display())]
     Twice(PathBuf, PathBuf),
     #[error("parts {0} are missing")]
@@ -69,6 +74,9 @@ impl fmt::Display for SweepPart {
     }
 }
 
+/// Stands before the digest of the rows.
+pub(super) const ROWS: &str = ", rows ";
+
 /// A file with a part.
 struct PartFile {
     path: PathBuf,
@@ -76,6 +84,8 @@ struct PartFile {
     /// The campaign without the part, and the line of names.
     mark: String,
     heading: String,
+    /// Of heading and rows, as they were written.
+    digest: u64,
     lines: BufReader<File>,
 }
 
@@ -86,9 +96,12 @@ impl PartFile {
         let (mut mark, mut heading) = (String::new(), String::new());
         lines.read_line(&mut mark).and_then(|_| lines.read_line(&mut heading)).map_err(failed)?;
         let split = mark.trim_end().rsplit_once(", part ").filter(|(mark, _)| mark.starts_with("# sweep of "));
-        let part = split.and_then(|(mark, part)| Some((mark.to_owned(), part.parse().ok()?)));
-        let (mark, part) = part.ok_or_else(|| JoinError::NoPart(path.to_owned()))?;
-        Ok(PartFile { path: path.to_owned(), part, mark, heading, lines })
+        let part = split.and_then(|(mark, part)| {
+            let (part, digest) = part.split_once(ROWS)?;
+            Some((mark.to_owned(), part.parse().ok()?, u64::from_str_radix(digest, 16).ok()?))
+        });
+        let (mark, part, digest) = part.ok_or_else(|| JoinError::NoPart(path.to_owned()))?;
+        Ok(PartFile { path: path.to_owned(), part, mark, heading, digest, lines })
     }
 
     /// How many runs all parts have together.
@@ -101,17 +114,22 @@ impl PartFile {
         let failed = |error| JoinError::File { path: self.path.clone(), error };
         let unfinished = || JoinError::NoPart(self.path.clone());
         let runs = self.part.runs(self.all().ok_or_else(unfinished)?);
-        let (mut next, mut line) = (runs.start, Vec::new());
+        let (mut next, mut line, mut digest) = (runs.start, Vec::new(), Digest::default());
+        digest.add(self.heading.as_bytes());
         while self.lines.read_until(b'\n', &mut line).map_err(failed)? > 0 {
             let is_next = line.starts_with(format!("{next},").as_bytes()) && line.ends_with(b"\n");
             if next == runs.end || !is_next {
                 return Err(unfinished());
             }
+            digest.add(&line);
             out.write_all(&line).map_err(failed)?;
             line.clear();
             next += 1;
         }
-        if next == runs.end { Ok(()) } else { Err(unfinished()) }
+        if next != runs.end {
+            return Err(unfinished());
+        }
+        if digest.0 == self.digest { Ok(()) } else { Err(JoinError::Edited(self.path.clone())) }
     }
 }
 
@@ -175,7 +193,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, mark: &str, rows: &str| {
             let path = folder.path().join(name);
-            std::fs::write(&path, format!("# sweep of g: 3 runs, values {mark}\nrun,a,failure\n{rows}")).unwrap();
+            let mut digest = Digest::default();
+            digest.add(format!("run,a,failure\n{rows}").as_bytes());
+            let mark = format!("# sweep of g: 3 runs, values {mark}{ROWS}{:016x}", digest.0);
+            std::fs::write(&path, format!("{mark}\nrun,a,failure\n{rows}")).unwrap();
             path
         };
         let one = file("1", "v, part 1/2", "0,1.0,\n");
@@ -192,6 +213,9 @@ mod tests {
             let cut = file("4", "v, part 2/2", rows);
             assert!(matches!(refused(&[one.clone(), cut]), JoinError::NoPart(_)), "{rows}");
         }
+        let edited = file("5", "v, part 2/2", "1,2.0,\n2,3.0,\n");
+        std::fs::write(&edited, std::fs::read_to_string(&edited).unwrap().replace("2,3.0", "2,3.1")).unwrap();
+        assert!(matches!(refused(&[one.clone(), edited]), JoinError::Edited(_)));
         assert!(!folder.path().join("none.csv").exists());
     }
 }

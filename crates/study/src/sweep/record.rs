@@ -9,6 +9,8 @@ use cotree::files::Draft;
 use cotree::report::csv::field;
 use csv::{ReaderBuilder, StringRecord};
 
+use super::design::Digest;
+use super::part::ROWS;
 use super::{Outcome, OutcomeError, Sweep};
 
 /// The table of a sweep in a file. Until it is finished it is called `NAME.part`; its first line there says which sweep it belongs to.
@@ -17,8 +19,10 @@ pub struct SweepRecord {
     out: BufWriter<File>,
     part: PathBuf,
     place: PathBuf,
-    /// Bytes before the table itself.
+    /// Bytes before what the finished file has: the line that says which sweep it is, unless it is a part, where that stays.
     head: u64,
+    /// Bytes of that line.
+    mark: u64,
     done: usize,
     /// The runs that it is to have.
     runs: Range<usize>,
@@ -61,7 +65,8 @@ impl SweepRecord {
         let failed = |error: io::Error| RecordError(format!("cannot write `{}`: {error}", (part.clone()).display()));
         let first = format!("# {}\n", fingerprint(sweep));
         // The mark of a part stays: `join` reads it.
-        let head = if sweep.part.is_whole() { first.len() as u64 } else { 0 };
+        let mark = first.len() as u64;
+        let head = if sweep.part.is_whole() { mark } else { 0 };
         if !part.exists() {
             let file = OpenOptions::new().read(true).write(true).create_new(true).open(&part).map_err(failed)?;
             let mut out = BufWriter::new(file);
@@ -72,6 +77,7 @@ impl SweepRecord {
                 part,
                 place: place.to_owned(),
                 head,
+                mark,
                 done: sweep.runs().start,
                 runs: sweep.runs(),
             });
@@ -91,7 +97,15 @@ impl SweepRecord {
         };
         // A last line that was cut off is written anew.
         file.set_len(end).and_then(|()| file.seek(SeekFrom::Start(end))).map_err(failed)?;
-        Ok(SweepRecord { out: BufWriter::new(file), part, place: place.to_owned(), head, done, runs: sweep.runs() })
+        Ok(SweepRecord {
+            out: BufWriter::new(file),
+            part,
+            place: place.to_owned(),
+            head,
+            mark,
+            done,
+            runs: sweep.runs(),
+        })
     }
 
     /// The run that comes next: all before it in this part have been kept.
@@ -141,6 +155,10 @@ impl SweepRecord {
         let mut draft = Draft::new(&self.place).map_err(failed)?;
         let mut file = self.out.into_inner().map_err(|error| failed(error.into_error()))?;
         file.seek(SeekFrom::Start(self.head)).map_err(failed)?;
+        if self.head == 0 {
+            sealed(&file, &mut draft).map_err(failed)?;
+            file.seek(SeekFrom::Start(self.mark)).map_err(failed)?;
+        }
         io::copy(&mut file, &mut draft).and_then(|_| draft.commit()).map_err(failed)?;
         drop(file); // an open file cannot be removed everywhere
         fs::remove_file(&self.part).map_err(failed)
@@ -150,6 +168,19 @@ impl SweepRecord {
     pub fn part(&self) -> &Path {
         &self.part
     }
+}
+
+/// The first line of a finished part: with a digest of its rows, by which `join` sees that they are those that were written.
+fn sealed(file: &File, out: &mut impl Write) -> io::Result<()> {
+    let (mut lines, mut line, mut digest) = (BufReader::new(file), Vec::new(), Digest::default());
+    lines.read_until(b'\n', &mut line)?;
+    let mark = String::from_utf8_lossy(&line).trim_end().to_owned();
+    line.clear();
+    while lines.read_until(b'\n', &mut line)? > 0 {
+        digest.add(&line);
+        line.clear();
+    }
+    writeln!(out, "{mark}{ROWS}{:016x}", digest.0)
 }
 
 /// How many rows of this sweep a file has, and where the last one ends.
@@ -220,13 +251,6 @@ fn fingerprint(sweep: &Sweep) -> String {
     match sweep.part.is_whole() {
         true => mark,
         // Parts lie apart, so that their rows cannot tell whether the runs are the same.
-        false => format!("{mark}, values {:016x}, part {}", digest(sweep), sweep.part),
+        false => format!("{mark}, values {:016x}, part {}", sweep.design.digest(), sweep.part),
     }
-}
-
-/// A digest of the values of all runs: FNV-1a.
-fn digest(sweep: &Sweep) -> u64 {
-    let values = (0..sweep.design.len()).flat_map(|run| sweep.design.values(run));
-    let bytes = values.flat_map(|value| value.to_bits().to_le_bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |digest, byte| (digest ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -1,4 +1,4 @@
-//! Random numbers that depend only on the seed and the index of the run, so that runs may be computed in any order.
+//! Random numbers that depend only on the seed, the factor and the number of the run: the runs of a design are never stored, and a part of a sweep costs what its own runs cost.
 
 use super::FactorValues;
 
@@ -11,19 +11,33 @@ pub enum Sampling {
     Latin,
 }
 
-/// The values of one factor for all runs.
-pub fn drawn(kind: Sampling, values: &FactorValues, count: usize, seed: u64, factor: usize) -> Vec<f64> {
-    // Streams of different factors and seeds have nothing to do with each other: their starts are mixed.
-    let mut stream = Stream(mixed(mixed(seed).wrapping_add(factor as u64)));
-    let strata: Vec<usize> = match kind {
-        Sampling::Random => Vec::new(),
-        Sampling::Latin => stream.permutation(count),
-    };
-    let share = |run: usize, within: f64| match kind {
-        Sampling::Random => within,
-        Sampling::Latin => (strata[run] as f64 + within) / count as f64,
-    };
-    (0..count).map(|run| values.at(share(run, stream.uniform()))).collect()
+/// The random values of one factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    stream: Stream,
+    /// How many runs there are.
+    count: usize,
+    /// Which stratum each run has; none if runs are drawn by themselves.
+    strata: Option<Permutation>,
+}
+
+impl Draw {
+    /// Of a factor by its place, for so many runs.
+    pub fn new(kind: Sampling, count: usize, seed: u64, factor: usize) -> Self {
+        // Streams of different factors and seeds have nothing to do with each other: their starts are mixed.
+        let stream = Stream(mixed(mixed(seed).wrapping_add(factor as u64)));
+        let strata = (kind == Sampling::Latin).then(|| Permutation::new(count as u64, mixed(stream.0)));
+        Draw { stream, count, strata }
+    }
+
+    /// The value of a run.
+    pub fn value(&self, values: &FactorValues, run: usize) -> f64 {
+        let within = self.stream.uniform(run as u64);
+        values.at(match &self.strata {
+            None => within,
+            Some(strata) => (strata.at(run as u64) as f64 + within) / self.count as f64,
+        })
+    }
 }
 
 impl FactorValues {
@@ -37,7 +51,8 @@ impl FactorValues {
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
+/// SplitMix64 (Steele, Lea and Flood 2014), whose state is a counter.
+#[derive(Clone, Debug, PartialEq)]
 struct Stream(u64);
 
 /// The odd integer closest to 2^64 over the golden ratio.
@@ -51,26 +66,50 @@ fn mixed(state: u64) -> u64 {
 }
 
 impl Stream {
-    fn next(&mut self) -> u64 {
-        let value = mixed(self.0);
-        self.0 = self.0.wrapping_add(GOLDEN);
-        value
+    /// The number at a place, between 0 and 1, neither of them.
+    fn uniform(&self, place: u64) -> f64 {
+        let number = mixed(self.0.wrapping_add(place.wrapping_mul(GOLDEN)));
+        ((number >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+}
+
+/// A permutation of the numbers below a count, found for one number at a time: a Feistel network on the next even power of two, applied again until it falls below the count
+/// (Black and Rogaway, CT-RSA 2002, "cycle walking").
+#[derive(Clone, Debug, PartialEq)]
+struct Permutation {
+    count: u64,
+    /// Bits of one half.
+    half: u32,
+    key: u64,
+}
+
+/// Rounds of the network: four make a random function of each half a random permutation (Luby and Rackoff 1988); halves of few bits take more.
+const FEISTEL_ROUNDS: u64 = 8;
+
+impl Permutation {
+    fn new(count: u64, key: u64) -> Self {
+        let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
+        Permutation { count, half: bits.div_ceil(2).max(1), key }
     }
 
-    /// Between 0 and 1, neither of them.
-    fn uniform(&mut self) -> f64 {
-        ((self.next() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    /// Fisher and Yates' shuffle.
-    fn permutation(&mut self, count: usize) -> Vec<usize> {
-        let mut places: Vec<usize> = (0..count).collect();
-        for last in (1..count).rev() {
-            // The upper half of a product of 64 bits each: nearly uniform, off by less than count / 2^64.
-            let place = (u128::from(self.next()) * (last as u128 + 1)) >> 64;
-            places.swap(last, place as usize);
+    fn at(&self, place: u64) -> u64 {
+        let mut found = self.permuted(place);
+        // The way through the larger range comes back below the count, where it began; it is four times as large at most.
+        while found >= self.count {
+            found = self.permuted(found);
         }
-        places
+        found
+    }
+
+    /// Among all numbers of both halves.
+    fn permuted(&self, place: u64) -> u64 {
+        let mask = (1 << self.half) - 1;
+        let (mut left, mut right) = (place >> self.half, place & mask);
+        for round in 0..FEISTEL_ROUNDS {
+            let scrambled = mixed(self.key.wrapping_add(round.wrapping_mul(GOLDEN)) ^ mixed(right)) & mask;
+            (left, right) = (right, left ^ scrambled);
+        }
+        left << self.half | right
     }
 }
 
@@ -120,6 +159,57 @@ fn normal_quantile(share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The values of one factor for all runs.
+    fn drawn(kind: Sampling, values: &FactorValues, count: usize, seed: u64, factor: usize) -> Vec<f64> {
+        let draw = Draw::new(kind, count, seed, factor);
+        (0..count).map(|run| draw.value(values, run)).collect()
+    }
+
+    #[test]
+    fn each_stratum_is_met_once_however_many_there_are() {
+        for count in (1..70).chain([1000, 4096, 4097]) {
+            for key in 0..3 {
+                let strata = Permutation::new(count, mixed(key));
+                let mut met: Vec<u64> = (0..count).map(|place| strata.at(place)).collect();
+                met.sort_unstable();
+                assert!(met.into_iter().eq(0..count), "{count}");
+            }
+        }
+    }
+
+    #[test]
+    fn strata_are_as_good_as_shuffled() {
+        // Of a random permutation of n numbers: the correlation of place and number is normal with variance 1/(n - 1), that of numbers that follow each other about the same,
+        // and the number of fixed points has mean and variance 1.
+        let (count, keys) = (1000_u64, 200);
+        let mean = (count - 1) as f64 / 2.0;
+        let variance = ((count * count - 1) as f64) / 12.0;
+        let (mut along, mut following, mut fixed) = (0.0, 0.0, 0.0);
+        for key in 0..keys {
+            let strata = Permutation::new(count, mixed(key));
+            let met: Vec<f64> = (0..count).map(|place| strata.at(place) as f64 - mean).collect();
+            let places = (0..count).map(|place| place as f64 - mean);
+            let with: f64 = met.iter().zip(places).map(|(number, place)| number * place).sum();
+            let next: f64 = met.windows(2).map(|pair| pair[0] * pair[1]).sum();
+            along += (with / count as f64 / variance).powi(2) * (count - 1) as f64 / keys as f64;
+            following += (next / count as f64 / variance).powi(2) * (count - 1) as f64 / keys as f64;
+            fixed += (0..count).filter(|&place| strata.at(place) == place).count() as f64 / keys as f64;
+        }
+        // Means of 200 squares of normal numbers, within four of their standard deviations.
+        assert!((along - 1.0).abs() < 0.4 && (following - 1.0).abs() < 0.4, "{along}, {following}");
+        assert!((fixed - 1.0).abs() < 0.3, "{fixed}");
+    }
+
+    #[test]
+    fn a_value_is_found_without_those_before_it() {
+        let last = 3_999_999_999;
+        for kind in [Sampling::Random, Sampling::Latin] {
+            let draw = Draw::new(kind, last + 1, 3, 1);
+            let value = draw.value(&FactorValues::Uniform(0.0, 1.0), last);
+            assert!((0.0..1.0).contains(&value) && value == draw.value(&FactorValues::Uniform(0.0, 1.0), last));
+        }
+    }
 
     #[test]
     fn quantiles_invert_the_distribution() {
