@@ -535,6 +535,50 @@ fn mechanisms_of_every_kind_have_series() {
     check(&parallel, &["mass", "first.omega"], 0.4, 1e-4, 1e-7);
 }
 
+/// A cart that a force pushes by this law of time.
+fn pushed(law: &str) -> String {
+    format!(
+        "name = 'cart'\ndimension = 1\n[parameters]\npush = '0.5 N'\nwidth = '0.3 s'\n[bodies.cart]\nmass = 2.0\n\
+         [loads.drive]\ntype = 'force'\non = 'cart'\nvector = ['{law}']\n[initial]\n'cart.x' = 0.0\n'cart.vx' = 0.0\n\
+         [outputs]\nvariables = ['cart.vx']\n[experiment]\nstop = 2.0\ntolerance = 1e-9\n"
+    )
+}
+
+/// Exponentials and what saturates are continued by series as well, for the price of other smooth laws; where they are steep nothing is overlooked.
+#[test]
+fn laws_with_exponentials_have_series() {
+    let (push, mass) = (0.5, 2.0);
+    // The integrals of the laws up to 2 s, and their derivatives by the width.
+    let root_pi = std::f64::consts::PI.sqrt();
+    let fading = |width: f64| width * (1.0 - (-2.0 / width).exp());
+    let fading_slope = |width: f64| 1.0 - (-2.0 / width).exp() * (1.0 + 2.0 / width);
+    let ending = |width: f64| width * ((2.0 / width).cosh()).ln();
+    let ending_slope = |width: f64| (2.0 / width).cosh().ln() - 2.0 / width * (2.0 / width).tanh();
+    // The second one is past within a step that sees nothing of it at either end.
+    for (law, width, integral, slope, most) in [
+        ("push*exp(-t/width)", 0.3, fading(0.3), fading_slope(0.3), 3.0),
+        ("push*exp(-((t - 1[s])/width)^2)", 0.15, 0.15 * root_pi, root_pi, 10.0),
+        ("push*exp(-((t - 1[s])/width)^2)", 0.003, 0.003 * root_pi, root_pi, 30.0),
+        ("push*tanh(t/width)", 0.3, ending(0.3), ending_slope(0.3), 10.0),
+        ("push*tanh(t/width)", 0.01, 2.0 - 0.01 * std::f64::consts::LN_2, -std::f64::consts::LN_2, 30.0),
+    ] {
+        let text = pushed(law).replace("0.3 s", &format!("{width} s"));
+        let (found, dear) = dearness(&text, &["push", "width"], &[2.0]);
+        let [by_push, by_width] = [0, 1].map(|column| found.derivatives[0][(0, column)]);
+        // What the bumps have beyond the run is nothing: erfc(1/0.15) is 4e-21.
+        let exact = [integral / mass, push * slope / mass];
+        assert!((by_push - exact[0]).abs() < 1e-7, "{law}, {width}: {by_push} instead of {}", exact[0]);
+        assert!((by_width - exact[1]).abs() < 1e-6, "{law}, {width}: {by_width} instead of {}", exact[1]);
+        assert!(dear <= most, "{law}, {width}: {dear} steps for each of the plain run");
+        let model = Arc::new(Model::new(cotree::compile(&Scene::from_toml(&text).unwrap()).unwrap().program).unwrap());
+        let mut motion = Instance::new(Arc::clone(&model));
+        motion.setup(0.0, None, Some(1e-10)).unwrap();
+        motion.initialise().unwrap();
+        let mut series = Variational::new(&model, &[Varied::Parameter(0)], 1e-9);
+        assert!(series.begin(&mut motion, [&[0.0], &[0.0]], &[0.0], 0.1).unwrap().is_some(), "{law}");
+    }
+}
+
 /// Derivatives of outputs at times, and how many steps they took for each step of the plain run.
 fn dearness(text: &str, names: &[&str], times: &[f64]) -> (cotree_study::analysis::Sensitivities, f64) {
     let compiled = cotree::compile(&Scene::from_toml(text).unwrap()).unwrap();

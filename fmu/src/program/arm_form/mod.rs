@@ -368,11 +368,6 @@ impl SeriesTape {
         found.into_iter().collect()
     }
 
-    /// Do laws that are steep demand that series are found one by one?
-    pub fn has_layers(&self) -> bool {
-        self.steep_laws().iter().any(|(kind, _)| *kind != Steep::Vanishing)
-    }
-
     /// Which series are roots: they are small where their arguments are.
     fn roots(&self) -> Vec<bool> {
         let mut roots = vec![false; self.slots as usize];

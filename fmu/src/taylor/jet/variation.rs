@@ -2,7 +2,8 @@
 //! their own (Barrio, *SIAM J. Sci. Comput.* 27(6), 2006).
 
 use super::start::flattened;
-use super::{Coefficient, Jet};
+use super::{Coefficient, Jet, vectors};
+use crate::events::{Layers, half_width};
 use crate::linalg::dual::Dual;
 use crate::linalg::lane::{Lane, WIDTH, by_width};
 use crate::linalg::number::Number;
@@ -10,6 +11,7 @@ use crate::linalg::tree::Recursion;
 use crate::linalg::varied::{VariedEntries, VariedMatrix};
 use crate::math;
 use crate::model::Model;
+use crate::program::Steep;
 use crate::program::arm_form::{ArmForm, Given, ORDERS};
 use crate::taylor::tape::polynomial;
 
@@ -39,8 +41,8 @@ pub(crate) trait Variations: std::fmt::Debug {
     fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents, reached: &[f64]) -> bool;
 
     /// The step that a tolerance on rates permits if the coefficients shrink as the last ones do (Jorba and Zou, 2005). The values choose it; it is shorter where
-    /// derivatives, relative to the largest of their direction, demand that; zero if they demand too much.
-    fn step_length(&self, order: usize, tolerance: f64, limit: f64) -> f64;
+    /// derivatives, relative to the largest of their direction, demand that, or a law may be steep within it; zero if they demand too much.
+    fn step_length(&mut self, order: usize, tolerance: f64, limit: f64) -> f64;
 
     /// The difference between the second derivatives where the series before has been continued to, so long after its start, and those with which this one begins, as a
     /// share of the rates that count: in the motion, and in its derivatives as a share of what they may be wrong by.
@@ -59,10 +61,10 @@ pub(crate) fn variations(model: &Model, directions: usize) -> Option<Box<dyn Var
     })
 }
 
-/// Are all laws analytic, and none of them steep, and is there no friction that depends on reactions?
+/// Are all laws analytic, and is there no friction that depends on reactions?
 fn is_gentle(form: &ArmForm) -> bool {
     let has_friction = form.contacts.iter().any(|contact| contact.friction.is_some());
-    form.tape.switches.is_empty() && !form.tape.has_layers() && !has_friction
+    form.tape.switches.is_empty() && !has_friction
 }
 
 impl<const D: usize> Coefficient for Dual<D> {
@@ -77,12 +79,16 @@ struct VariedMotion<const D: usize> {
     state: Vec<Dual<D>>,
     /// What tangents have reached along each direction: they are wrong relative to that, as coordinates are relative to their scales.
     reached: [f64; D],
+    /// Exponentials and what saturates: where they are steep within a step its end need not tell.
+    layers: Layers,
 }
 
 impl<const D: usize> VariedMotion<D> {
     fn new(model: &Model, form: &ArmForm) -> Self {
         let state = vec![Dual::ZERO; 2 * model.coordinates()];
-        Self { series: Jet::with_storage(model, form), state, reached: [0.0; D] }
+        let laws = form.tape.steep_laws().into_iter().filter(|(kind, _)| *kind != Steep::Vanishing);
+        let layers = Layers::new(laws.collect());
+        Self { series: Jet::with_storage(model, form), state, reached: [0.0; D], layers }
     }
 
     fn load(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents) {
@@ -156,11 +162,16 @@ impl<const D: usize> Variations for VariedMotion<D> {
     fn begin(&mut self, model: &Model, order: usize, registers: &[f64], tangents: &Tangents, reached: &[f64]) -> bool {
         self.reached = std::array::from_fn(|direction| reached.get(direction).copied().unwrap_or(0.0));
         self.load(model, order, registers, tangents);
-        self.expand(order)
+        let is_finite = self.expand(order);
+        if is_finite && !self.layers.is_empty() {
+            self.follow_laws(order);
+        }
+        is_finite
     }
 
-    by_width! {
-        fn step_length[const D: usize](&self: VariedMotion<D>, order: usize, tolerance: f64, limit: f64) -> f64 = step_length_any
+    fn step_length(&mut self, order: usize, tolerance: f64, limit: f64) -> f64 {
+        let length = self.natural_length(order, tolerance, limit);
+        if self.layers.is_empty() { length } else { self.gentle_length(length, tolerance) }
     }
 
     fn defect(&self, order: usize, dt: f64) -> f64 {
@@ -176,6 +187,35 @@ impl<const D: usize> Variations for VariedMotion<D> {
 }
 
 impl<const D: usize> VariedMotion<D> {
+    /// Takes the arguments of laws that may be steep along the series over.
+    fn follow_laws(&mut self, order: usize) {
+        let Self { series, layers, .. } = self;
+        if !series.scalars.is_steady() {
+            // The accelerations do not need the last order of what depends on rates.
+            let stride = series.shape.all();
+            series.scalars.rates(order - 1, vectors(&series.x, &series.y, &series.values, stride));
+        }
+        layers.take(order - 1, |slot, place| {
+            place.iter_mut().zip(series.scalars.series(slot)).for_each(|(target, dual)| *target = dual.value());
+        });
+    }
+
+    /// As much of a step as no law can be steep in without its ends telling.
+    fn gentle_length(&mut self, length: f64, tolerance: f64) -> f64 {
+        let mut length = math::minimum(length, self.layers.first_cut(length, half_width(tolerance)));
+        for _ in 0..MOST_CUTS {
+            if self.layers.suspect((0, 0.0), length).is_none() {
+                return length;
+            }
+            length *= VARIATION_CUT;
+        }
+        0.0
+    }
+
+    by_width! {
+        fn natural_length[const D: usize](&self: VariedMotion<D>, order: usize, tolerance: f64, limit: f64) -> f64 = natural_length_any
+    }
+
     by_width! {
         fn expand[const D: usize](&mut self: VariedMotion<D>, order: usize) -> bool = expand_any
     }
@@ -216,7 +256,7 @@ impl<const D: usize> VariedMotion<D> {
     }
 
     #[inline(always)]
-    fn step_length_any(&self, order: usize, tolerance: f64, limit: f64) -> f64 {
+    fn natural_length_any(&self, order: usize, tolerance: f64, limit: f64) -> f64 {
         let mut length = f64::INFINITY;
         for k in order + 1 - LAST..=order {
             let size = k as f64 * self.largest(k);
