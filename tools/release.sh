@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds what a release consists of, on one machine, and publishes nothing: for each platform an archive with the program `cotree`, the runtimes of all
-# platforms, so that `cotree export` writes FMUs for all of them, models, and licences; Python wheels for Linux; the source archive for pip; the crates, in
+# platforms, so that `cotree export` writes FMUs for all of them, models, manual pages, completions, the changelog, and licences; Python wheels for Linux; the source archive for pip; the crates, in
 # the order in which they depend on each other; and SHA256SUMS. Says in the end what each file holds.
 #
 # usage: tools/release.sh [-o FOLDER] [PART...]     default: -o target/release-files linux64 aarch64-linux win64 wheels sdist crates
@@ -31,6 +31,15 @@ licences() {
     cargo metadata --format-version 1 --filter-platform "$(triple "$1")" | python3 tools/licences.py "$2"
 }
 
+# Manual pages and completions, the same on all platforms: the program of this machine writes them.
+manual() {
+    local program=$work/$(triple linux64)/release/cotree shell
+    [ -x "$program" ] || COTREE_RUNTIME=$(runtime linux64) build_for linux64 Cargo.toml --bin cotree
+    "$program" man "$1/man" >&2
+    mkdir -p "$1/completions"
+    for shell in bash elvish fish powershell zsh; do "$program" completions $shell >"$1/completions/cotree.$shell"; done
+}
+
 # The folder becomes one file, whose bytes depend on its content only.
 pack() {
     local platform=$1 content=$2
@@ -57,7 +66,8 @@ build() {
     [ "$platform" = win64 ] || check_glibc "$built"
     rm -rf "${folder:?}/$content"
     mkdir -p "$folder/$content"
-    cp "$built" README.md LICENSE-MIT LICENSE-APACHE "$folder/$content/"
+    cp "$built" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE "$folder/$content/"
+    manual "$folder/$content"
     cp -r "$runtimes" "$folder/$content/runtimes"
     cp -r models "$folder/$content/models"
     licences "$platform" "$folder/$content/licences"
@@ -80,10 +90,12 @@ wheels() {
     local platform
     for platform in linux64 aarch64-linux; do
         say "wheel, $platform"
+        rm -rf python/cotree/licences
+        licences "$platform" python/cotree/licences
         COTREE_RUNTIME=$(runtime "$platform") CARGO_TARGET_DIR=$work PATH=$work/maturin/bin:$PATH \
             maturin build --quiet --release --strip --zig --target "$(triple "$platform")" --compatibility "manylinux_${GLIBC/./_}" --out "$folder"
     done
-    rm -r python/cotree/runtimes
+    rm -r python/cotree/runtimes python/cotree/licences
 }
 
 # What pip builds a wheel from where there is none.

@@ -51,6 +51,9 @@ for place in "$work"/unpacked/*/; do
         x86_64-w64-mingw32-gcc -O1 -Wall -shared -o "$place/bcryptprimitives.dll" tests/platforms/prng.c -ladvapi32
     fi
     (cd "$place" && run "$platform" "$program" export "models/$model/scene.toml" -o "$model.fmu" && run "$platform" "$program" --version)
+    for file in CHANGELOG.md man/cotree-simulate.1 completions/cotree.bash licences/LIST.txt; do
+        [ -s "$place/$file" ] || fail "$release has no $file"
+    done
     listed=$(python3 -m zipfile -l "$place/$model.fmu")
     for library in linux64/$model.so aarch64-linux/$model.so win64/$model.dll darwin64/$model.dylib aarch64-darwin/$model.dylib; do
         [[ $listed == *binaries/$library* ]] || fail "$release: the FMU has no binaries/$library"
@@ -80,6 +83,7 @@ say "the wheel"
 wheel=$(find "$folder" -name 'cotree-*manylinux*x86_64.whl')
 [ -n "$wheel" ] || fail "there is no wheel in $folder"
 python3 -m zipfile -e "$wheel" "$root/opt/packages"
+[ -s "$root/opt/packages/cotree/licences/LIST.txt" ] || fail "the wheel has no licences of what is linked into it"
 inside python3 -c "
 import cotree, glob
 model = cotree.load(glob.glob('/opt/cotree-*/models/$model/scene.toml')[0])
