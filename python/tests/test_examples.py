@@ -163,3 +163,46 @@ def test_dask_workers_need_no_file_of_the_scene(tmp_path):
     script.write_text(code)
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0 and done.stdout.split() == ["True", "True"], done.stderr
+
+
+CONTROL = Path(__file__).parents[2] / "examples/control"
+
+
+def controlled(script, *arguments):
+    done = subprocess.run([sys.executable, str(CONTROL / script), *map(str, arguments)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_an_environment_is_accepted_by_gymnasium():
+    pytest.importorskip("gymnasium")
+    printed = controlled("environment.py", 2000)
+    assert "the checks of Gymnasium hold" in printed and "cotree: " in printed
+
+
+def test_gains_of_the_linear_system_hold_the_pole():
+    pytest.importorskip("scipy")
+    printed = controlled("lqr.py")
+    left = re.search(r"after 15 s: (\S+) deg and (\S+) mm", printed)
+    assert float(left[1]) < 0.01 and float(left[2]) < 1, printed
+
+
+def test_a_fit_to_noisy_measurements_has_true_limits():
+    within = re.search(r"in (\d+) of 40 cases", controlled("fit.py"))
+    # Of 40 that each have 95 %, 33 or fewer are one case in 10 000.
+    assert int(within[1]) > 33, within
+
+
+def test_a_trajectory_is_found_by_its_derivatives():
+    pytest.importorskip("scipy")
+    try:
+        import jax  # noqa: F401
+
+        options = ["jax"]
+    except ModuleNotFoundError:
+        options = []
+    printed = controlled("trajectory.py", *options)
+    left = re.search(r"at the end (\S+) deg and (\S+) mm", printed)
+    assert float(left[1]) < 5 and float(left[2]) < 100, printed
+    if options:
+        assert float(re.search(r"within (\S+)$", printed.strip())[1]) < 1e-9, printed
