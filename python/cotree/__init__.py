@@ -38,6 +38,7 @@ from ._model import Model, Variable, from_dict, load, loads
 from ._pieces import Stored
 from ._results import Log, Logged, Results, ResultsList, Table
 from ._run import Run
+from ._show import Drawing
 from ._studies import Equilibrium, Experiment, Fit, Fitted, Mode, Modes, Peak, Sensitivities, StateSpace
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "Best",
     "Builder",
     "CotreeError",
+    "Drawing",
     "Equilibrium",
     "Experiment",
     "Fault",

@@ -71,6 +71,13 @@ class Builder:
             self._scene["dimension"] = dimension
         self._scene |= {key: text for key, text in about.items() if text is not None}
 
+    @classmethod
+    def of(cls, model: Model) -> Builder:
+        """A builder with the scene of a model, to add to it. Files of its parts and tables are looked for in the folder of `model`, as those of any builder."""
+        own = cls(model.name)
+        own._scene = model.to_dict()
+        return own
+
     def _table(self, name: str) -> dict[str, Any]:
         table: dict[str, Any] = self._scene.setdefault(name, {})
         return table

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, Unpack, overload
 
 import numpy as np
 
@@ -19,13 +19,18 @@ from . import _cotree
 from . import _given as given
 from ._faults import RunError, raised, unknown
 from ._given import RunOptions, Value
-from ._pieces import Progress, Stored, mark, steps, stored
+from ._pieces import Stored, mark, steps, stored
+from ._progress import Progress, reporting
 from ._results import Compared, Results, Table
+from ._show import Drawing
 
 if TYPE_CHECKING:
     import pandas
 
     from ._model import Model
+
+#: A table in memory has no more numbers than this: eight gigabytes.
+MOST_NUMBERS = 2**30
 
 #: What the Rust part hands over: JSON, text, table, picture.
 Told = tuple[str, str, str, str | None]
@@ -35,7 +40,8 @@ class Report(Mapping[str, Any]):
     """What a command finds: `report["range"]` is a part of its JSON, SI; `str(report)` is what it prints, `csv` its table, `picture` its picture (SVG), if it has one."""
 
     def __init__(self, told: Told) -> None:
-        data, self.text, self.csv, self.picture = told
+        data, self.text, self.csv, picture = told
+        self.picture: Drawing | None = None if picture is None else Drawing(picture)
         self.data: dict[str, Any] = json.loads(data)
 
     def __getitem__(self, name: str) -> Any:
@@ -54,6 +60,15 @@ class Report(Mapping[str, Any]):
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {', '.join(self)}>"
+
+    def __eq__(self, other: object) -> bool:
+        mine, others = ((type(own), getattr(own, "data", None), getattr(own, "text", None), getattr(own, "csv", None)) for own in (self, other))
+        return mine == others
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
 
     def columns(self) -> dict[str, np.ndarray]:
         """The table by its columns, SI; what is not a number is a text."""
@@ -133,6 +148,7 @@ class Commands:
 
     _core: _cotree.Core
     name: Any
+    replace: Any
 
     def export(
         self,
@@ -145,6 +161,9 @@ class Commands:
         lean: bool = False,
     ) -> Path:
         """Writes the scene as an FMU, FMI 2.0 or 3.0 [default: the scene's name, .fmu, in the current folder]; returns its path.
+
+        >>> model.export("pendulum.fmu", fmi=3).name
+        'pendulum.fmu'
 
         With `all` it has every variable. It is for this platform, or for others, such as "win64", whose runtimes lie in the folder `runtimes`
         (tools/build-runtimes.sh makes them). Its page has the solver for browsers where the package has it, unless it is to be `lean`.
@@ -166,30 +185,60 @@ class Commands:
         with raised():
             return self._core.page(_folder(runtimes), served)
 
+    @overload
+    def drawing(self, at: Value | None = None, *, set: Mapping[str, Value] | None = None, format: Literal["svg"] = "svg") -> Drawing: ...
+    @overload
+    def drawing(self, at: Value | None = None, *, set: Mapping[str, Value] | None = None, format: str) -> str: ...
     def drawing(self, at: Value | None = None, *, set: Mapping[str, Value] | None = None, format: str = "svg") -> str:
-        """The mechanism at its start, or at a time [s]: as SVG, or for CAD ("dxf")."""
+        """The mechanism at its start, or at a time [s]: as SVG, which a notebook shows, or for CAD ("dxf")."""
         time = None if at is None else given.times("at", at)[0]
         with raised():
-            return _cotree.drawing(self._core, time, given.settings(set), format)
+            return _drawn(_cotree.drawing(self._core, time, given.settings(set), format), format)
 
+    @overload
+    def graph(self, *, format: Literal["svg"] = "svg") -> Drawing: ...
+    @overload
+    def graph(self, *, format: str) -> str: ...
     def graph(self, *, format: str = "svg") -> str:
         """The linear graphs with their trees: as SVG, or for Graphviz ("dot")."""
         with raised():
-            return _cotree.graph(self._core, format)
+            return _drawn(_cotree.graph(self._core, format), format)
 
-    def film(self, *, speed: float = 1.0) -> str:
-        """A picture that moves by itself (SVG), with so many seconds of the mechanism in one. Where the motion ends early it has what comes before, and a RuntimeWarning says why."""
+    def film(
+        self, *, speed: float = 1.0, start: Value | None = None, stop: Value | None = None, set: Mapping[str, Value] | None = None
+    ) -> Drawing:
+        """A picture that moves by itself (SVG), with so many seconds of the mechanism in one, from `start` to `stop` [s] and with parameters, constant inputs and initial values that are `set`.
+
+        Where the motion ends early it has what comes before, and a RuntimeWarning says why.
+        """
         with raised():
-            film, _, cut = _cotree.filmed(self._core, speed, None)
+            film, _, cut = _cotree.filmed(self._set_to(set, start, stop), speed, None)
         _warn(cut)
-        return film
+        return Drawing(film)
 
-    def frames(self, *, fps: float = 25.0, speed: float = 1.0, width: int = 1280) -> list[bytes]:
+    def frames(
+        self,
+        *,
+        fps: float = 25.0,
+        speed: float = 1.0,
+        width: int = 1280,
+        start: Value | None = None,
+        stop: Value | None = None,
+        set: Mapping[str, Value] | None = None,
+    ) -> list[bytes]:
         """The pictures of a film, PNG; as `film` otherwise."""
         with raised():
-            _, frames, cut = _cotree.filmed(self._core, speed, (fps, float(width)))
+            _, frames, cut = _cotree.filmed(self._set_to(set, start, stop), speed, (fps, float(width)))
         _warn(cut)
         return frames
+
+    def _set_to(self, set: Mapping[str, Value] | None, start: Value | None, stop: Value | None) -> _cotree.Core:
+        """The scene with these values and times in place of its own."""
+        times = {f"experiment.{name}": time for name, time in (("start", start), ("stop", stop)) if time is not None}
+        for name, time in times.items():
+            given.check_value(name.removeprefix("experiment."), time)
+        values = {**dict(given.settings(set)), **{name: given.duration(time) for name, time in times.items()}}
+        return self.replace(values)._core if values else self._core
 
     def motion(
         self,
@@ -205,6 +254,10 @@ class Commands:
         set: Mapping[str, Value] | None = None,
     ) -> Report:
         """What the mechanism does in one turn or stroke of its input: range, limits, transmission, drive, reactions, shaking, cams; with a row of its table for `every` so much.
+
+        >>> turn = bar.motion("crank_pivot", every="30 deg")
+        >>> turn["input"]["name"]
+        'crank_pivot'
 
         `input` is the joint that is driven, `output` what is of interest, `speed` that of the input, `range` from where to where; `point` is one whose path is of interest,
         `dwell` how near an end of its stroke the output is to stay, `fluctuation` that of the speed for a flywheel. Raises SceneError, ValueError, RunError.
@@ -237,33 +290,42 @@ class Commands:
     def _measured(
         self,
         measures: str | Sequence[str],
-        runs: tuple[list[str], np.ndarray],
+        runs: tuple[list[str], np.ndarray | _cotree.Runs],
         asked: given.Asked,
         threads: int,
         to: str | os.PathLike[str] | None,
         resume: bool,
         progress: Progress | None,
+        shape: Sequence[int] | None = None,
     ) -> Table | Stored:
-        """Measures of runs: names, and a row of values for each run. The table, or where it is stored."""
+        """Measures of runs: names, and a row of values for each run. The table, or where it is stored; `shape` has the levels of each name of a grid."""
         (names, values), sought, inputs = runs, given.names("measures", measures), given.inputs(asked.inputs)
         workers = given.threads(threads)
+        with raised():
+            units = dict(zip(names, self._core.units(names), strict=True))
 
         def part(begin: int, end: int) -> Table:
-            own = np.ascontiguousarray(values[begin:end])
+            own = np.ascontiguousarray(values[begin:end] if isinstance(values, np.ndarray) else values.rows(begin, end))
             with raised():
                 columns, table, failures = self._core.measure(
                     asked.times, asked.settings, sought, inputs, names, own, workers
                 )
-            return Table({name: own[:, place] for place, name in enumerate(names)}, columns, table, failures)
+            return Table({name: own[:, place] for place, name in enumerate(names)}, columns, table, failures, units)
 
+        if to is None and len(values) * (len(names) + len(sought)) > MOST_NUMBERS:
+            raise ValueError(f"{len(values)} runs do not fit into memory as a table; name a folder in `to`, such as \"runs.parquet\"")
         if to is None and resume:
             raise ValueError("resume: there is nothing to go on with; name the folder in `to`")
-        if to is not None:
-            own = mark([text for _, text in self._core.files()], sought, names, values, asked.times.given(), asked.settings, inputs)
-            return stored(Path(to), own, len(values), part, resume, progress)
-        if progress is None:
-            return part(0, len(values))
-        return Table.joined([part(0, 0), *(table for _, table in steps(len(values), 0, part, progress))])
+        with reporting(progress) as report:
+            if to is not None:
+                rows = values if isinstance(values, np.ndarray) else (len(values), values.digest())
+                own = mark([text for _, text in self._core.files()], sought, names, rows, asked.times.given(), asked.settings, inputs)
+                return stored(Path(to), own, len(values), part, resume, report)
+            if report is None:
+                tables = [part(0, len(values))]
+            else:
+                tables = [part(0, 0), *(table for _, table in steps(len(values), 0, part, report))]
+        return tables[0] if len(tables) == 1 and shape is None else Table.joined(tables, shape)
 
     @overload
     def sweep(
@@ -297,6 +359,7 @@ class Commands:
         progress: Progress | None = None,
         **run: Unpack[RunOptions],
     ) -> Stored: ...
+    @given.spelled_out
     def sweep(
         self,
         measures: str | Sequence[str],
@@ -313,14 +376,19 @@ class Commands:
         **run: Unpack[RunOptions],
     ) -> Table | Stored:
         """As `measure`, of the runs that `cotree sweep` makes: all combinations of `values`, which are written as there ("0.4..0.6:21", "1,1.2 m"), or lists; with `random` or `latin`,
-        a number of runs, values are drawn, also from ranges ("0.4..0.6", "0.5+-2%", "0.5~0.01")."""
+        a number of runs, values are drawn, also from ranges ("0.4..0.6", "0.5+-2%", "0.5~0.01").
+
+        >>> grid = model.sweep("max(bob.angle)", {"length": "0.5..1:3", "bob.angle": ["10 deg", "20 deg"]}, stop=1)
+        >>> grid.runs, grid.axes["length"]
+        (6, array([0.5 , 0.75, 1.  ]))
+        """
         if random is not None and latin is not None:
             raise ValueError("random, latin: give one of them")
         drawn = (False, random) if random is not None else (True, latin) if latin is not None else None
         with raised():
             factors = [f"{name}={self._levels(name, own)}" for name, own in values.items()]
             runs = _cotree.design(self._core, factors, drawn, seed)
-        return self._measured(measures, runs, given.asked("sweep", run, times), threads, to, resume, progress)
+        return self._measured(measures, (runs.names(), runs), given.asked("sweep", run, times), threads, to, resume, progress, runs.shape())
 
     def _levels(self, name: str, values: Any) -> str:
         """Values as the command reads them; each of a list may have a unit of its own."""
@@ -331,6 +399,7 @@ class Commands:
             given.check_value(f"values: {name}", value)
         return ",".join(map(repr, self._core.numbers(name, listed)))
 
+    @given.spelled_out
     def optimize(
         self,
         vary: str | Sequence[str] | Mapping[str, tuple[Value | None, Value | None] | None],
@@ -344,9 +413,14 @@ class Commands:
         starts: int | None = None,
         seed: int = 0,
         threads: int = 0,
+        progress: Progress | None = None,
         **run: Unpack[RunOptions],
     ) -> Best:
         """The best values of parameters, constant inputs and initial values, by many searches with exact derivatives, as `cotree optimize` finds them.
+
+        >>> best = model.optimize({"length": (0.5, 2.0)}, minimize="last(bob.angle)", starts=2, stop=0.5)
+        >>> sorted(best.optimum)
+        ['length']
 
         `vary` are names, or a mapping of names to their bounds; a measure such as "peak(pivot.torque)" is made small or large, or columns over time are to be matched (as those of `fit`);
         `subject_to` are limits such as "max(ram.s) <= 3 mm". With `turn`, a joint, the measures are figures of one turn of it, and `of` is what is of interest there.
@@ -361,7 +435,7 @@ class Commands:
         asked = given.asked("optimize", run, inputs="its runs have constant inputs; give them by `set`, or use `value_and_gradient` with scipy.optimize")
         # As on the command line: searches of a turn take longer.
         searches = starts if starts is not None else 64 if turn is None else 8
-        with raised():
+        with reporting(progress) as report, raised():
             told = _cotree.optimized(
                 self._core,
                 asked.times,
@@ -371,6 +445,7 @@ class Commands:
                 given.names("subject_to", subject_to),
                 None if turn is None else (turn, of),
                 (searches, seed, given.threads(threads)),
+                report,
             )
         return Best(told, self, dict(asked.settings))  # type: ignore[arg-type]
 
@@ -389,6 +464,11 @@ def _folder(runtimes: str | os.PathLike[str] | None) -> str | None:
     """A folder of runtimes: that which is given, else the package's if it has one."""
     own = Path(__file__).parent / "runtimes"
     return os.fspath(runtimes) if runtimes is not None else os.fspath(own) if own.is_dir() else None
+
+
+def _drawn(text: str, format: str) -> str:
+    """A picture that notebooks show, or a text for another program."""
+    return Drawing(text) if format == "svg" else text
 
 
 def _warn(cut: str | None) -> None:

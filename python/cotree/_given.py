@@ -7,7 +7,9 @@ import inspect
 import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
+from decimal import Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar
 
 import numpy as np
 
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from ._run import Run
 
 #: A number in SI units.
-Number = float | np.floating[Any] | np.integer[Any]
+Number = float | np.floating[Any] | np.integer[Any] | Decimal | Fraction
 #: A number in SI units, or a text with a unit such as "120 mm".
 Value = Number | str
 #: Times, names and columns of values over time.
@@ -43,6 +45,19 @@ class RunOptions(TypedDict, total=False):
     set: Mapping[str, Value] | None
     #: Inputs over time: a data frame with the index or column `time` [s], `Results`, a data set of xarray or a mapping with "time"; linear between its rows and constant outside.
     inputs: Any
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def spelled_out(call: F) -> F:
+    """The same call, whose signature `help` shows with the names of :class:`RunOptions` in place of `**run`."""
+    signature = inspect.signature(call)
+    before = [own for own in signature.parameters.values() if own.kind is not inspect.Parameter.VAR_KEYWORD]
+    types = {name: f"{kind}".removeprefix("ForwardRef('").removesuffix("')") for name, kind in RunOptions.__annotations__.items()}
+    options = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=types[name]) for name in types]
+    call.__signature__ = signature.replace(parameters=[*before, *options])  # type: ignore[attr-defined]
+    return call
 
 
 class Asked(NamedTuple):
@@ -108,12 +123,14 @@ def _finite(name: str, value: Any) -> None:
 
 
 def check_value(name: str, value: Any) -> None:
-    """Raises TypeError unless it is None, a number, or a text."""
+    """Raises TypeError unless it is None, a number, or a text. Truth values are no numbers."""
     if value is None or isinstance(value, float | str):
         return
+    if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
+        raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
     # numpy counts its durations among the integers; arrays of JAX and others without dimensions are numbers, too.
     is_time = getattr(getattr(value, "dtype", None), "kind", "") in ("m", "M")
-    is_number = isinstance(value, numbers.Real) or getattr(value, "ndim", None) == 0
+    is_number = isinstance(value, numbers.Real | Decimal) or getattr(value, "ndim", None) == 0
     if is_time or not is_number:
         raise TypeError(f"{name}: {value!r} is neither a number nor a text with a unit")
 
@@ -246,12 +263,14 @@ def inputs(given: Any, what: str = "inputs") -> Columns | None:
         columns = {"time": given.time, **given}
     elif hasattr(given, "data_vars"):  # of xarray, whose times are a coordinate
         columns = {str(name): given[name] for name in (*given.data_vars, *(name for name in given.coords if name == "time"))}
-    elif hasattr(given, "columns") and not isinstance(given, Mapping):
+    elif hasattr(given, "columns") and not isinstance(given, Mapping) and not hasattr(given, "column_names"):
         columns = {str(name): given[name] for name in given.columns}
         if "time" not in columns and hasattr(given, "index"):
             columns["time"] = given.index
     elif isinstance(given, Mapping):
         columns = {str(name): column for name, column in given.items()}
+    elif hasattr(given, "column_names") and hasattr(given, "column"):  # of pyarrow
+        columns = {str(name): given.column(name) for name in given.column_names}
     else:
         raise TypeError(f"{what}: give a data frame or a mapping with a column `time`, not {type(given).__name__}")
     if "time" not in columns:
@@ -283,6 +302,8 @@ def over_time(what: str, name: str, column: Any) -> np.ndarray:
         found = in_seconds(raw)
     except ValueError as error:
         raise ValueError(f"{what}: {name} has {error}") from None
+    if raw.dtype.kind == "b":
+        raise ValueError(f"{what}: {name} has truth values; give numbers, such as 0.0 and 1.0")
     if found is not raw and name != "time":
         raise ValueError(f"{what}: {name} has durations; give numbers in SI units")
     try:

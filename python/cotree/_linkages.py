@@ -12,6 +12,7 @@ from . import _cotree
 from ._commands import Report, Told
 from ._faults import raised
 from ._model import Model, loads, plain
+from ._progress import Progress, reporting
 
 
 class Linkages(Report):
@@ -22,16 +23,20 @@ class Linkages(Report):
         self.models: list[Model] = [loads(scene) for scene in scenes]
 
 
-def synthesize(task: str | os.PathLike[str] | Mapping[str, Any], *, all: bool = False) -> Linkages:
+def synthesize(
+    task: str | os.PathLike[str] | Mapping[str, Any], *, all: bool = False, progress: Progress | None = None
+) -> Linkages:
     """Finds linkages for a task, a body through poses, a function, a path or a stroke: a task file, or nested dictionaries with its keys; with `all`, those that are not good are in the report, too.
+
+    `progress` is True for a bar, a function of (done, all), or a bar such as `tqdm.tqdm()`; it is told of each stage of the search.
 
     Raises SceneError with everything that is wrong with the task, or why it has no answer.
     """
-    with raised():
+    with reporting(progress) as report, raised():
         if isinstance(task, Mapping):
-            found = _cotree.synthesize(json.dumps(task, default=plain), None, all)
+            found = _cotree.synthesize(json.dumps(task, default=plain), None, all, report)
         elif isinstance(task, str | os.PathLike):
-            found = _cotree.synthesize(None, os.fspath(task), all)
+            found = _cotree.synthesize(None, os.fspath(task), all, report)
         else:
             poses = '{"poses": {"at": [[x, y, angle], ...]}}'
             raise TypeError(f"task: give the path of a task file, or its tables as dictionaries such as {poses}, not {type(task).__name__}")

@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack, overload
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 
@@ -20,10 +20,14 @@ from ._faults import Fault, RunError, faults, raised
 from ._commands import Commands
 from ._given import Number, RunOptions, Value
 from ._gradient import measured, reduced
-from ._pieces import Progress, Stored
+from ._pieces import Stored, steps_of
+from ._progress import Progress, reporting
 from ._results import Log, Results, ResultsList, Table, formulas, frame, parameters
 from ._run import Run
 from ._studies import Equilibrium, Experiment, Fit, Mode, Modes, Peak, Sensitivities, StateSpace, fitted, sensitivities
+
+if TYPE_CHECKING:
+    from ._build import Builder
 
 #: More numbers are not kept of many runs, unless it is asked for: a gigabyte.
 MOST_VALUES = 2**27
@@ -146,6 +150,16 @@ class Model(Commands):
         scene: dict[str, Any] = json.loads(text) if is_json else tomllib.loads(text)
         return scene
 
+    def builder(self) -> Builder:
+        """A builder with this scene, to add to it: `model.builder().output("rod.vx").model(folder)`.
+
+        >>> "bob.omega" in model.builder().output("bob.omega").model().variables
+        True
+        """
+        from ._build import Builder
+
+        return Builder.of(self)
+
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes the scene as it is, with the files of its parts and tables beside it; returns its path.
 
@@ -172,6 +186,9 @@ class Model(Commands):
         """The model with other values in its scene, whose other text stays as it is: of parameters, inputs, initial values and signals by their names, of keys of bodies,
         joints, drivers and loads such as "rod.mass", of others by their whole path such as "experiment.stop". A key that the scene does not write is added to its table.
 
+        >>> model.replace({"length": "2 m", "bob.mass": 3.0}).variables["length"].start
+        2.0
+
         Numbers are in SI units; texts are written as in the scene, `"1.2 m"`; a list is one of components.
 
         Raises ValueError for a name that belongs to nothing in the scene, SceneError with everything that is wrong with the changed scene.
@@ -185,6 +202,7 @@ class Model(Commands):
             core.check()
         return _of_core(core.files()[0][1].encode(), self._name, core)
 
+    @given.spelled_out
     def trace(
         self, *points: str, times: Value | Iterable[Value] | None = None, **run: Unpack[RunOptions]
     ) -> dict[str, np.ndarray]:
@@ -205,6 +223,7 @@ class Model(Commands):
             report = self._core.check()
         return faults(report)[0] if report else ()
 
+    @given.spelled_out
     def simulate(
         self,
         *,
@@ -213,6 +232,10 @@ class Model(Commands):
         **run: Unpack[RunOptions],
     ) -> Results:
         """Runs the code that runs in the FMU.
+
+        >>> results = model.simulate(stop="1 s", set={"length": "500 mm"})
+        >>> round(float(results["bob.angle"][-1]), 4)
+        -0.0502
 
         :class:`RunOptions` are `start`, `stop`, `step` [s], `tolerance`, `set` and `inputs`; `times` are communication points instead of `stop` and `step`, ascending.
         `set` gives parameters, constant inputs and initial values; `inputs` are inputs over time, a data frame with the index or column `time` [s], `Results`, a data set of xarray or a
@@ -237,8 +260,10 @@ class Model(Commands):
         settings: list[tuple[str, Value]],
         outputs: str | Sequence[str] | None,
         laws: Mapping[str, Callable[[float, Run], float]],
+        varied: Mapping[str, float] | None = None,
     ) -> Results:
-        """A run whose inputs are set at every communication point."""
+        """A run whose inputs are set at every communication point; what is varied is set beside the settings."""
+        settings = list((dict(settings) | dict(varied or {})).items())
         with raised():
             points = self._core.points(times)
         run = Run(self, times, settings, None if outputs is None else given.names("outputs", outputs))
@@ -259,10 +284,16 @@ class Model(Commands):
             failure = str(error)
         units = run.units
         values = np.array(rows).reshape(len(rows), len(units))
-        return Results(np.array(times_seen), list(units), list(units.values()), values, failure, ended=run.ended, log=run.log)
+        return Results(np.array(times_seen), list(units), list(units.values()), values, failure, varied, run.ended, run.log)
 
+    @given.spelled_out
     def start(self, *, outputs: str | Sequence[str] | None = None, **run: Unpack[RunOptions]) -> Run:
         """Begins a run that is taken step by step, for controllers and planners: see :class:`Run`.
+
+        >>> run = model.start()
+        >>> run.step("20 ms")
+        >>> run.time, round(run["bob.angle"], 4)
+        (0.02, 0.1742)
 
         `set` gives parameters, inputs and initial values, `start` and `tolerance` are those of :class:`RunOptions`; `outputs` names variables to read beside parameters and inputs, instead
         of those of the scene.
@@ -274,6 +305,7 @@ class Model(Commands):
         names = None if outputs is None else given.names("outputs", outputs)
         return Run(self, asked.times, asked.settings, names)
 
+    @given.spelled_out
     def simulate_many(
         self,
         parameters: Any,
@@ -282,20 +314,35 @@ class Model(Commands):
         outputs: str | Sequence[str] | None = None,
         threads: int = 0,
         most_values: int = MOST_VALUES,
+        progress: Progress | None = None,
         **run: Unpack[RunOptions],
     ) -> ResultsList:
         """Runs many sets of parameters, constant inputs or initial values: a data frame with a column for each, a mapping of names to arrays, or a
         sequence of mappings; numbers in SI units.
 
+        >>> runs = model.simulate_many({"length": [0.5, 1.0]}, stop=1)
+        >>> len(runs), runs[1].parameters
+        (2, {'length': 1.0})
+
         `threads` are as many as there are processors if 0; the results have the same bits whatever their number. Runs that end early do not raise:
-        they have `failure`. Other arguments are those of `simulate`.
+        they have `failure`. `progress` says how far it is: True for a bar, a function of (done, all), or a bar such as `tqdm.tqdm()`. Other arguments are those of `simulate`.
 
         Raises ValueError where the results would have more than `most_values` numbers, which are a gigabyte.
         """
         names, values = self._varied(parameters)
         asked = given.asked("simulate_many", run, times)
         self._check_size(len(values), asked, outputs, most_values)
-        return ResultsList(self._members(asked, outputs, names, values, given.threads(threads)))
+        workers, laws = given.threads(threads), given.laws(asked.inputs)
+
+        def part(begin: int, end: int) -> list[Results]:
+            if laws is not None:
+                return [self._sampled(asked.times, asked.settings, outputs, laws, dict(zip(names, row, strict=True))) for row in values[begin:end].tolist()]
+            return self._members(asked, outputs, names, values[begin:end], workers)
+
+        with reporting(progress) as report:
+            if report is None:
+                return ResultsList(part(0, len(values)))
+            return ResultsList([member for _, members in steps_of(len(values), 0, part, report) for member in members])
 
     def _check_size(
         self, runs: int, asked: given.Asked, outputs: str | Sequence[str] | None, most_values: int
@@ -336,6 +383,7 @@ class Model(Commands):
         progress: Progress | None = None,
         **run: Unpack[RunOptions],
     ) -> Stored: ...
+    @given.spelled_out
     def measure(
         self,
         measures: str | Sequence[str],
@@ -350,8 +398,12 @@ class Model(Commands):
     ) -> Table | Stored:
         """As `simulate_many`, keeping only numbers of each run, so that a hundred thousand runs fit into memory.
 
+        >>> table = model.measure("max(bob.angle)", {"length": [0.5, 1.0]}, stop=1)
+        >>> table["max(bob.angle)"].shape
+        (2,)
+
         Measures are written "max(rod.angle)"; there are max, min, peak (of the magnitude), range, mean, rms, first, last, when_max, when_min, of the values
-        at communication points. Runs that end early have nan, and the reason in `failures`. `progress` is called with the number of runs that are done, and of all.
+        at communication points. Runs that end early have nan, and the reason in `failures`. `progress` is that of `simulate_many`.
 
         The table is a :class:`Table`. With `to`, the name of a folder that ends with .parquet or .arrow, it goes there in pieces as it comes, memory holds one piece, and the result is
         :class:`Stored`; `resume` goes on with one that was stopped. That needs pyarrow. Raises FileExistsError where the folder has another table.
@@ -405,6 +457,10 @@ class Model(Commands):
     ) -> StateSpace | list[StateSpace]:
         """A, B, C, D from the inputs of the scene to its outputs.
 
+        >>> system = model.linearize("equilibrium")
+        >>> system.states, np.round(system.A, 2).tolist()
+        (('bob.angle', 'bob.omega'), [[0.0, 1.0], [-9.81, -0.0]])
+
         `at` is a time [s], "equilibrium", several times (which give a list), or the start if it is not given; `inputs` are inputs over time up to there. Rows of outputs
         that have no value or no derivative there are not numbers. Raises SceneError, and RunError if there is no linear system there.
         """
@@ -422,6 +478,9 @@ class Model(Commands):
 
     def equilibrium(self, *, set: Mapping[str, Value] | None = None) -> Equilibrium:
         """Where the mechanism rests, with all reactions; of several equilibria the scene's guess picks one.
+
+        >>> model.equilibrium().stability
+        'stable'
 
         Raises SceneError, and RunError if none is found.
         """
@@ -441,6 +500,9 @@ class Model(Commands):
     ) -> Modes:
         """Natural frequencies, damping ratios and shapes about the equilibrium next to the start, or about the pose at a time [s].
 
+        >>> round(model.modes()[0].frequency, 4)
+        0.4985
+
         With `to`, names of parameters or constant inputs, each mode about an equilibrium has the `derivatives` of its eigenvalue by name [1/s per unit].
 
         Raises SceneError, and RunError if there is no equilibrium.
@@ -458,6 +520,7 @@ class Model(Commands):
                 changes = [mode["derivatives"] for mode in found["modes"]]
         return Modes(report["time"], [_mode(mode, own) for mode, own in zip(report["modes"], changes, strict=True)])
 
+    @given.spelled_out
     def sensitivities(
         self,
         of: str | Sequence[str] | None = None,
@@ -467,6 +530,10 @@ class Model(Commands):
     ) -> Sensitivities:
         """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s], or at every `step` up to `stop`,
         or where the mechanism rests: "equilibrium". Other arguments are those of `simulate`.
+
+        >>> found = model.sensitivities("bob.angle", to="length", times=[0.5, 1])
+        >>> found["bob.angle", "length"].shape
+        (2,)
 
         They are integrated beside the motion (variational equations), not differenced: as accurate as the motion. Where laws switch they jump as they should.
         Raises SceneError, ValueError, and RunError where there are no derivatives: at singular poses, where a discontinuity of a law is touched without being crossed.
@@ -489,17 +556,23 @@ class Model(Commands):
             columns = given.inputs(asked.inputs)
             return sensitivities(points, *self._core.sensitivities(asked.times, *names, asked.settings, columns))
 
+    @given.spelled_out
     def value_and_gradient(
         self,
         measures: str | Sequence[str],
         at: Mapping[str, Any],
         *,
         times: Value | Iterable[Value] | None = None,
+        threads: int = 0,
         **run: Unpack[RunOptions],
     ) -> tuple[np.ndarray, np.ndarray]:
         """Measures of a run and their gradients, for optimisers: those of `measure` but the times of extremes.
 
-        `at` are the values of what is differentiated by, names and numbers; where they are arrays, each row is a run. The values are (run, measure) and the gradients
+        >>> value, gradient = model.value_and_gradient("last(bob.angle)", {"length": 1.0}, stop=0.5)
+        >>> gradient.shape
+        (1,)
+
+        `at` are the values of what is differentiated by, names and numbers; where they are arrays, each row is a run, and runs are spread over `threads`, as many as there are processors if 0. The values are (run, measure) and the gradients
         (run, measure, name in the order of `at`), without the axis of the runs where `at` has numbers, and without that of the measures where one text is given.
         Raises as `sensitivities` does.
         """
@@ -508,23 +581,25 @@ class Model(Commands):
         names, rows = self._varied(at)
         asked = given.asked("value_and_gradient", run, times)
         with raised():
-            points, columns = self._core.points(asked.times), given.inputs(asked.inputs)
+            columns = given.inputs(asked.inputs)
         values = np.empty((len(rows), len(sought)))
         gradients = np.empty((*values.shape, len(names)))
-        for index, row in enumerate(rows.tolist()):
-            settings = list((dict(asked.settings) | dict(zip(names, row, strict=True))).items())
+        if len(rows):
             with raised():
-                found = sensitivities(points, *self._core.sensitivities(asked.times, of, names, settings, columns))
-            for place, (measure, variable) in enumerate(sought):
-                column = found.of.index(variable)
-                values[index, place], gradients[index, place] = reduced(
-                    measure, found.time, found.values[:, column], found.derivatives[:, column]
+                at_times, outputs, seen, derivatives = self._core.sensitivities_many(
+                    asked.times, of, (names, rows), asked.settings, columns, given.threads(threads)
                 )
+            time, found = np.array(at_times), [name for name, _ in outputs]
+            for place, (measure, variable) in enumerate(sought):
+                column = found.index(variable)
+                for index in range(len(rows)):
+                    values[index, place], gradients[index, place] = reduced(measure, time, seen[index, :, column], derivatives[index, :, column])
         # A row of texts, numbers or one of each is one run.
         one_run = all(isinstance(value, str) or np.ndim(value) == 0 for value in at.values())
         chosen = (0 if one_run else slice(None), 0 if isinstance(measures, str) else slice(None))
         return values[chosen], gradients[chosen]
 
+    @given.spelled_out
     def peaks(
         self,
         of: str | Sequence[str] | None = None,
@@ -552,21 +627,27 @@ class Model(Commands):
             )
         return [Peak(**feature) for feature in json.loads(report)["features"]]
 
+    @given.spelled_out
     def fit(
         self,
         measured: Any,
         vary: str | Sequence[str] | Mapping[str, tuple[Value | None, Value | None] | None],
         *,
         sigma: Mapping[str, Value] | None = None,
+        progress: Progress | None = None,
         **run: Unpack[RunOptions],
     ) -> Fit:
         """Values of parameters, constant inputs and initial values with which the motion is as near as possible to what was measured.
+
+        >>> seen = model.simulate(set={"length": 0.8}, step=0.05)
+        >>> round(model.fit({"time": seen.time, "bob.angle": seen["bob.angle"]}, "length")["length"], 4)
+        0.8
 
         `measured` is a data frame with the index or column `time` [s], `Results`, a data set of xarray or a mapping with "time", and columns named like variables, SI; what is not a number
         was not measured. A list of these, or of :class:`Experiment` with settings and inputs of their own, are experiments that are fitted together: one set of values for all.
         Other arguments are those of `simulate`. `vary` are
         names, or a mapping of names to their bounds (low, high), where None is the scene's; the search begins at the scene's values, or those of `set`. `sigma` are
-        standard deviations of columns; those that are not given are estimated from the residuals.
+        standard deviations of columns; those that are not given are estimated from the residuals. `progress`, which is that of `simulate_many`, is told of motions, and of how many at most.
 
         Raises SceneError, ValueError with everything that is wrong with the arguments, RunError if what was measured does not determine the values.
         """
@@ -576,8 +657,8 @@ class Model(Commands):
             raise ValueError("measured: nothing was measured")
         asked = given.asked("fit", run, step="the motion is compared at the measured times")
         experiments = [_experiment(own, asked.settings, asked.inputs) for own in listed]
-        with raised():
-            report = self._core.fit(asked.times, experiments, given.varied(vary), given.settings(sigma, "sigma"))
+        with reporting(progress) as told, raised():
+            report = self._core.fit(asked.times, experiments, given.varied(vary), given.settings(sigma, "sigma"), told)
         return fitted(json.loads(report), self, dict(asked.settings))
 
     def bench(self) -> dict[str, Any]:
@@ -613,7 +694,7 @@ def _written(name: str, value: Any, known: Mapping[str, Variable]) -> str:
     """A value as it stands in a scene. Numbers of variables have their SI unit: the scene may give them another one."""
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, bool):
+    if isinstance(value, bool) and name not in known:
         return "true" if value else "false"
     if isinstance(value, Sequence) or (isinstance(value, np.ndarray) and value.ndim):
         return f"[{', '.join(_written('', component, known) for component in value)}]"

@@ -11,11 +11,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from . import _cotree
+from ._progress import Report
 from ._results import Table
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ PACE = 0.5
 #: The mark of what is in a folder. Readers of tables pass over names that begin like this.
 MARK = "_cotree.json"
 
-#: Told how many runs are done, and of how many.
-Progress = Callable[[int, int], object]
+#: What some of the runs have given.
+Part = TypeVar("Part")
 #: Measures the runs from one number up to another.
 Measure = Callable[[int, int], Table]
 
@@ -82,8 +83,13 @@ def _pieces(folder: Path) -> list[Path]:
     return sorted(folder.glob(f"run-*{folder.suffix}"))
 
 
-def steps(count: int, begin: int, measure: Measure, progress: Progress | None) -> Iterator[tuple[int, Table]]:
-    """Measures runs from `begin` on, some at a time: as many as take about half a second. Yields the first number and the table of each part."""
+def steps(count: int, begin: int, measure: Measure, progress: Report | None) -> Iterator[tuple[int, Table]]:
+    """As `steps_of`, of tables."""
+    return steps_of(count, begin, measure, progress)
+
+
+def steps_of(count: int, begin: int, measure: Callable[[int, int], Part], progress: Report | None) -> Iterator[tuple[int, Part]]:
+    """Makes runs from `begin` on, some at a time: as many as take about half a second. Yields the first number and the results of each part."""
     size = max(1, os.cpu_count() or 1)
     while begin < count:
         end, clock = min(begin + size, count), time.monotonic()
@@ -105,7 +111,7 @@ def mark(*parts: Any) -> str:
     return digest.hexdigest()
 
 
-def stored(path: Path, own: str, count: int, measure: Measure, resume: bool, progress: Progress | None) -> Stored:
+def stored(path: Path, own: str, count: int, measure: Measure, resume: bool, progress: Report | None) -> Stored:
     """Writes the table of runs into a folder, or goes on with it.
 
     Raises FileExistsError where another table is there, or one that is not to be continued.

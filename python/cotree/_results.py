@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import importlib
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from ._faults import unknown
+from ._show import MOST_ROWS, Markup, counted, table, titled, to_csv
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -20,9 +22,10 @@ if TYPE_CHECKING:
     import xarray
 
     from ._commands import Report
+    from ._given import Value
 
-#: How many variables a notebook lists, and how many points their lines have.
-MOST_ROWS, MOST_POINTS = 30, 100
+#: How many points the lines of variables have in a notebook.
+MOST_POINTS = 100
 
 
 def _columns(results: Results) -> dict[str, np.ndarray]:
@@ -80,6 +83,9 @@ class Mapped(Mapping[str, np.ndarray]):
             return pyarrow.table(self._frame()).__arrow_c_stream__(requested_schema)
         return polars.DataFrame(self._frame()).__arrow_c_stream__(requested_schema)
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
+
     __hash__ = None  # type: ignore[assignment]
 
 
@@ -123,6 +129,17 @@ class Log(tuple[Logged, ...]):
 
         return polars.DataFrame(self.columns())
 
+    @overload
+    def to_csv(self, path: None = None) -> str: ...
+    @overload
+    def to_csv(self, path: str | os.PathLike[str]) -> None: ...
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """The table as CSV: a text, or a file."""
+        return to_csv(self.columns(), path)
+
+    def _repr_html_(self) -> str:
+        return table(counted(len(self), "event"), ["time [s]", "name", "what", "impulse"], list(self))
+
 
 class Results(Mapped):
     """The reported variables of a run: `results["rod.angle"]` is an array with a value for each of `results.time`, which cannot be changed.
@@ -152,7 +169,13 @@ class Results(Mapped):
         self.log = Log(log)
         self.parameters: dict[str, float] = dict(parameters or {})
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    @overload
+    def __getitem__(self, name: str) -> np.ndarray: ...
+    @overload
+    def __getitem__(self, name: slice) -> Results: ...
+    def __getitem__(self, name: str | slice) -> np.ndarray | Results:
+        if isinstance(name, slice):
+            return self._rows(by_index(name, "results", "`between` takes times"))
         if name == "time" and name not in self._places:
             return self.time
         if name not in self._places:
@@ -172,14 +195,52 @@ class Results(Mapped):
     def _frame(self) -> dict[str, np.ndarray]:
         return _columns(self)
 
-    def at(self, time: float) -> dict[str, float]:
-        """The values at a time [s], linear between the two communication points around it.
+    @overload
+    def at(self, time: Value) -> dict[str, float]: ...
+    @overload
+    def at(self, time: list[Value] | list[float] | tuple[Value, ...] | np.ndarray) -> dict[str, np.ndarray]: ...
+    def at(self, time: Any) -> dict[str, float] | dict[str, np.ndarray]:
+        """The values at a time [s], linear between the two communication points around it; of several times an array for each variable.
+
+        >>> results.at([0.25, "0.5 s"])["bob.angle"].shape
+        (2,)
 
         Raises ValueError outside the run.
         """
-        if not (len(self.time) and self.time[0] <= time <= self.time[-1]):
-            raise ValueError(f"at: {time!r} s is outside the run: {self!r}")
-        return {name: float(np.interp(time, self.time, self[name])) for name in self}
+        from ._given import times
+
+        is_one = isinstance(time, str) or np.ndim(time) == 0
+        sought = np.array(times("at", time))
+        for outside in sought[~((self.time[:1].sum() <= sought) & (sought <= self.time[-1:].sum()))] if len(self.time) else sought:
+            raise ValueError(f"at: {outside:g} s is outside the run: {self!r}")
+        values = {name: np.interp(sought, self.time, self[name]) for name in self}
+        return {name: float(own[0]) for name, own in values.items()} if is_one else values
+
+    def between(self, start: Value | None = None, stop: Value | None = None) -> Results:
+        """The communication points from a time [s] up to another one, both among them; None is the end of the run.
+
+        >>> results.between("0.5 s", 1).time[[0, -1]]
+        array([0.5, 1. ])
+        """
+        from ._given import times
+
+        [first] = [-np.inf] if start is None else times("between", start)
+        [last] = [np.inf] if stop is None else times("between", stop)
+        return self._rows(slice(int(np.searchsorted(self.time, first)), int(np.searchsorted(self.time, last, "right"))))
+
+    def sel(self, time: slice) -> Results:
+        """As of xarray, `results.sel(time=slice(0.5, 1))`: see `between`."""
+        if not isinstance(time, slice) or time.step is not None:
+            raise TypeError(f"sel: {time!r} is not a slice of times, such as slice(0.5, 1); `at` takes single ones")
+        return self.between(time.start, time.stop)
+
+    def _rows(self, rows: slice) -> Results:
+        """Some of the communication points, with what has happened between them."""
+        time = self.time[rows]
+        log = [own for own in self.log if len(time) and time.min() <= own.time <= time.max()]
+        is_end = bool(len(time)) and time[-1] == self.time[-1]
+        end = (self.failure, self.ended) if is_end else (None, None)
+        return Results(time, list(self.units), list(self.units.values()), self._values[rows], end[0], self.parameters, end[1], log)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
@@ -212,14 +273,26 @@ class Results(Mapped):
         columns = {name: ("time", self[name], {"units": self.units[name]}) for name in self}
         return xarray.Dataset(columns, coords={"time": ("time", self.time, {"units": "s"})}, attrs=dict(self.parameters))
 
+    @overload
+    def to_csv(self, path: None = None) -> str: ...
+    @overload
+    def to_csv(self, path: str | os.PathLike[str]) -> None: ...
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """The table that `cotree simulate` writes: a row for each time; a text, or a file."""
+        return to_csv(_columns(self), path)
+
     def summary(self) -> Report:
         """The run in figures, as `cotree simulate --summary` gives them: extremes and when they are, mean, RMS and end of each variable."""
         from ._commands import summary
 
         return summary(self)
 
-    def plot(self, *names: str, x: str = "time") -> Sequence[matplotlib.axes.Axes]:
+    def plot(
+        self, *names: str, x: str = "time", ax: matplotlib.axes.Axes | Sequence[matplotlib.axes.Axes] | None = None
+    ) -> Sequence[matplotlib.axes.Axes]:
         """Draws these variables [default: all] over time, or over another one: a pair of axes for each unit, one below the other.
+
+        `ax` are axes to draw into: one for everything, or one for each unit.
 
         Raises ImportError if matplotlib is not installed, KeyError for what was not reported.
         """
@@ -230,33 +303,31 @@ class Results(Mapped):
             units.setdefault(self._unit(name), []).append(name)
         if not units:
             raise ValueError("plot: there are no variables; name some in `outputs`")
-        _, grid = pyplot.subplots(len(units), 1, sharex=True, squeeze=False, layout="constrained")
-        axes = list(grid[:, 0])
-        for own, (unit, group) in zip(axes, units.items(), strict=True):
+        axes = _axes(pyplot, ax, units)
+        shared = len(axes) < len(units)
+        for own, (unit, group) in zip(axes * len(units) if shared else axes, units.items(), strict=True):
             for name in group:
-                own.plot(along, self[name], label=name)
-            own.set_ylabel(unit)
+                own.plot(along, self[name], label=titled(name, unit) if shared else name)
+            if not shared:
+                own.set_ylabel(unit)
             own.legend()
         axes[-1].set_xlabel(f"{x} [{across}]" if across else x)
         return axes
 
     def _repr_html_(self) -> str:
         """A line for each variable: its course in small, its range, its end."""
-        heads = "".join(f"<th>{head}</th>" for head in ("variable", "unit", "course", "min", "max", "end"))
-        rows = "".join(self._row(name) for name in list(self)[:MOST_ROWS])
-        more = f"<p>and {len(self) - MOST_ROWS} more</p>" if len(self) > MOST_ROWS else ""
-        return f"<p>{html.escape(repr(self)[1:-1])}</p><table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>{more}"
+        heads = ("variable", "unit", "course", "min", "max", "end")
+        return table(repr(self)[1:-1], heads, [self._row(name) for name in list(self)[:MOST_ROWS]], len(self))
 
     def _unit(self, name: str) -> str:
         """The unit of what can be asked for by `[]`; raises KeyError for the rest as that does."""
         _ = self[name]
         return self.units.get(name, "s")
 
-    def _row(self, name: str) -> str:
+    def _row(self, name: str) -> list[Any]:
         values = self[name]
-        figures = [f"{value:.6g}" for value in (values.min(), values.max(), values[-1])] if len(values) else [""] * 3
-        cells = [html.escape(name), html.escape(self.units[name]), _sparkline(values), *figures]
-        return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+        figures = [values.min(), values.max(), values[-1]] if len(values) else [""] * 3
+        return [name, self.units[name], Markup(_sparkline(values)), *figures]
 
     def __repr__(self) -> str:
         ended = f", ended early: {self.failure}" if self.failure else ""
@@ -273,6 +344,25 @@ def _pyplot() -> Any:
             raise
         raise ImportError("plot: matplotlib is not installed: pip install matplotlib", name="matplotlib") from None
     return matplotlib.pyplot
+
+
+def _axes(pyplot: Any, ax: Any, units: Mapping[str, list[str]]) -> list[Any]:
+    """New axes, one for each unit, or those that were given."""
+    if ax is None:
+        _, grid = pyplot.subplots(len(units), 1, sharex=True, squeeze=False, layout="constrained")
+        return list(grid[:, 0])
+    given = list(np.asarray(ax, dtype=object).flat)
+    if len(given) not in (1, len(units)):
+        raise ValueError(f"plot: ax: {len(given)} axes for {len(units)} units ({', '.join(unit or '1' for unit in units)}); give one, or one for each unit")
+    return given
+
+
+def by_index(rows: slice, name: str, instead: str) -> slice:
+    """A slice that counts; TypeError for one that does not."""
+    for end in (rows.start, rows.stop, rows.step):
+        if end is not None and not hasattr(end, "__index__"):
+            raise TypeError(f"{name}: {end!r} is not an index; {instead}")
+    return rows
 
 
 def _sparkline(values: np.ndarray) -> str:
@@ -294,6 +384,10 @@ def _varied(run: Results) -> dict[str, float]:
 def _failure_column(names: Iterable[str]) -> str:
     """What the column of failures is called, beside columns of these names."""
     return "failure" if "failure" not in names else "failure (run)"
+
+
+#: So many variables of each of many runs are shown.
+MOST_SHOWN = 6
 
 
 class ResultsList(Sequence[Results]):
@@ -336,6 +430,42 @@ class ResultsList(Sequence[Results]):
             values[index, : len(run.time)] = run.to_numpy()
         return values
 
+    def to_xarray(self) -> xarray.Dataset:
+        """A data set along `run` and `time`, each variable with its unit; what was varied is along `run`.
+
+        Times are those of all runs together: a run has no numbers (nan) at those that it has not reached or not reported, such as that of an event that has ended another one. Where
+        runs ended early `failure` says why.
+        """
+        import xarray
+
+        if not self._members:
+            return xarray.Dataset(coords={"run": ("run", np.arange(0)), "time": ("time", np.zeros(0), {"units": "s"})})
+        time = np.unique(np.concatenate([run.time for run in self._members]))
+        values = np.full((len(self), len(time), len(self._members[0])), np.nan)
+        for index, run in enumerate(self._members):
+            # Two points at one time are a jump: the later one counts.
+            values[index, np.searchsorted(time, run.time)] = run.to_numpy()
+        columns = {name: (("run", "time"), values[:, :, place], {"units": unit}) for place, (name, unit) in enumerate(self._members[0].units.items())}
+        varied = [_varied(run) for run in self._members]
+        along: dict[str, Any] = {name: ("run", np.array([own[name] for own in varied])) for name in varied[0]}
+        if self.failures:
+            along[_failure_column(self._members[0])] = ("run", np.array([run.failure or "" for run in self._members]))
+        return xarray.Dataset(columns, coords={"run": ("run", np.arange(len(self))), "time": ("time", time, {"units": "s"}), **along})
+
+    @overload
+    def to_csv(self, path: None = None) -> str: ...
+    @overload
+    def to_csv(self, path: str | os.PathLike[str]) -> None: ...
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """One long table with `run`, `time`, what was varied, and the variables; a text, or a file."""
+        lengths = [len(run.time) for run in self._members]
+        columns: dict[str, Any] = {"run": np.repeat(np.arange(len(self)), lengths), "time": np.concatenate([np.zeros(0), *(run.time for run in self._members)])}
+        for name in _varied(self._members[0]) if self._members else ():
+            columns[name] = np.repeat([_varied(run)[name] for run in self._members], lengths)
+        for name in self._members[0] if self._members else ():
+            columns[name] = np.concatenate([run[name] for run in self._members])
+        return to_csv(columns, path)
+
     def to_pandas(self) -> pandas.DataFrame:
         """One long data frame with the index (run, time); what was varied stands in columns of its own, and where runs ended early `failure` says why."""
         import pandas
@@ -363,12 +493,28 @@ class ResultsList(Sequence[Results]):
         ]
         return polars.concat(frames) if frames else polars.DataFrame(schema={"run": polars.Int64, "time": polars.Float64})
 
+    def _repr_html_(self) -> str:
+        """A line for each run: what was varied, its end, and why it ended early."""
+        if not self._members:
+            return table(repr(self)[1:-1], ["run"], [])
+        first = self._members[0]
+        varied, units = list(_varied(first)), first.units
+        heads = ["run", *varied, *(titled(f"last({name})", units[name]) for name in list(first)[:MOST_SHOWN]), "failure"]
+        rows = [
+            [index, *_varied(run).values(), *(run[name][-1] if len(run.time) else None for name in list(first)[:MOST_SHOWN]), run.failure]
+            for index, run in enumerate(self._members[:MOST_ROWS])
+        ]
+        return table(repr(self)[1:-1], heads, rows, len(self))
+
     def __repr__(self) -> str:
         return f"<{len(self)} runs, {len(self.failures)} of them ended early>"
 
 
 class Table(Mapped):
-    """A number for each run and measure: `table["max(rod.angle)"]`, and the parameters of the runs by their names."""
+    """A number for each run and measure: `table["max(rod.angle)"]`, and the parameters of the runs by their names.
+
+    `table[10:20]` are some of the runs. `units` has the units of measures and parameters (SI), `axes` of a grid the levels of each parameter, the last one fastest.
+    """
 
     def __init__(
         self,
@@ -376,27 +522,45 @@ class Table(Mapped):
         columns: Sequence[tuple[str, str]],
         values: np.ndarray,
         failures: Sequence[str | None],
+        parameter_units: Mapping[str, str] | None = None,
+        shape: Sequence[int] | None = None,
     ) -> None:
         values = fixed(values)
-        measured = {name: values[:, place] for place, (name, _) in enumerate(columns)}
+        self._measured = [name for name, _ in columns]
+        measured = {name: values[:, place] for place, name in enumerate(self._measured)}
         self._columns = {**{name: fixed(own) for name, own in parameters.items()}, **measured}
-        self.units: dict[str, str] = dict(columns)
+        self.units: dict[str, str] = {**(parameter_units or {}), **dict(columns)}
+        self.axes: dict[str, np.ndarray] | None = None
+        if shape is not None:
+            self.axes = {name: np.moveaxis(own.reshape(shape), place, -1).reshape(-1, shape[place])[0] for place, (name, own) in enumerate(parameters.items())}
         #: Which runs ended early, and why; their measures are nan.
         self.failures: dict[int, str] = {index: failure for index, failure in enumerate(failures) if failure}
         #: How many runs there are.
         self.runs = len(failures)
 
     @classmethod
-    def joined(cls, tables: Sequence[Table]) -> Table:
-        """The runs of tables with the same columns, one table after the other."""
+    def joined(cls, tables: Sequence[Table], shape: Sequence[int] | None = None) -> Table:
+        """The runs of tables with the same columns, one table after the other; `shape` has the levels of each parameter of a grid."""
         first = tables[0]
         own: dict[str, np.ndarray] = {name: np.concatenate([table[name] for table in tables]) for name in first}
-        values = np.stack([own[name] for name in first.units], axis=1) if first.units else np.zeros((0, 0))
         failures = [table.failures.get(run) for table in tables for run in range(table.runs)]
-        varied = {name: column for name, column in own.items() if name not in first.units}
-        return cls(varied, list(first.units.items()), values, failures)
+        return first._of(own, failures, shape)
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def _of(self, columns: Mapping[str, np.ndarray], failures: Sequence[str | None], shape: Sequence[int] | None = None) -> Table:
+        """Other runs with the same columns."""
+        values = np.stack([columns[name] for name in self._measured], axis=1) if self._measured else np.zeros((len(failures), 0))
+        varied = {name: column for name, column in columns.items() if name not in self._measured}
+        units = {name: self.units[name] for name in varied if name in self.units}
+        return Table(varied, [(name, self.units[name]) for name in self._measured], values, failures, units, shape)
+
+    @overload
+    def __getitem__(self, name: str) -> np.ndarray: ...
+    @overload
+    def __getitem__(self, name: slice) -> Table: ...
+    def __getitem__(self, name: str | slice) -> np.ndarray | Table:
+        if isinstance(name, slice):
+            runs = range(self.runs)[by_index(name, "table", "name a column, or count runs")]
+            return self._of({own: column[name] for own, column in self._columns.items()}, [self.failures.get(run) for run in runs])
         if name not in self._columns:
             raise unknown(name, self._columns, "is no column of the table")
         return self._columns[name]
@@ -404,7 +568,8 @@ class Table(Mapped):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Table):
             return NotImplemented
-        return same((self._columns, self.units, self.failures), (other._columns, other.units, other.failures))
+        mine, others = ((own._columns, own.units, own.failures, own.axes) for own in (self, other))
+        return same(mine, others)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         columns = list(self._columns.values())
@@ -434,6 +599,48 @@ class Table(Mapped):
         import polars
 
         return polars.DataFrame(self._frame())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A data set of the measures with their units: of a grid, as `sweep` makes it, along each of its parameters; else along `run`, with the parameters along it. Where runs have failed
+        `failure` says why.
+
+        >>> grid = model.sweep("max(bob.angle)", {"length": [0.5, 1.0, 2.0]}, stop=0.1)
+        >>> dict(grid.to_xarray().sizes)
+        {'length': 3}
+        """
+        import xarray
+
+        reasons = np.array([self.failures.get(run, "") for run in range(self.runs)])
+        if self.axes is not None:
+            along, shape = tuple(self.axes), tuple(map(len, self.axes.values()))
+            coordinates: dict[str, Any] = {name: (name, levels, self._attributes(name)) for name, levels in self.axes.items()}
+        else:
+            along, shape = ("run",), (self.runs,)
+            varied = [name for name in self._columns if name not in self._measured]
+            coordinates = {"run": ("run", np.arange(self.runs)), **{name: ("run", self[name], self._attributes(name)) for name in varied}}
+        if self.failures:
+            coordinates[_failure_column(self._columns)] = (along, reasons.reshape(shape))
+        measures = {name: (along, self[name].reshape(shape), self._attributes(name)) for name in self._measured}
+        return xarray.Dataset(measures, coords=coordinates)
+
+    def _attributes(self, name: str) -> dict[str, str]:
+        return {"units": self.units[name]} if name in self.units else {}
+
+    @overload
+    def to_csv(self, path: None = None) -> str: ...
+    @overload
+    def to_csv(self, path: str | os.PathLike[str]) -> None: ...
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str | None:
+        """The table that `cotree sweep` writes: a row for each run with its number, headings with units, why it has failed; a text, or a file."""
+        reasons = [self.failures.get(run) for run in range(self.runs)]
+        columns = {titled(name, self.units.get(name, "")): column for name, column in self._columns.items()}
+        return to_csv({"run": np.arange(self.runs), **columns, _failure_column(self._columns): reasons}, path)
+
+    def _repr_html_(self) -> str:
+        heads = ["run", *(titled(name, self.units.get(name, "")) for name in self), *(["failure"] if self.failures else [])]
+        shown = range(min(self.runs, MOST_ROWS))
+        rows = [[run, *(column[run] for column in self._columns.values()), *([self.failures.get(run)] if self.failures else [])] for run in shown]
+        return table(repr(self)[1:-1], heads, rows, self.runs)
 
     def __repr__(self) -> str:
         return f"<Table of {self.runs} runs: {', '.join(self)}>"
@@ -501,6 +708,8 @@ def _numbers(name: str, values: Any, read: Reader) -> np.ndarray:
         raw = np.atleast_1d(np.asarray(values))
         if raw.dtype.kind in "mM":
             raise TypeError(raw.dtype)
+        if raw.dtype.kind == "b" or (raw.dtype.kind == "O" and any(isinstance(value, bool | np.bool_) for value in raw.flat)):
+            raise TypeError("truth values")
         column = np.asarray(raw, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(f"parameters: {name!r} has values that are no numbers; give them in SI units, or texts with units") from None

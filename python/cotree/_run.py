@@ -9,6 +9,7 @@ import numpy as np
 
 from ._cotree import RunError as _RunError
 from ._faults import RunError, raised
+from ._given import settings as settings_of
 from ._results import Log
 
 if TYPE_CHECKING:
@@ -20,11 +21,11 @@ class Run:
     """A motion at a time, and the way on: for a controller in the loop, and for planners that try many futures from one state.
 
     `run.step("20 ms", push=1.2)` sets the input `push` and moves on; `run["pole.angle"]` is a value now, one of the outputs that were asked for, of parameters and inputs.
-    `run.copy()` goes its own way from here on. It can be pickled.
+    `run.copy()` goes its own way from here on, and `run.reset()` begins again. It can be pickled.
     """
 
     def __init__(self, model: Model, times: Times, settings: list[tuple[str, Value]], outputs: list[str] | None) -> None:
-        self._begun: tuple[Any, ...] = model, times, settings, outputs
+        self._begun: tuple[Model, Times, list[tuple[str, Value]], list[str] | None] = model, times, settings, outputs
         with raised():
             self._running = model._core.start(times, settings, outputs)
 
@@ -40,7 +41,7 @@ class Run:
 
     @property
     def log(self) -> Log:
-        """What has happened up to now: events, impacts, what limits, contacts, ropes and frictions have done. Of a run that was pickled what has happened since."""
+        """What has happened up to now: events, impacts, what limits, contacts, ropes and frictions have done."""
         return Log.of(self._running.log())
 
     @property
@@ -92,6 +93,23 @@ class Run:
             self._running.set(list(inputs.items()))
             self._running.step(time, True)
 
+    def reset(self, set: Mapping[str, Value] | None = None) -> None:
+        """Begins again where `start` has begun, with other parameters, inputs and initial values if they are `set`; what `start` was given holds beside them.
+
+        >>> run = model.start(set={"length": 2.0})
+        >>> run.step(0.5)
+        >>> run.reset({"bob.angle": "20 deg"})
+        >>> run.time, run["length"]
+        (0.0, 2.0)
+
+        That is quicker than a new run, for environments of learning and for searches. Raises ValueError, and RunError if there is no start with these values: the run stays where it is.
+        """
+        model, times, begun, outputs = self._begun
+        settings = list((dict(begun) | dict(settings_of(set))).items())
+        with raised():
+            if not self._running.restart(model._core, times, settings):
+                self._running = model._core.start(times, settings, outputs)
+
     def copy(self) -> Run:
         """The same run once more, from here on for itself."""
         other = Run.__new__(Run)
@@ -124,13 +142,17 @@ class Run:
             return np.array(self._running.directional(names, [(name, float(change)) for name, change in along.items()]))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (*self._begun, self.state)
+        return _restored, (*self._begun, self.state, tuple(self._running.log()))
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.units)
 
     def __repr__(self) -> str:
         return f"<Run of {self._begun[0].name!r} at {self.time:g} s>"
 
 
-def _restored(model: Model, times: Times, settings: list[tuple[str, Value]], outputs: list[str] | None, state: bytes) -> Run:
+def _restored(model: Model, times: Times, settings: list[tuple[str, Value]], outputs: list[str] | None, state: bytes, log: tuple[Any, ...] = ()) -> Run:
     run = Run(model, times, settings, outputs)
     run.state = state
+    run._running.remember(list(log))
     return run

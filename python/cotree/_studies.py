@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from ._faults import unknown
-from ._results import Compared
+from ._results import Compared, same
+from ._show import aligned, counted, matrix, table
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+
     from ._model import Model
 
 
@@ -38,6 +42,13 @@ class Equilibrium(Compared):
             raise unknown(name, self.values, "is no value of the equilibrium")
         return self.values[name]
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.values)
+
+    def _repr_html_(self) -> str:
+        rows = [[group, name, value] for group, values in self.groups.items() for name, value in values.items()]
+        return table(f"{self.stability} equilibrium", ["", "variable", "value"], rows)
+
 
 @dataclass(frozen=True, eq=False)
 class StateSpace(Compared):
@@ -53,6 +64,40 @@ class StateSpace(Compared):
     C: np.ndarray
     D: np.ndarray
     rates: np.ndarray
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        """A, B, C, D, as control libraries take them: `scipy.signal.StateSpace(*system)`."""
+        return iter((self.A, self.B, self.C, self.D))
+
+    def _matrices(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...], np.ndarray]]:
+        """Names of rows and columns, and numbers."""
+        return {
+            "A": (self.states, self.states, self.A),
+            "B": (self.states, self.inputs, self.B),
+            "C": (self.outputs, self.states, self.C),
+            "D": (self.outputs, self.inputs, self.D),
+        }
+
+    def to_pandas(self) -> dict[str, pandas.DataFrame]:
+        """Data frames "A", "B", "C", "D" with the names of states, inputs and outputs."""
+        import pandas
+
+        return {name: pandas.DataFrame(values, index=list(rows), columns=list(columns)) for name, (rows, columns, values) in self._matrices().items()}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A data set with A along `rate` and `state`, B along `rate` and `input`, C along `output` and `state`, D along `output` and `input`; `rate` has the states that change, and each its unit."""
+        import xarray
+
+        names = {"rate": self.states, "state": self.states, "input": self.inputs, "output": self.outputs}
+        along = {"A": ("rate", "state"), "B": ("rate", "input"), "C": ("output", "state"), "D": ("output", "input")}
+        units = {f"{name}_units": (name, [self.units[own] for own in listed]) for name, listed in names.items() if name != "rate"}
+        coordinates: dict[str, Any] = {**{name: (name, list(listed)) for name, listed in names.items()}, **units}
+        columns = {name: (along[name], values) for name, (_, _, values) in self._matrices().items()}
+        return xarray.Dataset({**columns, "rates": ("rate", self.rates)}, coords=coordinates, attrs={"time": self.time})
+
+    def _repr_html_(self) -> str:
+        captions = {"A": "states by states", "B": "states by inputs", "C": "outputs by states", "D": "outputs by inputs"}
+        return "".join(matrix(f"{name}: {captions[name]}", *own) for name, own in self._matrices().items())
 
     def poles(self) -> np.ndarray:
         """Eigenvalues of A [1/s]."""
@@ -90,6 +135,43 @@ class Modes(Sequence[Mode]):
     def __len__(self) -> int:
         return len(self._modes)
 
+    def __eq__(self, other: object) -> bool:
+        return same((self.time, self._modes), (other.time, other._modes)) if isinstance(other, Modes) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _columns(self) -> dict[str, list[Any]]:
+        names = ("eigenvalue", "frequency", "natural_frequency", "damping_ratio", "free")
+        return {name: [getattr(mode, name) for mode in self._modes] for name in names}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with a row for each mode: eigenvalue [1/s], frequencies [Hz], damping ratio, and the shape in a column for each coordinate."""
+        import pandas
+
+        coordinates = list(self._modes[0].shape) if self._modes else []
+        shapes = {f"shape({name})": [mode.shape[name] for mode in self._modes] for name in coordinates}
+        return pandas.DataFrame({**self._columns(), **shapes}, index=pandas.RangeIndex(len(self), name="mode"))
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A data set along `mode`, with `shape` along `mode` and `coordinate`."""
+        import xarray
+
+        coordinates = list(self._modes[0].shape) if self._modes else []
+        shape = np.array([[mode.shape[name] for name in coordinates] for mode in self._modes], dtype=complex).reshape(len(self), len(coordinates))
+        kinds: dict[str, Any] = {"eigenvalue": complex, "free": bool}
+        units = {"eigenvalue": "1/s", "frequency": "Hz", "natural_frequency": "Hz"}
+        columns: dict[str, Any] = {
+            name: ("mode", np.array(values, dtype=kinds.get(name, float)), {"units": units[name]} if name in units else {})
+            for name, values in self._columns().items()
+        }
+        along: dict[str, Any] = {"mode": ("mode", np.arange(len(self))), "coordinate": ("coordinate", coordinates)}
+        return xarray.Dataset({**columns, "shape": (("mode", "coordinate"), shape)}, coords=along, attrs={"time": self.time})
+
+    def _repr_html_(self) -> str:
+        columns = self._columns()
+        rows = [[index, *row, _largest(mode)] for index, (row, mode) in enumerate(zip(zip(*columns.values(), strict=True), self._modes, strict=True))]
+        return table(counted(len(self), "mode"), ["", "eigenvalue [1/s]", "frequency [Hz]", "natural frequency [Hz]", "damping ratio", "free", "moves most"], rows)
+
     def frequencies(self) -> np.ndarray:
         """Oscillations a second [Hz]."""
         return np.array([mode.frequency for mode in self._modes])
@@ -97,6 +179,11 @@ class Modes(Sequence[Mode]):
     def __repr__(self) -> str:
         listed = ", ".join(f"{mode.frequency:.4g} Hz" for mode in self._modes)
         return f"<{len(self)} modes: {listed}>"
+
+
+def _largest(mode: Mode) -> str:
+    """The coordinate that a mode moves most."""
+    return max(mode.shape, key=lambda name: abs(mode.shape[name]), default="")
 
 
 @dataclass(frozen=True)
@@ -174,6 +261,30 @@ class Fit(Compared):
             raise unknown(name, self.values, "was not varied")
         return self.values[name]
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.values)
+
+    def _rows(self) -> list[list[Any]]:
+        return [[name, value, self.errors[name], *self.limits[name], self.units[name], self.start[name]] for name, value in self.values.items()]
+
+    def _caption(self) -> str:
+        deviations = ", ".join(f"{name} {own:.4g} {self.units[name]}".rstrip() for name, own in self.deviations.items())
+        early = "" if self.ended == "minimum" else " (no minimum was reached)"
+        return f"{counted(len(self.experiments), 'experiment')}, {counted(self.evaluations, 'motion')}{early}; standard deviations: {deviations}"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with a row for each value: standard error, 95 % limits, unit, and where the search began."""
+        import pandas
+
+        names, *columns = zip(*self._rows(), strict=True) if self.values else [[] for _ in FITTED]
+        return pandas.DataFrame(dict(zip(FITTED[1:], columns, strict=True)), index=pandas.Index(names, name="name"))
+
+    def _repr_html_(self) -> str:
+        return table(self._caption(), FITTED, self._rows())
+
+    def __str__(self) -> str:
+        return f"{aligned(FITTED, self._rows())}\n{self._caption()}"
+
     @property
     def model(self) -> Model:
         """The model with what was set and the values that fit best.
@@ -183,6 +294,10 @@ class Fit(Compared):
         if self._origin is None:
             raise ValueError("model: the fit is not one of a model")
         return self._origin.replace({**self._set, **self.values})
+
+
+#: The columns of a fit's table.
+FITTED = ("name", "value", "standard error", "low", "high", "unit", "start")
 
 
 def fitted(report: dict[str, Any], origin: Model, settings: dict[str, Any]) -> Fit:
@@ -250,6 +365,29 @@ class Sensitivities(Compared):
         if of not in self.of or to not in self.to:
             raise KeyError(f"{pair!r}: there are derivatives of {', '.join(self.of)} with respect to {', '.join(self.to)}")
         return self.derivatives[:, self.of.index(of), self.to.index(to)]
+
+    def _ipython_key_completions_(self) -> list[tuple[str, str]]:
+        return [(of, to) for of in self.of for to in self.to]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A data set along `time`: the outputs, and as `d(of)/d(to)` their derivatives, each with its unit."""
+        import xarray
+
+        columns: dict[str, Any] = {name: ("time", self.values[:, place]) for place, name in enumerate(self.of)}
+        columns |= {f"d({of})/d({to})": ("time", self[of, to], {"units": self.units[of, to]}) for of in self.of for to in self.to}
+        return xarray.Dataset(columns, coords={"time": ("time", self.time, {"units": "s"})})
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A data frame with `time` [s] as its index: the outputs, and as `d(of)/d(to)` their derivatives."""
+        import pandas
+
+        columns = {**{name: self.values[:, place] for place, name in enumerate(self.of)}, **{f"d({of})/d({to})": self[of, to] for of in self.of for to in self.to}}
+        return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
+
+    def _repr_html_(self) -> str:
+        pairs = [(of, to) for of in self.of for to in self.to]
+        rows = [[f"d({of})/d({to})", self.units[of, to], *(f(self[of, to]) if len(self.time) else None for f in (np.min, np.max)), self[of, to][-1] if len(self.time) else None] for of, to in pairs]
+        return table(f"derivatives at {counted(len(self.time), 'time')}", ["derivative", "unit", "min", "max", "end"], rows)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         return np.array(self.derivatives, dtype=dtype)

@@ -38,7 +38,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::json;
 
-use crate::listening::{self, interruptible};
+use crate::listening::{self, Watched, interruptible};
 use crate::outcome::{RunError, failed, file_error, scene_error, study_error, warn, warn_of, wrong};
 use crate::request::{self, Columns, Times, Value};
 use crate::scene::{Core, for_browsers, listened};
@@ -193,15 +193,48 @@ pub fn summary(times: Vec<f64>, columns: Vec<(String, String, Vec<f64>)>) -> PyR
     Ok(told(&found.report(), data, &Units::default(), None))
 }
 
-/// The runs of a sweep: names, and a row of values for each.
+/// The runs of a sweep, each found by its number.
+#[pyclass(frozen, module = "cotree._cotree")]
+pub struct Runs(Design);
+
+#[pymethods]
+impl Runs {
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    /// What is varied.
+    fn names(&self) -> Vec<String> {
+        self.0.factors().iter().map(|factor| factor.name.clone()).collect()
+    }
+
+    /// Of a grid how many levels each name has.
+    fn shape(&self) -> Option<Vec<usize>> {
+        self.0.shape()
+    }
+
+    /// Tells designs apart.
+    fn digest(&self) -> u64 {
+        self.0.digest()
+    }
+
+    /// The values of some of the runs: a row for each.
+    fn rows<'py>(&self, py: Python<'py>, begin: usize, end: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let runs = begin.min(self.0.len())..end.min(self.0.len());
+        let size = [runs.len(), self.0.factors().len()];
+        PyArray1::from_vec(py, runs.flat_map(|run| self.0.values(run)).collect()).reshape(size)
+    }
+}
+
+/// The runs of a sweep.
 #[pyfunction]
-pub fn design<'py>(
-    py: Python<'py>,
+pub fn design(
+    py: Python<'_>,
     core: &Bound<'_, Core>,
     factors: Vec<String>,
     drawn: Option<(bool, usize)>,
     seed: u64,
-) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<Runs> {
     let names: Vec<String> =
         factors.iter().filter_map(|text| text.split_once('=')).map(|(name, _)| name.trim().to_owned()).collect();
     let ready = core.get().ready_for(py, None, &[], &names)?;
@@ -216,11 +249,7 @@ pub fn design<'py>(
             Design::random(factors, kind, count, seed)
         }
     };
-    let design = design.map_err(wrong)?;
-    let names: Vec<String> = design.factors().iter().map(|factor| factor.name.clone()).collect();
-    let rows: Vec<f64> = (0..design.len()).flat_map(|run| design.values(run)).collect();
-    let rows = PyArray1::from_vec(py, rows).reshape([design.len(), names.len()])?;
-    Ok((names, rows))
+    Ok(Runs(design.map_err(wrong)?))
 }
 
 /// The mechanism at its start or at a time, as SVG or DXF.
@@ -351,14 +380,17 @@ pub fn synthesize(
     text: Option<&str>,
     path: Option<PathBuf>,
     all: bool,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(Told, Vec<String>)> {
+    let watched = Watched::new(progress);
     let found = interruptible(py, || {
         let task = match (text, &path) {
             (_, Some(path)) => Task::read(path)?,
             (text, None) => Task::from_text(text.unwrap_or_default())?,
         };
-        Ok((synthesis::synthesize(&task, all)?, task.warnings))
+        Ok((synthesis::synthesize_watched(&task, all, &|done, all| _ = watched.tell(done, all))?, task.warnings))
     })?;
+    watched.raised()?;
     let (answer, warnings): (_, Option<Faults>) = found.map_err(|faults: Faults| scene_error(&faults))?;
     warnings.iter().try_for_each(|faults| warn_of(py, faults))?;
     let report = answer.report();
@@ -380,6 +412,7 @@ pub fn optimized(
     limits: Vec<String>,
     turn: Option<(String, Option<String>)>,
     extent: (usize, u64, usize),
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Told> {
     let (starts, seed, threads) = extent;
     let core = core.get();
@@ -400,12 +433,15 @@ pub fn optimized(
     let mut study: Study = core.study_of(&Requested::these(request.variables()), &settings, None)?;
     study.set_experiment(times.experiment(study.experiment())?);
     let stop = Arc::new(AtomicBool::new(false));
+    let watched = Watched::new(progress);
+    let goes_on = |now: optimize::SearchProgress| watched.tell(now.done, now.all) && !stop.load(Ordering::Relaxed);
     let found = py.detach(|| {
         listened(&stop, || {
             listening::follow(&stop);
-            optimize::optimize(core.scene(), &mut study, &request, &|_| !stop.load(Ordering::Relaxed))
+            optimize::optimize(core.scene(), &mut study, &request, &goes_on)
         })
     })?;
+    watched.raised()?;
     let found = found.map_err(|error| match error {
         OptimizeError::Study(error) => study_error(error, &settings),
         OptimizeError::Request(faults) => wrong(lines(&faults)),

@@ -25,6 +25,7 @@ fn _cotree(module: &Bound<'_, PyModule>) -> PyResult<()> {
     cotree_fmu::context::listen(listening::wants_end);
     module.add_class::<scene::Core>()?;
     module.add_class::<running::Running>()?;
+    module.add_class::<commands::Runs>()?;
     module.add_function(wrap_pyfunction!(command, module)?)?;
     module.add_function(wrap_pyfunction!(commands::seconds, module)?)?;
     module.add_function(wrap_pyfunction!(commands::turned, module)?)?;

@@ -1,8 +1,8 @@
 //! Ctrl-C: a call that computes asks from time to time whether the user has pressed it.
 
 use std::cell::RefCell;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use pyo3::marker::Ungil;
@@ -45,6 +45,51 @@ pub fn wants_end() -> bool {
         });
         true
     })
+}
+
+/// A function of Python that is called with how much is done, and of how much.
+pub struct Watched {
+    progress: Option<Py<PyAny>>,
+    /// When it was called last, and what it has raised.
+    last: Mutex<(Option<Instant>, Option<PyErr>)>,
+}
+
+impl Watched {
+    pub fn new(progress: Option<Py<PyAny>>) -> Self {
+        Watched { progress, last: Mutex::default() }
+    }
+
+    /// Tells how far it is, now and then and at the end. False once the function has raised something.
+    pub fn tell(&self, done: usize, all: usize) -> bool {
+        let Some(progress) = &self.progress else { return true };
+        let is_due = {
+            let (last, raised) = &mut *self.last();
+            if raised.is_some() {
+                return false;
+            }
+            let is_due = done == all || last.is_none_or(|last| last.elapsed() >= PATIENCE);
+            if is_due {
+                *last = Some(Instant::now());
+            }
+            is_due
+        };
+        // Nothing is locked meanwhile: the function may do anything.
+        let called = if is_due { Python::attach(|py| progress.call1(py, (done, all)).map(drop)) } else { Ok(()) };
+        let is_well = called.is_ok();
+        if let Err(error) = called {
+            self.last().1 = Some(error);
+        }
+        is_well
+    }
+
+    /// What the function has raised.
+    pub fn raised(&self) -> PyResult<()> {
+        self.last().1.take().map_or(Ok(()), Err)
+    }
+
+    fn last(&self) -> MutexGuard<'_, (Option<Instant>, Option<PyErr>)> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Computes without the interpreter's lock, and raises what a signal raises meanwhile.

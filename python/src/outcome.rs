@@ -1,5 +1,6 @@
 //! What a call ends with: exceptions, and columns of numbers.
 
+use std::borrow::Cow;
 use std::ffi::CString;
 
 use cotree::run::{Logged, What};
@@ -70,13 +71,13 @@ pub fn run_error(error: cotree::run::RunError) -> Option<String> {
 }
 
 /// Something that has happened: when, to what, in a word, and the impulse of an impact.
-pub type LogRow = (f64, String, &'static str, Option<f64>);
+pub type LogRow = (f64, String, Cow<'static, str>, Option<f64>);
 
 /// What has happened in a run, as rows of a table.
 pub fn log_rows(log: impl IntoIterator<Item = Logged>) -> Vec<LogRow> {
     let row = |Logged { time, name, what }| {
         let impulse = if let What::Impact { impulse, .. } = what { Some(impulse) } else { None };
-        (time, name, what.word(), impulse)
+        (time, name, Cow::Borrowed(what.word()), impulse)
     };
     log.into_iter().map(row).collect()
 }

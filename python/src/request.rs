@@ -10,15 +10,34 @@ use cotree::report::csv::CsvTable;
 use cotree::run as simulate;
 use cotree::run::{SettingError, settings};
 use cotree_study::analysis::SetError;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 
 use crate::outcome::wrong;
 
 /// A number in SI units, or a text such as `"1.2 m"`.
-#[derive(FromPyObject)]
 pub enum Value {
     Number(f64),
     Text(String),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Value {
+    type Error = PyErr;
+
+    /// Whatever has a value as a float is a number (`Fraction`, `Decimal`, scalars of numpy), but truth values are not: `True` is an error nearly always.
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let kind = object.get_type();
+        if object.is_instance_of::<PyBool>()
+            || (kind.module()? == "numpy" && kind.name()?.to_str()?.starts_with("bool"))
+        {
+            return Err(PyTypeError::new_err(format!("{} is neither a number nor a text with a unit", object.repr()?)));
+        }
+        match object.extract::<String>() {
+            Ok(text) => Ok(Value::Text(text)),
+            Err(_) => Ok(Value::Number(object.extract()?)),
+        }
+    }
 }
 
 impl fmt::Display for Value {

@@ -1,5 +1,6 @@
 //! A run that is taken step by step.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -14,8 +15,8 @@ use pyo3::types::PyBytes;
 
 use crate::listening::interruptible;
 use crate::outcome::{LogRow, RunError, log_rows, warn, wrong};
-use crate::request::{self, Value};
-use crate::scene::Ready;
+use crate::request::{self, Times, Value};
+use crate::scene::{Core, Ready};
 
 /// A motion at a time, and the way on.
 #[pyclass(frozen, module = "cotree._cotree")]
@@ -31,7 +32,7 @@ pub struct Running {
 #[derive(Clone)]
 struct Motion {
     instance: Box<Instance>,
-    log: Vec<Logged>,
+    log: Vec<LogRow>,
 }
 
 impl Running {
@@ -49,13 +50,7 @@ impl Running {
         let model = Arc::clone(&ready.model);
         let begun = interruptible(py, move || {
             let mut instance = Instance::boxed(model);
-            instance.setup(experiment.start, None, Some(experiment.tolerance))?;
-            for (variable, value) in settings {
-                instance.set(variable, value)?;
-            }
-            instance.record_instants();
-            instance.initialise()?;
-            let log = Logged::taken(&mut instance);
+            let log = begin(&mut instance, experiment, &settings)?;
             Ok(Motion { instance, log })
         })?;
         let motion = Mutex::new(begun.map_err(refused)?);
@@ -98,7 +93,7 @@ impl Running {
 
     /// What has happened up to now.
     fn log(&self) -> Vec<LogRow> {
-        log_rows(self.motion().log.iter().cloned())
+        self.motion().log.clone()
     }
 
     /// The names and units of the outputs.
@@ -147,7 +142,7 @@ impl Running {
             if target > from {
                 let has_ended = instance.ended().is_some();
                 let moved = instance.step_to(target);
-                log.extend(Logged::taken(instance));
+                log.extend(log_rows(Logged::taken(instance)));
                 match moved {
                     // A result like any other: `ended` names the event.
                     Err(InstanceError::Ended { .. }) if !has_ended => {}
@@ -179,8 +174,44 @@ impl Running {
         let snapshot =
             Snapshot::from_bytes(instance.model(), &state).map_err(|error| wrong(format!("state: {error}")))?;
         instance.restore(&snapshot).map_err(refused)?;
-        log.retain(|entry| entry.time <= instance.time());
+        log.retain(|(time, ..)| *time <= instance.time());
         Ok(())
+    }
+
+    /// Takes what has happened from a run that has come here.
+    fn remember(&self, log: Vec<(f64, String, String, Option<f64>)>) {
+        let row = |(time, name, what, impulse)| (time, name, Cow::Owned(what), impulse);
+        self.motion().log = log.into_iter().map(row).collect();
+    }
+
+    /// Begins again with these settings. False if they need another program, so that a new run is to be begun. Where there is no start with them the run stays where it is.
+    fn restart(
+        &self,
+        py: Python<'_>,
+        core: &Bound<'_, Core>,
+        times: Times,
+        settings: Vec<(String, Value)>,
+    ) -> PyResult<bool> {
+        let Some((experiment, settings)) = core.get().restarted(&self.ready, &times, &settings)? else {
+            return Ok(false);
+        };
+        let begun = interruptible(py, || {
+            let Motion { instance, log } = &mut *self.motion();
+            let before = instance.save();
+            instance.reset();
+            match begin(instance, experiment, &settings) {
+                Ok(rows) => {
+                    *log = rows;
+                    Ok(())
+                }
+                Err(error) => {
+                    instance.restore(&before)?;
+                    Err(error)
+                }
+            }
+        })?;
+        begun.map_err(refused)?;
+        Ok(true)
     }
 
     /// How variables change now along a direction of inputs, parameters and states.
@@ -193,6 +224,19 @@ impl Running {
         instance.differentiate().map_err(refused)?;
         of.iter().map(|name| instance.derivative(self.place(name)?).map_err(|error| wrong(error.to_string()))).collect()
     }
+}
+
+/// Begins a motion in an instance that has none; what has happened at its start.
+fn begin(
+    instance: &mut Instance,
+    experiment: Experiment,
+    settings: &[(usize, f64)],
+) -> Result<Vec<LogRow>, InstanceError> {
+    instance.setup(experiment.start, None, Some(experiment.tolerance))?;
+    settings.iter().try_for_each(|&(variable, value)| instance.set(variable, value))?;
+    instance.record_instants();
+    instance.initialise()?;
+    Ok(log_rows(Logged::taken(instance)))
 }
 
 /// What is given is at fault, or the motion.

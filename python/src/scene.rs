@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
 use cotree::compile::compile_asking;
@@ -11,22 +11,23 @@ use cotree::export::runtime;
 use cotree::model::Experiment;
 use cotree::report::csv::CsvTable;
 use cotree::report::statistics::Accumulator;
+use cotree::run::settings::settable;
 use cotree::run::{Ended, Ensemble, FailedRun, Measure, MeasureError, Run};
 use cotree::scene::{EditError, Requested};
 use cotree::{Compiled, Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_page::moving;
-use cotree_study::analysis::{LinearisedAt, Sensitivities, Study};
+use cotree_study::analysis::{LinearisedAt, Sensitivities, Study, StudyError};
 use cotree_study::bench;
-use cotree_study::fit::{FitError, FitRequest, Vary, fit};
+use cotree_study::fit::{FitError, FitRequest, FitTrial, Vary, fit_watched};
 use cotree_text::Prose;
 use cotree_text::written::EquationFormat;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::listening::{self, PATIENCE, interruptible};
+use crate::listening::{self, PATIENCE, Watched, interruptible};
 use crate::outcome::{
     LogRow, RunError, failed, file_error, interrupted, log_rows, run_error, scene_error, study_error, unlike_the_scene,
     warn, wrong,
@@ -85,6 +86,15 @@ type Fitted = (Vec<(String, Value)>, Columns, Option<Columns>);
 /// Names with units, the outputs, and their derivatives.
 type Derivatives<'py> =
     (Vec<(String, String)>, Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
+
+/// The times, names with units of the outputs, the outputs of many runs, and their derivatives.
+type ManyDerivatives<'py> = (Vec<f64>, Vec<(String, String)>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray4<f64>>);
+
+/// Why one of many runs has no derivatives.
+enum ManyError {
+    Value(String),
+    Study(StudyError),
+}
 
 /// The same at rest, with the time.
 type AtRest<'py> =
@@ -246,6 +256,15 @@ impl Core {
         Ok(numbers.into_iter().map(|(_, value)| value).collect())
     }
 
+    /// The units of what can be set, by its names.
+    fn units(&self, py: Python<'_>, names: Vec<String>) -> PyResult<Vec<String>> {
+        let ready = self.ready_for(py, None, &[], &names)?;
+        let description = &ready.compiled.description;
+        let unit =
+            |name: &String| Ok(description.variables[settable(description, name).map_err(wrong)?].unit.si.clone());
+        names.iter().map(unit).collect()
+    }
+
     /// The communication points of a run.
     fn points<'py>(&self, py: Python<'py>, times: Times) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let ready = self.ready(py, Variant::default())?;
@@ -358,6 +377,73 @@ impl Core {
         )
     }
 
+    /// The same of many runs, in threads: outputs (run, time, output), derivatives (run, time, output, name). A row of values for the names, which are what is differentiated by, for each run.
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn sensitivities_many<'py>(
+        &self,
+        py: Python<'py>,
+        times: Times,
+        of: Vec<String>,
+        varied: (Vec<String>, PyReadonlyArray2<'py, f64>),
+        settings: Vec<(String, Value)>,
+        inputs: Option<Columns>,
+        threads: usize,
+    ) -> PyResult<ManyDerivatives<'py>> {
+        let (names, values) = varied;
+        let rows: Vec<Vec<f64>> = values.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
+        let varied = names.iter().zip(rows.first().into_iter().flatten()).map(|(name, &value)| (name.clone(), value));
+        let others = settings.into_iter().filter(|(name, _)| !names.contains(name));
+        let first: Vec<(String, Value)> =
+            others.chain(varied.map(|(name, value)| (name, Value::Number(value)))).collect();
+        let mut study = self.study(Some(of), &first, inputs)?;
+        let requested = times.experiment(study.experiment())?;
+        let points = times.points(requested);
+        let Experiment { start, tolerance, .. } = requested;
+        study.set_experiment(Experiment { start, tolerance, ..study.experiment() });
+        let one = |study: &mut Study, row: &[f64]| -> Result<Sensitivities, ManyError> {
+            for (name, &value) in names.iter().zip(row) {
+                study.set(name, |_| Ok(value)).map_err(|message| ManyError::Value(format!("{name}: {message}")))?;
+            }
+            study.sensitivities(&names, &points).map_err(ManyError::Study)
+        };
+        let (first_row, rest) = rows.split_first().ok_or_else(|| wrong("at: there are no runs"))?;
+        let raised = |error| match error {
+            ManyError::Value(message) => wrong(message),
+            ManyError::Study(error) => study_error(error, &first),
+        };
+        // What the first formulates the others share.
+        let mut found = vec![interruptible(py, || one(&mut study, first_row))?.map_err(raised)?];
+        let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = if threads == 0 { processors() } else { threads }.min(rest.len());
+        if threads == 1 {
+            for row in rest {
+                found.push(interruptible(py, || one(&mut study, row))?.map_err(raised)?);
+            }
+        } else if threads > 1 {
+            let stop = Arc::new(AtomicBool::new(false));
+            let work = || {
+                in_threads(
+                    threads,
+                    rest,
+                    || {
+                        listening::follow(&stop);
+                        study.clone()
+                    },
+                    |study, row| one(study, row),
+                )
+            };
+            for each in py.detach(|| listened(&stop, work))? {
+                found.push(each.map_err(raised)?);
+            }
+        }
+        let size = [found.len(), points.len(), found[0].outputs.len(), names.len()];
+        let values: Vec<f64> = found.iter().flat_map(|run| run.values.iter().flatten().copied()).collect();
+        let derivatives: Vec<f64> = found.iter().flat_map(row_first).collect();
+        let values = PyArray1::from_vec(py, values).reshape([size[0], size[1], size[2]])?;
+        let derivatives = PyArray1::from_vec(py, derivatives).reshape(size)?;
+        Ok((points, found.swap_remove(0).outputs, values, derivatives))
+    }
+
     /// The same where the mechanism rests, with the time that this stands for.
     fn equilibrium_sensitivities<'py>(
         &self,
@@ -422,6 +508,7 @@ impl Core {
         experiments: Vec<Fitted>,
         vary: Vec<(String, Option<Value>, Option<Value>)>,
         deviations: Vec<(String, Value)>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<String> {
         let (mut studies, mut tables) = (Vec::new(), Vec::new());
         let mut set = Vec::new();
@@ -439,7 +526,16 @@ impl Core {
         });
         let deviations = deviations.into_iter().map(|(name, value)| (name, value.to_string())).collect();
         let request = FitRequest { tables, vary: vary.collect(), deviations };
-        let found = interruptible(py, || fit(&mut studies, &request))?.map_err(|error| match error {
+        let watched = Watched::new(progress);
+        let most = cotree_study::fit::most_evaluations(request.vary.len());
+        let mut trials = 0;
+        let mut watch = |_: FitTrial<'_>| {
+            trials += 1;
+            watched.tell(trials, most)
+        };
+        let found = interruptible(py, || fit_watched(&mut studies, &request, &mut watch))?;
+        watched.raised()?;
+        let found = found.map_err(|error| match error {
             FitError::Study(error) => study_error(error, &set),
             FitError::Request(faults) => wrong(lines(&faults)),
             FitError::Undetermined(why) => failed(why),
@@ -533,6 +629,23 @@ impl Core {
             }
         }
         Ok((ready, reported))
+    }
+
+    /// When a run that begins again starts, and with which values; none if these need another program than the run has.
+    pub fn restarted(
+        &self,
+        ready: &Arc<Ready>,
+        times: &Times,
+        settings: &[(String, Value)],
+    ) -> PyResult<Option<(Experiment, cotree::run::Settings)>> {
+        let known = self.known(settings.iter().map(|(name, _)| name));
+        let kept = || self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_of = |(variant, own): &(Variant, Arc<Ready>)| Arc::ptr_eq(own, ready) && variant.known == known;
+        if !kept().iter().any(is_of) {
+            return Ok(None);
+        }
+        let description = &ready.compiled.description;
+        Ok(Some((times.experiment(description.experiment)?, request::settings(description, settings)?)))
     }
 
     /// Variables among the names that are set, but neither parameters nor inputs nor in `[initial]`: positions and velocities that the scene leaves open.
@@ -750,12 +863,40 @@ fn requested(outputs: Option<Vec<String>>) -> Requested {
 fn derivatives(py: Python<'_>, found: Sensitivities) -> PyResult<Derivatives<'_>> {
     let size = [found.times.len(), found.outputs.len(), found.parameters.len()];
     let values: Vec<f64> = found.values.iter().flat_map(|row| row.iter().copied()).collect();
-    // Rows first: the last index is the parameter.
-    let derivatives: Vec<f64> =
-        found.derivatives.iter().flat_map(|matrix| matrix.transpose().data.as_vec().clone()).collect();
+    let derivatives = row_first(&found);
     let values = PyArray1::from_vec(py, values).reshape([size[0], size[1]])?;
     let derivatives = PyArray1::from_vec(py, derivatives).reshape(size)?;
     Ok((found.outputs, found.parameters, values, derivatives))
+}
+
+/// All derivatives, the last index of which is the parameter.
+fn row_first(found: &Sensitivities) -> Vec<f64> {
+    found.derivatives.iter().flat_map(|matrix| matrix.transpose().data.as_vec().clone()).collect()
+}
+
+/// What is found for each row, in their order, by threads that take the next one; each begins with something of its own.
+fn in_threads<T: Send, S>(
+    threads: usize,
+    rows: &[Vec<f64>],
+    begin: impl Fn() -> S + Sync,
+    find: impl Fn(&mut S, &[f64]) -> T + Sync,
+) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let (mut own, mut found) = (begin(), Vec::new());
+        while let Some((place, row)) =
+            Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|place| Some((place, rows.get(place)?)))
+        {
+            found.push((place, find(&mut own, row)));
+        }
+        found
+    };
+    let mut found: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().filter_map(|worker| worker.join().ok()).flatten().collect()
+    });
+    found.sort_by_key(|(place, _)| *place);
+    found.into_iter().map(|(_, own)| own).collect()
 }
 
 /// The settings of each member: a row of values for these names.

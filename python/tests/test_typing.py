@@ -1,5 +1,6 @@
 """The package and programs that use it pass the strict checks of mypy."""
 
+import json
 import re
 import subprocess
 import sys
@@ -10,6 +11,8 @@ import pytest
 import cotree
 
 PROGRAM = """
+from decimal import Decimal
+
 import numpy as np
 import cotree
 
@@ -22,6 +25,15 @@ run = model.start(set={"push": "1 N"})
 run.step("20 ms", push=0.1 * run["cart.x"])
 built = cotree.Builder("a").gravity(np.array([0.0, -9.81])).ground_point("p", np.array([0.0, 1.0])).signal("s", 1).model()
 controlled = cotree.Builder("b").signal("u", type="pid", error="0.3[m] - cart.x", proportional="40 N/m", period="20 ms").model()
+part: cotree.Results = results[0:10]
+several: dict[str, np.ndarray] = results.at([0.1, 0.2])
+once: dict[str, float] = results.at("20 ms")
+grid: cotree.Table = model.sweep("max(cart.x)", {"rod.mass": [1, 2]}, progress=True, stop=1)
+runs = model.simulate_many({"rod.mass": [1.0, 2.0]}, progress=lambda done, of: print(done, of), set={"push": Decimal("1.5")})
+run.reset({"push": 1.0})
+picture: cotree.Drawing = model.drawing()
+A, B, C, D = model.linearize()
+more: cotree.Model = model.builder().output("rod.x").model()
 value, gradient = built.value_and_gradient("max(cart.x)", {"mass": 2.0})
 try:
     found = model.fit({"time": [0, 1], "cart.x": [0, 1]}, {"mass": (0, None)}).model
@@ -41,6 +53,16 @@ def test_the_package_and_a_program_are_typed(tmp_path):
         command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), *checked]
         done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_program_passes_another_checker(tmp_path):
+    pytest.importorskip("pyright")
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM)
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps({"pythonVersion": "3.11", "extraPaths": [str(Path(cotree.__file__).parent.parent)]}))
+    command = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, str(program)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_wrong_keys_of_a_builder_are_found(tmp_path):

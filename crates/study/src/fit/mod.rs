@@ -32,6 +32,11 @@ pub use written::with_values;
 
 /// Motions are computed at most so often, and so often more for each quantity.
 const MOST_EVALUATIONS: [usize; 2] = [100, 20];
+
+/// A round of a fit of so many values tries no more motions than this.
+pub fn most_evaluations(values: usize) -> usize {
+    MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * values
+}
 /// Standard deviations of columns are found in at most so many rounds.
 const ROUNDS: usize = 20;
 /// They are known once they change by less than this share.
@@ -203,7 +208,7 @@ impl FitProblem<'_, '_> {
         watch: &mut dyn FnMut(FitTrial) -> bool,
     ) -> Result<Result<Fit, FitError>, AnalysisFailure> {
         let start = self.start();
-        let most = MOST_EVALUATIONS[0] + MOST_EVALUATIONS[1] * start.len();
+        let most = most_evaluations(start.len());
         let (mut values, mut evaluations, mut poses) = (start.clone(), 0, None);
         for _ in 0..ROUNDS {
             let weighed = &self.weighed;

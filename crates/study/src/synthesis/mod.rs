@@ -100,13 +100,25 @@ const NO_BAR: f64 = 1e-4;
 /// Where the task says nothing of lengths, a bar of a function's linkage that is longer than this many grounds counts as none: its end hardly leaves a straight line.
 const FAR: f64 = 20.0;
 
+/// The stages of a search for linkages.
+const STAGES: usize = 4;
+
 /// Finds the linkages for a task; with `all`, those that are not good too.
 ///
 /// # Errors
 /// Why the task has no answer at all.
 pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
+    synthesize_watched(task, all, &|_, _| {})
+}
+
+/// The same; whoever watches is told of each stage that is done, and of how many: linkages are found, judged, driven, and varied.
+///
+/// # Errors
+/// Those of [`synthesize`].
+pub fn synthesize_watched(task: &Task, all: bool, watch: &dyn Fn(usize, usize)) -> Result<Answer, Faults> {
     let limits = &task.limits.linkage;
     let found = candidates::of(task, limits)?;
+    watch(1, STAGES);
     let mut answer = Answer {
         task: task.clone(),
         dyads: found.dyads,
@@ -122,6 +134,7 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
         found.candidates.iter().filter_map(|candidate| best(candidate, limits, task)).collect();
     let refined = family::refined(task, limits, &judged);
     judged.extend(refined.iter().filter_map(|candidate| best(candidate, limits, task)));
+    watch(2, STAGES);
     answer.looked_at += answer.left_out.values().sum::<usize>() + refined.len();
     for judgement in judged.iter().filter(|judged| judged.reason.is_some()) {
         *answer.left_out.entry(judgement.reason.clone().unwrap_or_default()).or_default() += 1;
@@ -144,6 +157,7 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
             Some(reason) => *answer.left_out.entry(reason.clone()).or_default() += 1,
         }
     }
+    watch(3, STAGES);
     answer.shorter = shorter(task, limits, &answer.solutions);
     if task.limits.bars == Some(6)
         || (task.limits.bars.is_none() && task.limits.within.is_some() && answer.solutions.is_empty())
@@ -157,6 +171,7 @@ pub fn synthesize(task: &Task, all: bool) -> Result<Answer, Faults> {
         let shown = bad.into_iter().take(found.most.map_or(usize::MAX, |most| 4 * most));
         answer.solutions.extend(shown.map(undriven));
     }
+    watch(STAGES, STAGES);
     Ok(answer)
 }
 
