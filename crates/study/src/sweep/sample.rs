@@ -109,7 +109,7 @@ impl Permutation {
             let scrambled = mixed(self.key.wrapping_add(round.wrapping_mul(GOLDEN)) ^ mixed(right)) & mask;
             (left, right) = (right, left ^ scrambled);
         }
-        left << self.half | right
+        (left << self.half) | right
     }
 }
 
