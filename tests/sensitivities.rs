@@ -556,7 +556,7 @@ fn laws_with_exponentials_have_series() {
     let ending_slope = |width: f64| (2.0 / width).cosh().ln() - 2.0 / width * (2.0 / width).tanh();
     // The second one is past within a step that sees nothing of it at either end.
     for (law, width, integral, slope, most) in [
-        ("push*exp(-t/width)", 0.3, fading(0.3), fading_slope(0.3), 3.0),
+        ("push*exp(-t/width)", 0.3, fading(0.3), fading_slope(0.3), 6.0),
         ("push*exp(-((t - 1[s])/width)^2)", 0.15, 0.15 * root_pi, root_pi, 10.0),
         ("push*exp(-((t - 1[s])/width)^2)", 0.003, 0.003 * root_pi, root_pi, 30.0),
         ("push*tanh(t/width)", 0.3, ending(0.3), ending_slope(0.3), 10.0),
