@@ -552,7 +552,7 @@ fn laws_with_exponentials_have_series() {
     let root_pi = std::f64::consts::PI.sqrt();
     let fading = |width: f64| width * (1.0 - (-2.0 / width).exp());
     let fading_slope = |width: f64| 1.0 - (-2.0 / width).exp() * (1.0 + 2.0 / width);
-    let ending = |width: f64| width * ((2.0 / width).cosh()).ln();
+    let ending = |width: f64| width * (2.0 / width).cosh().ln();
     let ending_slope = |width: f64| (2.0 / width).cosh().ln() - 2.0 / width * (2.0 / width).tanh();
     // The second one is past within a step that sees nothing of it at either end.
     for (law, width, integral, slope, most) in [
