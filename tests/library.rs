@@ -41,6 +41,7 @@ mod laws;
 mod laws_without_value;
 mod lifting_cams;
 mod linear_laws;
+mod lives;
 mod methods_by_name;
 mod model_exchange;
 mod nearly_neutral;

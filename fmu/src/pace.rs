@@ -6,7 +6,7 @@ use crate::failure::Failure;
 /// Most attempts at steps between two communication points.
 const MOST_STEPS: u64 = 10_000_000;
 /// Most work between two communication points, in instructions of tapes. A core of 2026 does so much in about half a minute (forty loops that turn ever faster: 0.3 ms a
-/// step); of small mechanisms it is more than [`MOST_STEPS`].
+/// step), and in up to a minute where a damaged program consists of slow instructions; of small mechanisms it is more than [`MOST_STEPS`].
 pub(crate) const MOST_WORK: u64 = 5_000_000_000;
 /// So many attempts show at what pace the motion goes.
 const SAMPLE: u64 = 4096;

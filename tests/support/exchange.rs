@@ -5,6 +5,11 @@ use cotree_fmu::instance::{Instance, InstanceError};
 /// Classical Runge-Kutta steps up to a time, as an importer takes them.
 pub fn integrate(instance: &mut Instance, stop: f64, h: f64) -> Result<(), InstanceError> {
     instance.initialise_exchange()?;
+    go_on(instance, stop, h)
+}
+
+/// The same where the importer integrates already.
+pub fn go_on(instance: &mut Instance, stop: f64, h: f64) -> Result<(), InstanceError> {
     let n = instance.state_count();
     while instance.time() < stop - 0.5 * h {
         let (t, mut start) = (instance.time(), vec![0.0; n]);

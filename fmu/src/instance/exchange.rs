@@ -127,7 +127,7 @@ impl Instance {
         self.excesses(events)
     }
 
-    /// After an accepted step of the importer's integrator: have the loops come apart by more than the tolerance?
+    /// After an accepted step of the importer's integrator: is anything due, or must the loops be closed?
     ///
     /// # Errors
     /// The step has gone through a pose in which branches of the motion cross: what comes after it means nothing.
@@ -148,7 +148,13 @@ impl Instance {
             return Err(InstanceError::Crossing(crossing));
         }
         self.load()?;
-        Ok(due || self.stepper.gap(&self.model, &mut self.machine, &self.now.state) > self.now.tolerance)
+        let gap = self.stepper.gap(&self.model, &mut self.machine, &self.now.state);
+        // The gap of a redundant contact is the drift of the loops that hold it, and must not be taken for its opening.
+        let apart = match self.holds_redundant() {
+            true => gap > self.now.tolerance,
+            false => self.now.drift.is_due(gap, self.now.tolerance),
+        };
+        Ok(due || apart)
     }
 
     /// At an event: closes the loops, and lets happen what is due.
@@ -187,6 +193,7 @@ impl Instance {
         self.now.at_start &= !moved;
         self.now.state.copy_from(&self.shown);
         self.now.run.keep(&self.now.state);
+        self.now.drift.close();
         self.watch.resume(&self.model, &self.now.state);
         self.computed = Computed::default();
         Ok(moved)

@@ -8,6 +8,7 @@ mod batch;
 mod crossing;
 mod derivatives;
 mod differences;
+mod drift;
 mod error;
 mod exchange;
 mod inputs;
@@ -747,13 +748,8 @@ impl Instance {
     /// Back to the defaults, as a new instance.
     pub fn reset(&mut self) {
         self.now = Snapshot::new(&self.model);
-        self.computed = Computed::default();
-        self.in_range = false;
-        self.behind = false;
-        self.origin = None;
-        self.stepper.forget();
+        self.begin_life();
         *self.stepper.accuracy() = Accuracy::new(&self.model);
-        self.watch = Watch::default();
     }
 
     /// A copy of all that the future depends on.
@@ -778,9 +774,7 @@ impl Instance {
             self.stepper.permit_implicit(&self.model);
         }
         self.now.copy_from(snapshot);
-        self.in_range = false;
-        self.forget_continuation();
-        self.watch = Watch::default();
+        self.begin_life();
         if self.now.phase == Phase::Exchange && !self.model.is_driven() {
             self.watch.resume(&self.model, &self.now.state);
         }
@@ -789,13 +783,43 @@ impl Instance {
 }
 
 impl Instance {
+    /// The snapshot was replaced by one of another run, of which nothing else is known.
+    fn begin_life(&mut self) {
+        self.forget_continuation();
+        // All fields are named, so that nobody adds one without deciding whether it is of one run. The first are not: the model, what is permitted, and storage that is written before it is read.
+        // The next four are replaced already.
+        let Self {
+            model: _,
+            most_work: _,
+            machine: _,
+            accelerations: _,
+            limits: _,
+            tangent: _,
+            expansion: _,
+            shown: _,
+            outputs: _,
+            now: _,
+            computed: _,
+            behind: _,
+            stepper: _,
+            instants,
+            in_range,
+            watch,
+            origin,
+        } = self;
+        if let Some(instants) = instants {
+            instants.forget_record(0);
+        }
+        (*in_range, *watch, *origin) = (false, Watch::default(), None);
+    }
+
     /// What is known of the motion but for the snapshot is of another continuation.
     fn forget_continuation(&mut self) {
         self.computed = Computed::default();
         self.behind = false;
         self.stepper.forget();
         if let Some(instants) = &mut self.instants {
-            instants.forget();
+            instants.forget(&self.now.happened);
         }
     }
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::InstanceError;
 use super::differences::Followed;
+use super::drift::Drift;
 use super::instants::Happened;
 use crate::integrator::memory::{Memory, room};
 use crate::integrator::stepping::beginning;
@@ -48,6 +49,8 @@ pub struct Snapshot {
     pub(super) engine: Engine,
     pub(super) automatic: bool,
     pub(super) happened: Happened,
+    /// In Model Exchange.
+    pub(super) drift: Drift,
 }
 
 impl Snapshot {
@@ -68,6 +71,7 @@ impl Snapshot {
             engine: model.program().engine,
             automatic: model.program().automatic,
             happened: Happened::new(model),
+            drift: Drift::default(),
             tolerance: experiment.tolerance.clamp(TOLERANCES[0], TOLERANCES[1]),
         }
     }
@@ -86,6 +90,7 @@ impl Snapshot {
         self.engine = other.engine;
         self.automatic = other.automatic;
         self.happened.copy_from(&other.happened);
+        self.drift = other.drift;
     }
 
     /// Moves time on, if a later state is already known as a polynomial.
@@ -108,6 +113,7 @@ impl Snapshot {
             && self.followed.len() == model.followed().len()
             && self.followed.iter().all(Followed::is_sound)
             && self.happened.belongs_to(model)
+            && self.drift.is_sound()
             && self.stop.is_none_or(f64::is_finite)
             && (TOLERANCES[0]..=TOLERANCES[1]).contains(&self.tolerance)
     }

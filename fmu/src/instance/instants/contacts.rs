@@ -9,7 +9,7 @@ mod polynomials;
 use super::super::snapshot::Phase;
 use super::super::{Computed, Instance, InstanceError};
 use super::importer::{ERRORS_APART, LARGEST_ERRORS};
-use super::{Distance, Instants};
+use super::{Continuation, Distance, Instants};
 use crate::failure::Failure;
 use crate::hybrid::contact::{FOUND, TOUCHING, direction, is_closed};
 use crate::hybrid::onset::CHECKS;
@@ -49,10 +49,10 @@ impl Instance {
             && instants.contours().is_empty()
             && instants.contacts().iter().all(|contact| contact.slip.is_none());
         if !only_gaps || run.armed.contains(&false) || self.is_any_solved() {
-            run.end = None;
+            run.known.end = None;
             return false;
         }
-        let mut places = [run.end.filter(|end| end.time == step[0]), None, None];
+        let mut places = [run.known.end.filter(|end| end.time == step[0]), None, None];
         for (place, share) in places.iter_mut().zip([0.0, CHECKS[1], 1.0]) {
             if place.is_none() {
                 self.evaluate_sides(run, (step, step), share);
@@ -61,7 +61,7 @@ impl Instance {
                 *place = Some(Distance { time: run.within.time(), gap, rate });
             }
         }
-        run.end = places[2];
+        run.known.end = places[2];
         let mut known = places.iter().flatten();
         let fastest = known.clone().fold(0.0, |most, place| maximum(most, place.rate));
         known.all(|place| place.gap > FAR_GAP * fastest * (step[1] - step[0]))
@@ -504,7 +504,7 @@ impl Instance {
     fn count_changes(&self, instants: &mut Instants, data: &Contacts) -> Result<(), Failure> {
         let state = &self.now.state;
         let first = self.model.program().instants.events.len();
-        let Instants { contacts, changes, due, .. } = instants;
+        let Instants { contacts, known: Continuation { changes, .. }, due, .. } = instants;
         // What is found at an instant counts, too, where nothing follows from it.
         let changed = |index: usize| contacts.has_changed(data, state, index) || due[first + index];
         if !(0..data.all.len()).any(changed) {

@@ -154,7 +154,7 @@ impl Instance {
             if instants.evaluated.is_multiple_of(CHECKED_EVERY)
                 && let Err(failure) = self.check_search(instants, [between(search.piece, from), search.piece[1]])
             {
-                instants.overlooked = Some(failure);
+                instants.known.overlooked = Some(failure);
                 return None;
             }
             // What does not move, or is not a number, is looked at where the piece ends.
@@ -273,7 +273,7 @@ impl Instance {
     fn fail_at_profile(&self, instants: &mut Instants, contour: &Contour, search: &Search, share: f64) {
         let why = if contour.closed { INSIDE } else { FROM_BEHIND };
         let time = between(search.piece, share);
-        instants.overlooked = Some(Failure::Contact { time, names: vec![contour.name.clone()], why });
+        instants.known.overlooked = Some(Failure::Contact { time, names: vec![contour.name.clone()], why });
     }
 
     /// At an instant: what touches a profile anew gets a slot, what has left a feature goes on with the next one, and an open slot that is beyond its feature has none.

@@ -29,9 +29,9 @@ impl Instance {
             }
             let found = self.search();
             if let Some(instants) = &mut self.instants
-                && let Some(overlooked) = instants.overlooked.take()
+                && let Some(overlooked) = instants.known.overlooked.take()
             {
-                (instants.searched, instants.end) = (None, None);
+                (instants.known.searched, instants.known.end) = (None, None);
                 return Err(overlooked.into());
             }
             if let Some((at, event)) = found {
@@ -52,7 +52,7 @@ impl Instance {
         let last = &self.now.run.last;
         let step = [last.start_time, last.end_time];
         if let Some(instants) = &self.instants
-            && instants.searched.is_some_and(|searched| searched.step == step)
+            && instants.known.searched.is_some_and(|searched| searched.step == step)
         {
             self.now.happened.armed.clone_from(&instants.armed);
         }
@@ -66,7 +66,7 @@ impl Instance {
         if is_covered && !instants.due.is_empty() && self.search_step(&mut instants, step).first.is_none() {
             self.now.happened.armed.clone_from(&instants.armed);
         }
-        (instants.searched, instants.end) = (None, None);
+        (instants.known.searched, instants.known.end) = (None, None);
         self.instants = Some(instants);
     }
 
@@ -74,9 +74,9 @@ impl Instance {
     fn search(&mut self) -> Option<(f64, usize)> {
         let step = [self.now.run.last.start_time, self.now.run.last.end_time];
         let mut instants = self.instants.take()?;
-        let known = instants.searched.filter(|searched| searched.step == step);
+        let known = instants.known.searched.filter(|searched| searched.step == step);
         let found = known.unwrap_or_else(|| self.search_step(&mut instants, step));
-        instants.searched = Some(found);
+        instants.known.searched = Some(found);
         self.instants = Some(instants);
         found.first
     }
@@ -102,14 +102,14 @@ impl Instance {
             if depth < DEEPEST && !is_resolved {
                 depth += 1;
                 if let Err(failure) = self.check_search(instants, [piece[0], step[1]]) {
-                    instants.overlooked = Some(failure);
+                    instants.known.overlooked = Some(failure);
                     return Searched { step, first: None };
                 }
                 continue;
             }
             first = self.first_in(instants, step, piece);
             first = self.first_at_profiles(instants, piece, first);
-            if instants.overlooked.is_some() {
+            if instants.known.overlooked.is_some() {
                 return Searched { step, first: None };
             }
             from = to;
@@ -117,13 +117,13 @@ impl Instance {
                 depth -= 1;
             }
         }
-        instants.seen =
+        instants.known.seen =
             first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
         if first.is_none() && !instants.indicators.is_empty() {
             self.evaluate_sides(instants, (step, step), 1.0);
             first = self.find_contradicted(instants).map(|event| (self.turn(instants, step, event), event));
             if first.is_none() {
-                instants.overlooked = instants.overlooked.take().or_else(|| self.find_violated(instants));
+                instants.known.overlooked = instants.known.overlooked.take().or_else(|| self.find_violated(instants));
             }
         }
         self.computed = Computed::default();
@@ -209,11 +209,11 @@ impl Instance {
                 instants.armed[event] || self.has_left(instants, event) && values[0] < -self.resting(event, step);
             // Where both modes of a contact fit at an instant, what follows says which it is.
             if !armed && piece[0] == step[0] && instants.is_contact(event) && onset::begins_at_once(&values) {
-                let turned = instants.turned.replace((step[0], event));
+                let turned = instants.known.turned.replace((step[0], event));
                 if turned.is_none_or(|(time, last)| last != event || is_later(step[0], time)) {
                     return Some((step[0], event));
                 }
-                instants.overlooked = Some(self.never_fits(event, step[0]));
+                instants.known.overlooked = Some(self.never_fits(event, step[0]));
             }
             let range = Reach::new(piece, first.map_or(piece[1], |(at, _)| at));
             let onset = onset::first(&values, armed, strict, range, &mut |share: f64| {
@@ -486,7 +486,7 @@ impl Instance {
 
     /// True if something has happened in the last step.
     pub(in crate::instance) fn take_happened(&mut self) -> bool {
-        self.instants.as_mut().is_some_and(|instants| std::mem::take(&mut instants.happened))
+        self.instants.as_mut().is_some_and(|instants| std::mem::take(&mut instants.known.happened))
     }
 
     /// Every event of the scene and every contact, and how often it has happened.
@@ -499,7 +499,7 @@ impl Instance {
     pub(crate) fn report_events(&mut self, mut report: impl FnMut(&str, f64)) {
         let Some(run) = &mut self.instants else { return };
         let names = occasions(self.model.program());
-        for ((name, count), reported) in names.zip(&self.now.happened.counts).zip(&mut run.reported) {
+        for ((name, count), reported) in names.zip(&self.now.happened.counts).zip(&mut run.known.reported) {
             if let Some(name) = name.filter(|_| count > reported) {
                 report(name, self.now.state.time());
             }

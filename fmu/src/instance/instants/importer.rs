@@ -19,7 +19,7 @@ use crate::math::{maximum, minimum};
 /// Two ends of an interval are those of a search if it is a smaller share than this of the importer's step.
 const ENCLOSED: f64 = 1e-5;
 /// An importer's errors are taken for so many times as large where they have been seen to be larger.
-const LARGER: f64 = 10.0;
+pub(crate) const LARGER: f64 = 10.0;
 /// The largest that they are taken for, as a share of the scale.
 pub(super) const LARGEST_ERRORS: f64 = 2e-3;
 /// What has been left is apart where it is further away than so many errors.
@@ -93,6 +93,11 @@ impl Instance {
     /// The errors of an importer, as a share of the scales: the tolerance, until they are seen to be larger.
     pub(super) fn importer_errors(&self) -> f64 {
         maximum(self.now.happened.importer.errors, self.now.tolerance)
+    }
+
+    /// True if others keep the gap of an open contact at zero.
+    pub(in crate::instance) fn holds_redundant(&self) -> bool {
+        self.now.happened.redundant.contains(&true)
     }
 
     /// What an importer is shown of an excess.

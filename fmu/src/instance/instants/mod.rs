@@ -11,6 +11,7 @@ mod record;
 
 use serde::{Deserialize, Serialize};
 
+pub(super) use importer::LARGER;
 pub use record::Happening;
 
 use super::snapshot::Phase;
@@ -88,6 +89,7 @@ pub(super) struct Instants {
     pub target: f64,
     /// When the computer must be done with the step under way.
     pub deadline: Option<Deadline>,
+    known: Continuation,
     /// Results of the tapes.
     begin: Vec<f64>,
     written: Vec<f64>,
@@ -103,32 +105,60 @@ pub(super) struct Instants {
     indicators: Vec<f64>,
     contacts: ContactValues,
     contours: ContourValues,
-    /// Why the last step cannot be searched, or what must have been missed in it.
-    overlooked: Option<Failure>,
     /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
     evaluated: u64,
     evaluation: u64,
     /// All work before the communication step under way.
     done_before: u64,
-    /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
-    turned: Option<(f64, usize)>,
-    changes: Changes,
     /// The excess of each event, then of each contact, in the parts of the last step.
     excesses: Vec<[f64; PARTS + 1]>,
-    searched: Option<Searched>,
-    /// Where the last step ends, if nothing could touch in it.
-    end: Option<Distance>,
     /// Events that are due, and what `armed` becomes at the end of the last step.
     due: Vec<bool>,
     armed: Vec<bool>,
-    /// Counts that have been reported.
-    reported: Vec<u32>,
+    /// What has happened since it was last asked for, if anybody asks.
+    record: Option<Vec<Happening>>,
+}
+
+/// What is known of the present motion beside its snapshot. It is of no other motion.
+#[derive(Clone, Debug)]
+struct Continuation {
+    /// Why the last step cannot be searched, or what must have been missed in it.
+    overlooked: Option<Failure>,
+    /// When a contact last changed because of what followed, and which: an instant at which both modes fit.
+    turned: Option<(f64, usize)>,
+    changes: Changes,
+    searched: Option<Searched>,
+    /// Where the last step ends, if nothing could touch in it.
+    end: Option<Distance>,
     /// How long after the beginning of the last step an event was found \[s\], and how large its excess has been since then.
     seen: Option<[f64; 2]>,
     /// True if something has happened since this was last asked.
     happened: bool,
-    /// What has happened since it was last asked for, if anybody asks.
-    record: Option<Vec<Happening>>,
+    /// Counts that have been reported.
+    reported: Vec<u32>,
+}
+
+impl Continuation {
+    fn new(occasions: usize, contacts: usize) -> Self {
+        Self {
+            overlooked: None,
+            turned: None,
+            changes: Changes { since: 0.0, count: 0, who: vec![false; contacts] },
+            searched: None,
+            end: None,
+            seen: None,
+            happened: false,
+            reported: vec![0; occasions],
+        }
+    }
+
+    /// Another motion begins, in which so much has happened and been reported. Nothing is allocated.
+    fn forget(&mut self, now: &Happened) {
+        let Self { overlooked, turned, changes, searched, end, seen, happened, reported } = self;
+        (*overlooked, *turned, *searched, *end, *seen, *happened) = (None, None, None, None, None, false);
+        changes.count = 0;
+        reported.clone_from(&now.counts);
+    }
 }
 
 /// How often modes have changed since a time that is the present instant, and whose.
@@ -183,6 +213,7 @@ impl Instants {
             limit: f64::INFINITY,
             target: f64::NEG_INFINITY,
             deadline: None,
+            known: Continuation::new(occasions, instants.contacts().len()),
             begin: vec![0.0; instants.begin.results.len()],
             written: vec![0.0; instants.written.results.len()],
             sides: vec![0.0; instants.sides.results.len()],
@@ -191,22 +222,14 @@ impl Instants {
             before: now.clone(),
             within: model.default_state(0.0),
             excesses: vec![[0.0; PARTS + 1]; occasions],
-            searched: None,
-            end: None,
             due: vec![false; occasions],
             armed: vec![true; occasions],
-            reported: vec![0; occasions],
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: ContactValues::new(model),
             contours: ContourValues::new(instants.contours().len()),
-            overlooked: None,
             evaluated: 0,
             evaluation: lengths.sum(),
             done_before: 0,
-            seen: None,
-            turned: None,
-            changes: Changes { since: 0.0, count: 0, who: vec![false; instants.contacts().len()] },
-            happened: false,
             record: None,
         }))
     }
@@ -230,9 +253,16 @@ impl Instants {
         2 * event >= self.sides.len()
     }
 
-    /// To be called when the continuation was replaced by another one.
-    pub fn forget(&mut self) {
-        (self.searched, self.end) = (None, None);
+    /// To be called when the continuation was replaced by another one, in which so much has happened.
+    pub fn forget(&mut self, happened: &Happened) {
+        self.known.forget(happened);
+        // Where a joint could not engage, it has not had its impact.
+        self.contacts.joining.end();
+    }
+
+    /// What has been recorded and not been taken is of a motion that is not continued.
+    pub fn forget_record(&mut self, kept: usize) {
+        self.record.iter_mut().for_each(|record| record.truncate(kept));
     }
 }
 
@@ -268,6 +298,9 @@ impl Instance {
         }
         let start = self.time();
         self.now.happened = Happened::new(&self.model);
+        if let Some(instants) = &mut self.instants {
+            instants.forget(&self.now.happened);
+        }
         self.begin_contacts()?;
         self.now.happened.ticked = start - 2.0 * shortest(start);
         if self.next_tick(self.now.happened.ticked)? <= start + shortest(start) {
@@ -281,9 +314,10 @@ impl Instance {
     pub(super) fn pass_instants(&mut self, time: f64, to_first: bool) -> Result<(), InstanceError> {
         let Some(mut instants) = self.instants.take() else { return self.advance(time) };
         self.save_into(&mut instants.before);
-        instants.happened = false;
+        instants.known.happened = false;
         instants.deadline = Deadline::after(self.model.program().experiment.budget);
         instants.target = time;
+        let recorded = instants.record.as_ref().map_or(0, Vec::len);
         instants.done_before = self.stepper.statistics().work + instants.work(self.model.program());
         self.instants = Some(instants);
         let changed = self.now.run.is_changed();
@@ -293,8 +327,9 @@ impl Instance {
         }
         match done {
             Err(failure) if !failure.is_unfinished() && !failure.is_end() => {
-                if let Some(instants) = self.instants.take() {
+                if let Some(mut instants) = self.instants.take() {
                     self.now.copy_from(&instants.before);
+                    instants.forget_record(recorded);
                     self.instants = Some(instants);
                 }
                 self.forget_continuation();
@@ -462,7 +497,8 @@ impl Instance {
     fn go_on_anew(&mut self) {
         self.computed = Computed::default();
         if let Some(instants) = &mut self.instants {
-            (instants.searched, instants.end, instants.happened) = (None, None, true);
+            let known = &mut instants.known;
+            (known.searched, known.end, known.happened) = (None, None, true);
         }
         if self.now.phase == Phase::Running {
             let settings = self.settings();

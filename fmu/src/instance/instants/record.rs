@@ -127,7 +127,7 @@ impl Instance {
         let due = (0..instants.due.len()).filter(|&event| is_event && instants.due[event]).collect();
         let hit: Vec<usize> = (0..instants.contacts.hit.len()).filter(|&index| instants.contacts.hit[index]).collect();
         let pressing = if hit.is_empty() { Vec::new() } else { instants.contacts.pressing.clone() };
-        let seen = found.and(instants.seen);
+        let seen = found.and(instants.known.seen);
         let record = Happening { ticks, due, seen, hit, pressing, before, after };
         instants.record.iter_mut().for_each(|all| all.push(record.clone()));
     }

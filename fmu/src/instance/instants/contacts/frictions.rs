@@ -46,7 +46,7 @@ impl Instance {
             // A limit may jump there.
             self.evaluate_sides(instants, (step, step), 1.0);
             instants.indicators.iter().all(|indicator| *indicator <= 0.0).then_some(())?;
-            instants.overlooked = self.find_violated(instants);
+            instants.known.overlooked = self.find_violated(instants);
         }
         Some(self.searched_by_polynomials(instants, step, first))
     }

@@ -64,8 +64,8 @@ impl Instance {
         step: [f64; 2],
         first: Option<(f64, usize)>,
     ) -> Searched {
-        instants.end = None;
-        instants.seen =
+        instants.known.end = None;
+        instants.known.seen =
             first.filter(|_| instants.record.is_some()).map(|found| self.seen_before(instants, step, found));
         self.computed = Computed::default();
         Searched { step, first }
