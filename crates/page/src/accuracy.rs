@@ -143,23 +143,24 @@ fn within_budget(
     let tape = model.program().tapes.acceleration.instructions().len().max(1) as u64;
     let cost = Jet::new(model).map_or(tape, |jet| jet.cost() as u64);
     let whole = experiment.stop - experiment.start;
-    let shortest = whole * 0.5f64.powi(HALVINGS);
+    let shortest = 0.5f64.powi(HALVINGS);
     let mut instance = BenchSubject { model, variables: &[], experiment }.start(None, tolerance)?;
+    // In shares of the whole: work per second exceeds all numbers where the whole is 1e-280 s.
     let (mut length, mut used) = (shortest, 0);
     while *reached < experiment.stop {
         // Next to a start that is not zero the shortest parts are nothing.
-        let time = (*reached + length).max(reached.next_up()).min(experiment.stop);
+        let time = (*reached + length * whole).max(reached.next_up()).min(experiment.stop);
         if time > instance.time() {
             instance.step_to(time)?;
         }
         *reached = time;
         let before = std::mem::replace(&mut used, instance.statistics().evaluations * cost);
-        let (elapsed, last) = (time - experiment.start, (used - before).max(1) as f64 / length);
+        let (elapsed, last) = ((time - experiment.start) / whole, (used - before).max(1) as f64 / length);
         if used > BUDGET / 2 {
             return Ok(last > GROWN * used as f64 / elapsed);
         }
         let allowed = (BUDGET - used) as f64 / 4.0 / last;
-        length = allowed.min(elapsed).min(whole / PARTS).max(shortest);
+        length = allowed.min(elapsed).min(1.0 / PARTS).max(shortest);
     }
     Ok(false)
 }
