@@ -5,12 +5,19 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use cotree::scene::Scene;
 
 /// A browser that says nothing for so long has gone.
 pub const HEARTBEAT: Duration = Duration::from_secs(5);
+/// A request is whole after so long, however slowly it comes: on this machine the largest takes a second.
+const DEADLINE: Duration = Duration::from_secs(10);
+/// So many requests are answered at once: browsers open six connections to a server, and pages wait for changes on one each.
+const MOST_AT_ONCE: usize = 128;
+/// How long no connection is taken where that has failed, as it does at once while descriptors have run out.
+const PAUSE: Duration = Duration::from_millis(100);
 /// Longest request with its headers \[bytes\]: browsers send a few hundred, and cookies of other pages of this machine.
 pub const LARGEST_HEAD: u64 = 1 << 16;
 /// Largest content of a request [bytes]: two scenes, each with its escapes.
@@ -47,30 +54,80 @@ pub fn serve(
     askers: Askers,
     answer: impl Fn(&Request, TcpStream) -> io::Result<()> + Send + Sync + 'static,
 ) -> io::Result<String> {
+    serve_within(port, askers, (DEADLINE, MOST_AT_ONCE), answer)
+}
+
+fn serve_within(
+    port: u16,
+    askers: Askers,
+    (deadline, most): (Duration, usize),
+    answer: impl Fn(&Request, TcpStream) -> io::Result<()> + Send + Sync + 'static,
+) -> io::Result<String> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
     let address = listener.local_addr()?;
     let (token, answer) = (Arc::<str>::from(token()), Arc::new(answer));
     let page = format!("http://{address}/{token}/");
-    std::thread::spawn(move || {
-        for stream in listener.incoming().flatten() {
-            let (token, answer) = (Arc::clone(&token), Arc::clone(&answer));
-            // A browser that goes away is no fault.
-            std::thread::spawn(move || admit(stream, address, (&token, askers), &*answer));
+    // Each thread holds a copy for as long as it lives.
+    let present = Arc::new(());
+    let admit_each = move |stream: TcpStream| {
+        if Arc::strong_count(&present) > most {
+            // Whoever has gone meanwhile is not told.
+            let _ = respond(stream, "503 Service Unavailable", b"");
+            return;
         }
-    });
+        let (token, answer, present) = (Arc::clone(&token), Arc::clone(&answer), Arc::clone(&present));
+        let thread = thread::Builder::new().spawn(move || {
+            // A browser that goes away is no fault.
+            let _ = admit(stream, address, (&token, askers), deadline, &*answer);
+            drop(present);
+        });
+        // Without a thread the connection is closed.
+        drop(thread);
+    };
+    thread::spawn(move || take(listener.incoming(), admit_each, || thread::sleep(PAUSE)));
     Ok(page)
+}
+
+/// Takes connections; pauses after each that fails.
+fn take<S>(connections: impl Iterator<Item = io::Result<S>>, admit: impl Fn(S), mut pause: impl FnMut()) {
+    for connection in connections {
+        match connection {
+            Ok(stream) => admit(stream),
+            Err(_) => pause(),
+        }
+    }
+}
+
+/// What comes from a browser up to a time, with no pause that is longer than a heartbeat.
+struct Timely<'s> {
+    stream: &'s TcpStream,
+    until: Instant,
+}
+
+impl Read for Timely<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        self.stream.set_read_timeout(Some(left.min(HEARTBEAT)))?;
+        let mut stream = self.stream;
+        stream.read(buffer)
+    }
 }
 
 /// Reads a request and has it answered, if it comes from where it may.
 fn admit(
-    mut stream: TcpStream,
+    stream: TcpStream,
     address: SocketAddr,
     (token, askers): (&str, Askers),
+    deadline: Duration,
     answer: &impl Fn(&Request, TcpStream) -> io::Result<()>,
 ) -> io::Result<()> {
-    stream.set_read_timeout(Some(HEARTBEAT))?;
+    // A browser that reads nothing has gone, too.
+    stream.set_write_timeout(Some(HEARTBEAT))?;
     stream.set_nodelay(true)?;
-    let mut reader = BufReader::new(&mut stream);
+    let mut reader = BufReader::new(Timely { stream: &stream, until: Instant::now() + deadline });
     let Some(head) = head(&mut reader)? else { return respond(stream, "431 Request Header Fields Too Large", b"") };
     let mut lines = head.split("\r\n");
     let (method, path) = lines
@@ -236,6 +293,53 @@ mod tests {
             });
             assert!(answer.starts_with("HTTP/1.1 400 "), "{length}: {answer}");
         }
+    }
+
+    /// Whoever sends a byte now and then held a thread and a descriptor for days.
+    #[test]
+    fn a_request_that_drips_is_cut() {
+        let limits = (Duration::from_millis(200), MOST_AT_ONCE);
+        let address = serve_within(0, Askers::Own, limits, |_, stream| respond(stream, "200 OK", b"here")).unwrap();
+        let host = address.trim_start_matches("http://").split('/').next().unwrap();
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.write_all(b"GET / HTTP/1.1\r\nCookie: ").unwrap();
+        const MOST: usize = 10_000;
+        let sent = (0..MOST).take_while(|_| {
+            thread::sleep(Duration::from_millis(5));
+            stream.write_all(b"x").is_ok()
+        });
+        assert!(sent.count() < MOST, "never cut");
+    }
+
+    #[test]
+    fn more_connections_than_are_answered_at_once_are_closed() {
+        let answer = |_: &Request, stream: TcpStream| respond(stream, "200 OK", b"here");
+        let address = serve_within(0, Askers::Own, (DEADLINE, 2), answer).unwrap();
+        let (host, token) = address.trim_start_matches("http://").trim_end_matches('/').split_once('/').unwrap();
+        let get = || {
+            let (mut stream, mut answer) = (TcpStream::connect(host).unwrap(), Vec::new());
+            let _ = stream.write_all(format!("GET /{token}/ HTTP/1.1\r\nHost: {host}\r\n\r\n").as_bytes());
+            let _ = stream.read_to_end(&mut answer);
+            String::from_utf8_lossy(&answer).ends_with("here")
+        };
+        let silent = [(); 2].map(|()| TcpStream::connect(host).unwrap());
+        assert!(!get());
+        drop(silent);
+        let again = (0..1000).any(|_| {
+            thread::sleep(Duration::from_millis(5));
+            get()
+        });
+        assert!(again, "who has gone makes room");
+    }
+
+    /// While descriptors have run out each connection fails at once: that took a whole core.
+    #[test]
+    fn a_pause_follows_each_connection_that_fails() {
+        let connections = [Err(()), Ok(1), Err(()), Err(()), Ok(2)];
+        let connections = connections.map(|found| found.map_err(|()| io::Error::other("too many open files")));
+        let (admitted, mut pauses) = (std::cell::RefCell::new(Vec::new()), 0);
+        take(connections.into_iter(), |stream| admitted.borrow_mut().push(stream), || pauses += 1);
+        assert_eq!((admitted.into_inner(), pauses), (vec![1, 2], 3));
     }
 
     #[test]
