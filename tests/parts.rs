@@ -401,6 +401,21 @@ fn faults_show_the_file_that_they_are_in() {
     }
 }
 
+/// A scene may name any file of the machine that reads it: nothing of what is no scene is shown.
+#[test]
+fn a_file_that_is_not_a_scene_is_not_quoted() {
+    for secret in ["root:secret:0:0\nuser,secret\n", "KEY = \"secret\"\n", "secret", "{\"secret\": 1}"] {
+        let folder =
+            Folder::new("not_quoted", &[("a.toml", "name = \"a\"\n[parts.x]\nfile = \"b.txt\"\n"), ("b.txt", secret)]);
+        let text = folder.faults("a.toml").render(false, 1000);
+        assert!(text.contains("b.txt` is not a scene") && !text.contains("secret"), "{text}");
+    }
+    let part = "[bodies.b]\nmass = = 1\n";
+    let folder = Folder::new("quoted", &[("a.toml", "name = \"a\"\n[parts.x]\nfile = \"b.txt\"\n"), ("b.txt", part)]);
+    let text = folder.faults("a.toml").render(false, 1000);
+    assert!(text.contains("mass = = 1"), "{text}");
+}
+
 #[test]
 fn the_fmu_keeps_every_file() {
     let host = "name = \"host\"\n[parts.a]\nfile = \"sub/part.toml\"\n[initial]\n\"a.arm.angle\" = 0.1\n";

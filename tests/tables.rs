@@ -168,3 +168,14 @@ fn faults_of_a_table_have_their_line() {
     let faults = unit.scene("table(rail.s)").and_then(|scene| scene.resolve()).unwrap_err().to_string();
     assert!(faults.contains("must be a file"), "{faults}");
 }
+
+/// A scene may name any file of the machine that reads it: nothing of what is no table is shown.
+#[test]
+fn a_file_that_is_not_a_table_is_not_quoted() {
+    for (name, secret) in [("users", "root:secret:0:0\nuser,secret\n"), ("words", "secret, other\n"), ("one", "secret")]
+    {
+        let faults = File::new(name, secret).scene(r#"table("FILE", t)"#).and_then(|scene| compile(&scene));
+        let text = faults.err().expect("no table").render(false, 1000);
+        assert!(text.contains("is not a table: it has no line of numbers") && !text.contains("secret"), "{text}");
+    }
+}

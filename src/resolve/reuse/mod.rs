@@ -140,6 +140,13 @@ impl SceneLibrary<'_> {
             let start = self.source.append(&name, read.as_deref().unwrap_or_default());
             Some((read.map_err(|fault| self.faults.push(fault)).ok()?, start))
         })?;
+        if !is_like_a_scene(&text) {
+            // It may be any file of this machine: nothing of it is shown to whoever has sent the scene.
+            let message = format!("`{name}` is not a scene: it has no bodies, joints, loads or other parts of one");
+            let fault = Fault::new("scene::not_a_scene", message, used.file.span).label("this file");
+            self.faults.push(fault.help("give the path of a scene file"));
+            return None;
+        }
         let mut part = Scene::decode(&text, is_json(path), start, true, self.faults)?;
         find_files(&mut part, path);
         self.put_in(&mut part, path).then_some(part)
@@ -225,6 +232,16 @@ impl SceneLibrary<'_> {
             }
         }
     }
+}
+
+/// True for a text with a section of scenes.
+fn is_like_a_scene(text: &str) -> bool {
+    const SECTIONS: [&str; 10] =
+        ["format", "bodies", "joints", "drivers", "loads", "parts", "ground", "parameters", "states", "signals"];
+    let begins = |line: &str, section: &str| line.trim_start().trim_start_matches('[').starts_with(section);
+    let has =
+        |section: &str| text.lines().any(|line| begins(line, section)) || text.contains(&format!("\"{section}\""));
+    SECTIONS.into_iter().any(has)
 }
 
 /// How a part calls its origin: if that is another point than the ground's, and something may use it, it becomes one of its points.

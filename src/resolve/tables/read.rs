@@ -5,6 +5,9 @@ use crate::diagnostic::span::Span;
 use crate::model::Exponents;
 use crate::sheet::{Sheet, SheetError};
 
+/// How tables are written.
+const FORM: &str = "a table has two columns of numbers, the first increasing: `0.5, 12.3`; names and units may stand above them: `angle [deg], lift [mm]`";
+
 /// Two columns in SI.
 #[derive(Clone, Debug)]
 pub(in crate::resolve) struct Table {
@@ -19,11 +22,20 @@ pub(in crate::resolve) struct Table {
 impl Table {
     /// The table in a text; `start` is where that begins in the source.
     pub fn read(file: &str, text: &str, start: Option<usize>) -> Result<Table, Fault> {
+        if !text.lines().any(is_of_numbers) && !text.trim().is_empty() {
+            // It may be any file of this machine: nothing of it is shown to whoever has sent the scene.
+            let message = format!("`{file}` is not a table: it has no line of numbers");
+            return Err(Fault::new("scene::bad_table", message, Span::default()).help(FORM));
+        }
         let lines = LinePlaces::of(text, start);
         let faulty = |SheetError { line, column, message }| {
-            Fault::new("scene::bad_table", format!("line {line} of `{file}`, column {column}: {message}"), lines.of_line(line))
-                .label("this line")
-                .help("a table has two columns of numbers, the first increasing: `0.5, 12.3`; names and units may stand above them: `angle [deg], lift [mm]`")
+            Fault::new(
+                "scene::bad_table",
+                format!("line {line} of `{file}`, column {column}: {message}"),
+                lines.of_line(line),
+            )
+            .label("this line")
+            .help(FORM)
         };
         let sheet = Sheet::read(text).map_err(faulty)?;
         if sheet.rows() == 0 {
@@ -38,6 +50,12 @@ impl Table {
     pub fn place(&self, row: usize) -> Option<Span> {
         self.places.get(row).copied()
     }
+}
+
+/// True for a line of numbers, in any of the ways in which tables are written.
+fn is_of_numbers(line: &str) -> bool {
+    let is_of_number = |sign: char| sign.is_ascii_digit() || "+-.,;eE\t \"'".contains(sign);
+    line.contains(|sign: char| sign.is_ascii_digit()) && line.chars().all(is_of_number)
 }
 
 /// Numbers in SI, and their unit if it is said.
