@@ -313,6 +313,48 @@ fn what_is_set_between_steps_acts_from_the_next_step_on() {
     }
 }
 
+/// An importer that gives no array, or one that is too short, gets an error; the process goes on.
+#[test]
+fn arrays_that_are_not_there_are_errors() {
+    for version in ["2", "3"] {
+        let folder = tempfile::tempdir().unwrap();
+        let fmu = folder.path().join("model.fmu");
+        let [place, archive] = [scene("pendulum"), fmu.clone()].map(|path| path.to_str().unwrap().to_owned());
+        let output = cotree(&["export", &place, "--sources", "--step", "1 ms", "--fmi", version, "-o", &archive]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        zip::ZipArchive::new(std::fs::File::open(&fmu).unwrap()).unwrap().extract(folder.path()).unwrap();
+        let sources = folder.path().join("sources");
+        let file = sources.join(format!("fmi{version}.c"));
+        let text = std::fs::read_to_string(&file).unwrap();
+        let token = text
+            .split("_is_text(")
+            .filter_map(|call| call.split_once(", \""))
+            .find(|(name, _)| ["guid", "token"].contains(name));
+        let token = token.unwrap().1.split_once('"').unwrap().0;
+        let definitions =
+            [format!("-DFMI={version}"), format!("-DFMI_FILE=\"{}\"", file.display()), format!("-DTOKEN=\"{token}\"")];
+        let program = folder.path().join("run");
+        let output = Command::new("gcc")
+            .args(["-std=c99", "-O1", "-I"])
+            .arg(&sources)
+            .args(definitions)
+            .arg("-o")
+            .arg(&program)
+            .arg(Path::new(ROOT).join("tests/c_sources/arrays.c"))
+            .arg("-lm")
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let output = Command::new(program).output().unwrap();
+        assert!(
+            output.status.success(),
+            "FMI {version}: {:?} {}",
+            output.status,
+            String::from_utf8_lossy(&output.stdout)
+        );
+    }
+}
+
 #[test]
 fn sources_keep_to_their_rules_and_compile_without_warnings() {
     let of = ["four_bar", "motor_four_bar", "vibration", "metronome"];

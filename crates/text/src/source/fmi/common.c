@@ -70,6 +70,12 @@ static void @_explain(const @_instance *c, char *text)
     @_append(text, @_message(&c->model));
 }
 
+/* True for arrays of references and values that are there, as many of both. */
+static int @_are_arrays(const void *references, unsigned long count, const void *values, unsigned long given)
+{
+    return given == count && (count == 0 || (references && values));
+}
+
 /* Before the end of the initialization the state follows the parameters and inputs. */
 static int @_settle(@_instance *c)
 {

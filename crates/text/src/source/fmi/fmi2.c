@@ -101,6 +101,9 @@ fmi2Status fmi2Reset(fmi2Component component)
 fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Real value[])
 {
     size_t i;
+    if (!@_are_arrays(vr, count, value, count)) {
+        return @_refused((@_instance *)component, "the references and the values must be arrays of the same length");
+    }
     for (i = 0; i < count; i++) {
         if (!component || !@_get((@_instance *)component, vr[i], &value[i])) {
             return @_refused((@_instance *)component, "a variable has no value");
@@ -113,6 +116,9 @@ fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference vr[]
 {
     size_t i;
     double x;
+    if (!@_are_arrays(vr, count, value, count)) {
+        return @_refused((@_instance *)component, "the references and the values must be arrays of the same length");
+    }
     for (i = 0; i < count; i++) {
         if (!component || !@_get((@_instance *)component, vr[i], &x)) {
             return @_refused((@_instance *)component, "a variable has no value");
@@ -126,6 +132,9 @@ fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference vr[]
 {
     size_t i;
     double x;
+    if (!@_are_arrays(vr, count, value, count)) {
+        return @_refused((@_instance *)component, "the references and the values must be arrays of the same length");
+    }
     for (i = 0; i < count; i++) {
         if (!component || !@_get((@_instance *)component, vr[i], &x)) {
             return @_refused((@_instance *)component, "a variable has no value");
@@ -138,6 +147,9 @@ fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference vr[]
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Real value[])
 {
     size_t i;
+    if (!@_are_arrays(vr, count, value, count)) {
+        return @_refused((@_instance *)component, "the references and the values must be arrays of the same length");
+    }
     for (i = 0; i < count; i++) {
         if (!component || !@_set((@_instance *)component, vr[i], value[i])) {
             return @_refused((@_instance *)component, "a variable cannot be set now, or not to this value");
@@ -149,6 +161,9 @@ fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], s
 fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Integer value[])
 {
     size_t i;
+    if (!@_are_arrays(vr, count, value, count)) {
+        return @_refused((@_instance *)component, "the references and the values must be arrays of the same length");
+    }
     for (i = 0; i < count; i++) {
         if (!component || !@_set((@_instance *)component, vr[i], (double)value[i])) {
             return @_refused((@_instance *)component, "a variable cannot be set now, or not to this value");
@@ -160,6 +175,9 @@ fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference vr[]
 fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Boolean value[])
 {
     size_t i;
+    if (!@_are_arrays(vr, count, value, count)) {
+        return @_refused((@_instance *)component, "the references and the values must be arrays of the same length");
+    }
     for (i = 0; i < count; i++) {
         if (!component || !@_set((@_instance *)component, vr[i], value[i] ? 1.0 : 0.0)) {
             return @_refused((@_instance *)component, "a variable cannot be set now, or not to this value");
@@ -195,7 +213,7 @@ fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
 {
-    if (!component || kind != fmi2LastSuccessfulTime) {
+    if (!component || kind != fmi2LastSuccessfulTime || !value) {
         return fmi2Discard;
     }
     *value = ((@_instance *)component)->done;
@@ -204,7 +222,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind,
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    if (!component || kind != fmi2Terminated) {
+    if (!component || kind != fmi2Terminated || !value) {
         return fmi2Discard;
     }
     *value = ((@_instance *)component)->model.ended ? fmi2True : fmi2False;

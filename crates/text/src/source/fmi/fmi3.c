@@ -102,7 +102,10 @@ fmi3Status fmi3Reset(fmi3Instance instance)
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], size_t count, fmi3Float64 value[], size_t values)
 {
     size_t i;
-    for (i = 0; i < count && i < values; i++) {
+    if (!@_are_arrays(vr, count, value, values)) {
+        return @_refused((@_instance *)instance, "the references and the values must be arrays of the same length");
+    }
+    for (i = 0; i < count; i++) {
         if (!instance || !@_get_reference((@_instance *)instance, vr[i], &value[i])) {
             return @_refused((@_instance *)instance, "a variable has no value");
         }
@@ -114,7 +117,10 @@ fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference vr[], si
 {
     size_t i;
     double x;
-    for (i = 0; i < count && i < values; i++) {
+    if (!@_are_arrays(vr, count, value, values)) {
+        return @_refused((@_instance *)instance, "the references and the values must be arrays of the same length");
+    }
+    for (i = 0; i < count; i++) {
         if (!instance || !@_get_reference((@_instance *)instance, vr[i], &x)) {
             return @_refused((@_instance *)instance, "a variable has no value");
         }
@@ -127,7 +133,10 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference vr[], 
 {
     size_t i;
     double x;
-    for (i = 0; i < count && i < values; i++) {
+    if (!@_are_arrays(vr, count, value, values)) {
+        return @_refused((@_instance *)instance, "the references and the values must be arrays of the same length");
+    }
+    for (i = 0; i < count; i++) {
         if (!instance || !@_get_reference((@_instance *)instance, vr[i], &x)) {
             return @_refused((@_instance *)instance, "a variable has no value");
         }
@@ -139,7 +148,10 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference vr[], 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], size_t count, const fmi3Float64 value[], size_t values)
 {
     size_t i;
-    for (i = 0; i < count && i < values; i++) {
+    if (!@_are_arrays(vr, count, value, values)) {
+        return @_refused((@_instance *)instance, "the references and the values must be arrays of the same length");
+    }
+    for (i = 0; i < count; i++) {
         if (!instance || vr[i] == 0 || !@_set((@_instance *)instance, vr[i] - 1, value[i])) {
             return @_refused((@_instance *)instance, "a variable cannot be set now, or not to this value");
         }
@@ -150,7 +162,10 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], 
 fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference vr[], size_t count, const fmi3Int32 value[], size_t values)
 {
     size_t i;
-    for (i = 0; i < count && i < values; i++) {
+    if (!@_are_arrays(vr, count, value, values)) {
+        return @_refused((@_instance *)instance, "the references and the values must be arrays of the same length");
+    }
+    for (i = 0; i < count; i++) {
         if (!instance || vr[i] == 0 || !@_set((@_instance *)instance, vr[i] - 1, (double)value[i])) {
             return @_refused((@_instance *)instance, "a variable cannot be set now, or not to this value");
         }
@@ -161,7 +176,10 @@ fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference vr[], si
 fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference vr[], size_t count, const fmi3Boolean value[], size_t values)
 {
     size_t i;
-    for (i = 0; i < count && i < values; i++) {
+    if (!@_are_arrays(vr, count, value, values)) {
+        return @_refused((@_instance *)instance, "the references and the values must be arrays of the same length");
+    }
+    for (i = 0; i < count; i++) {
         if (!instance || vr[i] == 0 || !@_set((@_instance *)instance, vr[i] - 1, value[i] ? 1.0 : 0.0)) {
             return @_refused((@_instance *)instance, "a variable cannot be set now, or not to this value");
         }
@@ -175,7 +193,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size, 
     @_instance *const c = (@_instance *)instance;
     int result;
     (void)now; (void)kept;
-    if (!c || !c->initialized) {
+    if (!c || !c->initialized || !events || !terminate || !early || !last) {
         return fmi3Error;
     }
     result = @_run(c, size);
