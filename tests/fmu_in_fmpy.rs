@@ -47,6 +47,19 @@ fn events_in_model_exchange_are_those_of_the_log() {
 }
 
 #[test]
+fn loops_are_closed_at_few_events_in_model_exchange() {
+    let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
+    let root = Path::new(ROOT);
+    let mut check = Command::new(python);
+    check.arg(root.join("tests/fmpy/drift.py")).arg(env!("CARGO_BIN_EXE_cotree"));
+    check.arg(root.join("models")).arg(work);
+    match python::run(&mut check) {
+        Ok(report) => println!("{report}"),
+        Err(report) => panic!("{report}"),
+    }
+}
+
+#[test]
 fn sources_that_are_compiled_move_as_the_full_solver_does() {
     let Some((work, python)) = python::python("fmpy", REQUIREMENTS) else { return };
     let root = Path::new(ROOT);

@@ -59,3 +59,13 @@ fn an_experiment_may_begin_at_any_time() {
         assert_eq!(accuracy.span, [start, start + 2.0]);
     }
 }
+
+/// Work per second exceeded all numbers, and the measurement never ended.
+#[test]
+fn an_experiment_may_be_as_short_as_numbers_permit() {
+    for stop in [1e-250, 1e-280, 1e-300, 1e-307] {
+        let scene = RUNAWAY.replace("stop = 2.0\nstep = 0.01", &format!("stop = {stop:e}\nstep = {stop:e}"));
+        let accuracy = accuracy::of(&compiled(&scene)).expect("a measurement");
+        assert_eq!((accuracy.span, accuracy.growing), ([0.0, stop], false));
+    }
+}
