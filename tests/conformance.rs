@@ -33,8 +33,20 @@ use cotree_page::export_fmu;
 use fmu::Fmu;
 use table::{Outcome, Row};
 
-/// An open chain, closed loops, a stiff one, a mechanism driven by time, and the same driven by an input.
-const MODELS: [&str; 5] = ["cart_pole", "slider_crank", "stiff", "quick_return", DRIVEN];
+/// An open chain, closed loops, a stiff one, a mechanism driven by time, the same driven by an input, and models with modes: hard stops, play, contacts, dry friction.
+const MODELS: [&str; 11] = [
+    "cart_pole",
+    "slider_crank",
+    "stiff",
+    "quick_return",
+    DRIVEN,
+    "end_stop",
+    "play_train",
+    "valve_train",
+    "barrier",
+    "stick_slip",
+    "gripper",
+];
 const DRIVEN: &str = "driven";
 const CASE: &str = "COTREE_CONFORMANCE_CASE";
 const FOLDER: &str = "COTREE_CONFORMANCE_FMU";

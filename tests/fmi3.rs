@@ -30,8 +30,20 @@ use cotree_page::export_fmu;
 use fmu::Fmu;
 pub use fresh::NOTHING;
 
-/// An open chain with an input, closed loops, a mechanism driven by time, one driven by an input, a law in pieces.
-const MODELS: [&str; 5] = ["cart_pole", "slider_crank", "quick_return", DRIVEN, CORNER];
+/// An open chain with an input, closed loops, a mechanism driven by time, one driven by an input, a law in pieces, and models with modes: hard stops, play, contacts, dry friction.
+const MODELS: [&str; 11] = [
+    "cart_pole",
+    "slider_crank",
+    "quick_return",
+    DRIVEN,
+    CORNER,
+    "end_stop",
+    "play_train",
+    "valve_train",
+    "barrier",
+    "stick_slip",
+    "gripper",
+];
 const DRIVEN: &str = "driven";
 const CORNER: &str = "corner";
 const CASE: &str = "COTREE_FMI3_CASE";

@@ -118,6 +118,12 @@ pub const CASES: &[Case] = &[
             instance.start();
             assert_eq!(instance.run(0..10), fresh);
         }
+        let (instance, longer) = (fmu.started(), fmu.started().run(0..30));
+        for _ in 0..100 {
+            assert_eq!(instance.reset(), fmi3OK);
+            instance.start();
+            assert_eq!(instance.run(0..30), longer);
+        }
     }),
     ("3D20", "reset restores defaults", |fmu| {
         let settable = [fmu.parameters("fixed"), fmu.parameters("tunable"), fmu.of_causality("input")].concat();
@@ -367,10 +373,10 @@ pub const CASES: &[Case] = &[
         let instance = fmu.started();
         instance.run(0..7);
         let state = instance.save();
-        let after = instance.run(7..14);
-        for _ in 0..2 {
+        let after = instance.run(7..30);
+        for _ in 0..100 {
             assert_eq!(instance.restore(state), fmi3OK);
-            assert_eq!(instance.run(7..14), after);
+            assert_eq!(instance.run(7..30), after);
         }
         instance.free_state(state);
     }),

@@ -52,8 +52,8 @@ pub(super) fn reset_is_fresh(fmu: &Fmu) {
         slave.start();
         assert_eq!(slave.run(0..30), fresh);
     };
-    check();
-    check();
+    // What is counted at an instant must not be counted over many lives.
+    (0..100).for_each(|_| check());
     assert_eq!([slave.reset(), slave.setup(0.0, None, None), slave.enter()], [fmi2OK; 3]);
     check();
     assert_eq!(slave.terminate(), fmi2OK);

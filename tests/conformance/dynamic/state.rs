@@ -14,10 +14,10 @@ pub(super) fn saved_state(fmu: &Fmu) {
     slave.run(0..13);
     let state = slave.save();
     let expected = slave.run(13..40);
-    assert_eq!(slave.restore(state), fmi2OK);
-    assert_eq!(slave.run(13..40), expected);
-    assert_eq!(slave.restore(state), fmi2OK);
-    assert_eq!(slave.run(13..40), expected);
+    for _ in 0..100 {
+        assert_eq!(slave.restore(state), fmi2OK);
+        assert_eq!(slave.run(13..40), expected);
+    }
     assert_eq!(fmu.started().run(0..40)[13..], expected, "saving changes nothing");
     slave.free(state);
 }
