@@ -33,20 +33,12 @@ use cotree_page::export_fmu;
 use fmu::Fmu;
 use table::{Outcome, Row};
 
-/// An open chain, closed loops, a stiff one, a mechanism driven by time, the same driven by an input, and models with modes: hard stops, play, contacts, dry friction.
-const MODELS: [&str; 11] = [
-    "cart_pole",
-    "slider_crank",
-    "stiff",
-    "quick_return",
-    DRIVEN,
-    "end_stop",
-    "play_train",
-    "valve_train",
-    "barrier",
-    "stick_slip",
-    "gripper",
-];
+/// An open chain, closed loops, a stiff one, a mechanism driven by time, and the same driven by an input.
+const MODELS: [&str; 5] = ["cart_pole", "slider_crank", "stiff", "quick_return", DRIVEN];
+/// Models with modes: hard stops, play, contacts, dry friction.
+const WITH_MODES: [&str; 6] = ["end_stop", "play_train", "valve_train", "barrier", "stick_slip", "gripper"];
+/// Cases about several lives of one instance.
+const LIVES: [&str; 4] = ["D18", "D19", "D20", "D51"];
 const DRIVEN: &str = "driven";
 const CASE: &str = "COTREE_CONFORMANCE_CASE";
 const FOLDER: &str = "COTREE_CONFORMANCE_FMU";
@@ -128,6 +120,17 @@ fn expected() -> impl Iterator<Item = String> {
         .map(|number| format!("S{number:02}"))
         .chain((1..=68).map(|number| format!("D{number:02}")))
         .chain((1..=12).map(|number| format!("X{number:02}")))
+}
+
+#[test]
+fn models_with_modes_live_many_times() {
+    let work = tempfile::tempdir().expect("a folder");
+    for model in WITH_MODES {
+        let folder = unpacked(model, work.path());
+        for case in LIVES {
+            run(case, &folder, &folder).unwrap_or_else(|reason| panic!("{model}, {case}: {reason}"));
+        }
+    }
 }
 
 #[test]

@@ -4,9 +4,7 @@
 use crate::support::{exchange, run};
 
 use cotree_fmu::instance::{Instance, InstanceError, Snapshot};
-use cotree_fmu::model::Model;
 use run::{model, models, scene_of};
-use std::sync::Arc;
 
 /// Models whose modes change: an instance counts and remembers that.
 const WITH_MODES: [&str; 6] = ["end_stop", "play_train", "valve_train", "barrier", "stick_slip", "gripper"];
