@@ -60,6 +60,7 @@ mod printed_lesson;
 mod printed_modes;
 mod printed_names;
 mod printed_symbols;
+mod robot_reports;
 mod robots;
 mod rooms;
 mod schema;

@@ -9,7 +9,7 @@ use std::path::Path;
 use command::{code, cotree, stderr, stdout};
 use cotree::import::{AttributeClass, ContactChoice, ImportOptions, WorldPlane, class_of, import_file};
 
-fn imported(file: &str, text: &str, options: &ImportOptions) -> Result<String, String> {
+pub fn imported(file: &str, text: &str, options: &ImportOptions) -> Result<String, String> {
     import_file("scene", file, text.as_bytes(), options, &|_| None).map(|own| own.scene).map_err(|all| all.join("\n"))
 }
 
@@ -17,7 +17,7 @@ fn scene(text: &str) -> String {
     imported("robot.xml", text, &ImportOptions::default()).unwrap_or_else(|why| panic!("{why}"))
 }
 
-fn refused(text: &str, options: &ImportOptions) -> String {
+pub fn refused(text: &str, options: &ImportOptions) -> String {
     match imported("robot.xml", text, options) {
         Err(why) => why,
         Ok(scene) => panic!("is imported:\n{scene}"),
@@ -25,7 +25,7 @@ fn refused(text: &str, options: &ImportOptions) -> String {
 }
 
 /// The last row of a run, by the names of the variables.
-fn run<const N: usize>(scene: &str, stop: f64, names: [&str; N]) -> [f64; N] {
+pub fn run<const N: usize>(scene: &str, stop: f64, names: [&str; N]) -> [f64; N] {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let (stop, names_text) = (format!("{stop}"), names.join(","));
@@ -58,7 +58,7 @@ fn number(scene: &str, section: &str, key: &str) -> f64 {
     line.split_once('=').unwrap().1.trim().parse().unwrap()
 }
 
-fn close(a: f64, b: f64, share: f64) {
+pub fn close(a: f64, b: f64, share: f64) {
     assert!((a - b).abs() <= share * b.abs().max(1e-12), "{a} is not {b}");
 }
 

@@ -2,7 +2,9 @@
 //!
 //! A reader sees texts only: what a file includes comes by a callback, so that a page without files can import, too.
 
+mod drake;
 mod dxf;
+mod levels;
 mod linkage;
 mod mjcf;
 mod number;
@@ -119,7 +121,7 @@ fn robot(
     let model = match root.name.as_str() {
         "mujoco" => mjcf::read(&mut root, options, includes, &mut report),
         "robot" => urdf::read(&root, options, &mut report),
-        "sdf" => sdf::read(&mut root, includes, &mut report),
+        "sdf" => sdf::read(&mut root, options, includes, &mut report),
         other => {
             let message =
                 format!("its root element is <{other}>, but must be <mujoco> (MJCF), <robot> (URDF) or <sdf>");

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use super::options::ImportOptions;
 use super::refusal::ImportRefusal;
 use super::xml::XmlElement;
 
@@ -39,15 +40,23 @@ impl ImportReport {
     }
 
     pub fn missing(&mut self, what: impl Into<String>, name: &str) {
-        self.missing.entry(what.into()).or_default().push(name.to_owned());
+        self.missing.entry(what.into()).or_default().push(format!("`{name}`"));
     }
 
-    /// Notes what an element has that its reader does not know.
-    pub fn unknown(&mut self, element: &XmlElement, known: &[&str], called: &str) {
-        for child in element.children.iter().filter(|child| !known.contains(&child.name.as_str())) {
-            let (name, line) = (&child.name, child.place.line);
-            self.note(format!("<{name}> (line {line}) of {called} is not known and is left out"));
+    /// What the reader does not know and may act, with its line and the element that it is in.
+    pub fn acting(&mut self, what: &str, line: usize, within: &str) {
+        self.missing.entry(what.to_owned()).or_default().push(format!("of {within} (line {line})"));
+    }
+
+    /// Refuses what acts, unless the user leaves it out by one of its names.
+    pub fn refuse_or_leave(&mut self, element: &XmlElement, options: &ImportOptions, names: &[&str], why: &str) {
+        let names: Vec<&str> = names.iter().copied().filter(|name| !name.is_empty()).collect();
+        if options.leaves_out(&names) {
+            self.left_out.push(format!("{why} (line {})", element.place.line));
+            return;
         }
+        let option = names.first().copied().unwrap_or("all");
+        self.refuse(element.refuse(why).help(format!("--leave-out {option} imports the file without it")));
     }
 
     pub fn approximated(&mut self, what: impl Into<String>) {
@@ -91,7 +100,7 @@ impl ImportReport {
             lines.push(format!("left out, no effect on the motion: {}", listed(&self.idle)));
         }
         for (what, names) in &self.missing {
-            let first = names.iter().take(LISTED).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+            let first = names.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
             let more = if names.len() > LISTED { ", ..." } else { "" };
             lines.push(format!("left out, although it can act: {} x {what}: {first}{more}", names.len()));
         }

@@ -127,13 +127,6 @@ impl XmlElement {
         self.children.iter().for_each(XmlElement::mark);
     }
 
-    /// The attributes in it that nothing has read, with their elements.
-    pub fn unread(&self, found: &mut Vec<(String, String)>) {
-        let unread_attributes = self.attributes.iter().filter(|attribute| !attribute.read.get());
-        found.extend(unread_attributes.map(|attribute| (self.called(), attribute.name.clone())));
-        self.children.iter().for_each(|child| child.unread(found));
-    }
-
     /// The numbers of its text.
     ///
     /// # Errors

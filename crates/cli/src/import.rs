@@ -46,6 +46,9 @@ pub struct ImportCommand {
     /// Leave out loads that cannot be imported, by their name or kind (`muscle`, `tendon`, `fluid`), or `all`
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Robots")]
     leave_out: Vec<String>,
+    /// Folders in which included models are looked for, beside the folder of the file; may be given several times
+    #[arg(long, value_name = "FOLDER", help_heading = "Robots")]
+    model_path: Vec<PathBuf>,
     /// Keyframe from which the motion starts [default: the only one, else the reference configuration]
     #[arg(long, value_name = "NAME|NUMBER", help_heading = "Robots")]
     key: Option<String>,
@@ -174,9 +177,10 @@ impl ImportCommand {
         let bytes = files::read(&self.file, LARGEST).map_err(|error| Failure::file("read", &self.file, error))?;
         let name = path.file_stem().map_or(stem, |stem| stem.to_string_lossy().into_owned());
         let shown = self.file.file_name().map_or_else(|| "file".to_owned(), |name| name.to_string_lossy().into_owned());
-        let folder = self.file.parent().unwrap_or(Path::new("")).to_owned();
+        let own = self.file.parent().unwrap_or(Path::new("")).to_owned();
+        let folders: Vec<PathBuf> = std::iter::once(own).chain(self.model_path.iter().cloned()).collect();
         let left = Cell::new(LARGEST.saturating_sub(bytes.len() as u64));
-        let include = |file: &str| included(&folder, file, &left);
+        let include = |file: &str| folders.iter().find_map(|folder| included(folder, file, &left));
         let file = self.file.clone();
         let imported = import_file(&name, &shown, &bytes, &self.options(), &include);
         let Imported { scene, notes } =

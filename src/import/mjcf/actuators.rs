@@ -120,10 +120,24 @@ impl<'a> MjcfReader<'a> {
         let force = shared.range("forcerange", "forcelimited", self.settings.autolimits)?;
         let control = control.filter(|_| self.enabled.clamp);
         let ActuatorLaw { gain, rate_gain, bias, activation } = law;
-        let name = element.get("name").unwrap_or_default().to_owned();
+        // An input without a name is known by the joint that it moves.
+        let moved = element.get("joint").or_else(|| element.get("jointinparent")).or_else(|| element.get("tendon"));
+        let name = element.get("name").or(moved).unwrap_or_default().to_owned();
         let start = 0.0;
-        let actuator =
-            SpatialActuator { name, transmission, gear, gain, rate_gain, bias, activation, control, force, start };
+        let place = element.place.clone();
+        let actuator = SpatialActuator {
+            name,
+            place,
+            transmission,
+            gear,
+            gain,
+            rate_gain,
+            bias,
+            activation,
+            control,
+            force,
+            start,
+        };
         self.model.actuators.push(actuator);
         Ok(())
     }
@@ -195,8 +209,8 @@ impl<'a> MjcfReader<'a> {
         if let Some(tendon) = self.fixed_tendons.get(name) {
             return Ok(Some(Transmission::Joints(tendon.terms.clone())));
         }
-        if let Some(ends) = self.spatial_tendons.get(name) {
-            return Ok(Some(Transmission::Points(ends.clone())));
+        if let Some(course) = self.spatial_tendons.get(name) {
+            return Ok(Some(Transmission::Along(course.clone())));
         }
         self.refuse_or_leave(
             element,

@@ -95,6 +95,7 @@ const ROWS: &[Row] = &[
         ["name class active anchor body1 body2 site1 site2 relpose", "solimp solref torquescale", "", ""],
     ),
     ("equality/joint", ["name class active joint1 joint2 polycoef", "solimp solref", "", ""]),
+    ("equality/tendon", ["name class active tendon1 tendon2 polycoef", "solimp solref", "", ""]),
     (
         "tendon/spatial",
         [
@@ -114,6 +115,7 @@ const ROWS: &[Row] = &[
         ],
     ),
     ("spatial/site", ["site", "", "", ""]),
+    ("spatial/geom", ["geom sidesite", "", "", ""]),
     ("fixed/joint", ["joint coef", "", "", ""]),
     (
         "actuator/general",
@@ -215,6 +217,9 @@ pub const REFUSED: &[&str] = &[
     "pin",
 ];
 
+/// Those of them that make bodies.
+pub const GENERATED: &[&str] = &["attach", "composite", "flexcomp", "replicate"];
+
 /// The key of an element under its parent.
 fn key(parent: &str, name: &str) -> String {
     match (parent, name) {
@@ -247,11 +252,7 @@ fn rows<'a>(parent: &'a str, name: &'a str) -> impl Iterator<Item = &'static Row
 pub fn knows(parent: &str, name: &str) -> bool {
     const SECTIONS: &[&str] =
         &["worldbody", "contact", "equality", "tendon", "actuator", "keyframe", "default", "flag", "lengthrange"];
-    SECTIONS.contains(&name)
-        || is_idle(parent, name)
-        || REFUSED.contains(&name)
-        || is_refused_tendon(parent, name)
-        || rows(parent, name).next().is_some()
+    SECTIONS.contains(&name) || is_idle(parent, name) || REFUSED.contains(&name) || rows(parent, name).next().is_some()
 }
 
 /// Is it without effect, with everything in it?
@@ -259,19 +260,12 @@ pub fn is_idle(parent: &str, name: &str) -> bool {
     IDLE.contains(&name) && !matches!((parent, name), ("extension", _))
 }
 
-/// Tendons that wrap or couple.
-pub fn is_refused_tendon(parent: &str, name: &str) -> bool {
-    matches!((parent, name), ("spatial", "geom") | ("equality", "tendon"))
-}
-
 /// The class of an attribute of an element, whose names from the root lead to it; none if MuJoCo has no such attribute.
 pub fn class_of(path: &[&str], attribute: &str) -> Option<AttributeClass> {
     // Below a body no element that counts here is deeper.
     let path = &path[path.len().saturating_sub(DEEPEST)..];
     let parents = path.iter().zip(path.iter().skip(1));
-    if path.iter().any(|name| REFUSED.contains(name))
-        || parents.clone().any(|(parent, name)| is_refused_tendon(parent, name))
-    {
+    if path.iter().any(|name| REFUSED.contains(name)) {
         return Some(AttributeClass::Refused);
     }
     if parents.clone().any(|(parent, name)| is_idle(parent, name)) {

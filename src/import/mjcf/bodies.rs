@@ -2,11 +2,11 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Vector3};
 
-use super::geometry::{self, GeomShape};
+use super::geometry;
 use super::resolve::ResolvedElement;
 use super::{ContactGeom, MjcfReader};
 use crate::import::refusal::{Fallible, ImportRefusal};
-use crate::import::robot::{BodyMass, JointMotion, SpatialBody, SpatialJoint};
+use crate::import::robot::{BodyMass, JointMotion, Solid, SolidShape, SpatialBody, SpatialJoint};
 use crate::import::xml::XmlElement;
 
 /// Where children of an element belong: the body, the pose of the frame that they are in, the class that they have.
@@ -248,18 +248,21 @@ impl<'a> MjcfReader<'a> {
         ["mass", "density", "shellinertia", "group"].iter().for_each(|name| _ = resolved.get(name));
         let friction = resolved.some("friction", [1.0, 0.005, 0.0001])?[0];
         let number = |name: &str, default: f64| resolved.number(name, default);
-        let contact = ContactGeom {
+        let solid = Solid {
             name: element.get("name").unwrap_or_default().to_owned(),
             body: within.body,
             shape: geom.shape,
             pose: within.pose * geom.pose,
+        };
+        let contact = ContactGeom {
+            solid,
             contype: number("contype", 1.0)? as i64,
             conaffinity: number("conaffinity", 1.0)? as i64,
             condim: number("condim", 3.0)? as i64,
             priority: number("priority", 0.0)? as i64,
             friction,
         };
-        if contact.shape == GeomShape::Plane && within.body != 0 {
+        if contact.solid.shape == SolidShape::Plane && within.body != 0 {
             return Err(ImportRefusal::new(format!("{} is a plane on a body that may move", element.called()))
                 .at(&element.place));
         }

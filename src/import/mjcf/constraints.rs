@@ -1,11 +1,12 @@
 //! Equality constraints and tendons.
 
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::MjcfReader;
+use super::{ContactGeom, MjcfReader};
 use crate::import::refusal::{Fallible, ImportRefusal};
 use crate::import::robot::{
-    BodyPoint, Closure, ClosureKind, JointFollower, JointLaws, JointMotion, PointSpring, Tendon,
+    BodyPoint, Closure, ClosureKind, Course, CourseBend, JointFollower, JointLaws, JointMotion, PointSpring,
+    SolidShape, Tendon,
 };
 use crate::import::xml::XmlElement;
 
@@ -27,6 +28,7 @@ impl<'a> MjcfReader<'a> {
                     "connect" => self.connect(element)?,
                     "weld" => self.weld(element)?,
                     "joint" => self.coupling(element)?,
+                    "tendon" => self.tendon_coupling(element)?,
                     kind => {
                         self.refuse_or_leave(
                             element,
@@ -57,11 +59,6 @@ impl<'a> MjcfReader<'a> {
     fn site_named(&self, element: &XmlElement, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
         let known = self.sites.get(name).copied();
         known.ok_or_else(|| element.refuse(format!("{}: there is no site `{name}`", element.called())))
-    }
-
-    pub fn world(&self, body: usize) -> Isometry3<f64> {
-        let body_data = &self.model.bodies[body];
-        if body == 0 { Isometry3::identity() } else { self.world(body_data.parent) * body_data.pose }
     }
 
     /// The pose of a body where the springs of all joints are relaxed.
@@ -99,7 +96,7 @@ impl<'a> MjcfReader<'a> {
                 let [first, second] = [self.body_of(element, "body1")?, self.body_of(element, "body2")?];
                 let anchor = element.attribute("anchor").ok_or_else(|| element.refuse("<connect> has no `anchor`"))?;
                 let at = Point3::from(anchor.array::<3>()?);
-                let there = self.world(second).inverse() * (self.world(first) * at);
+                let there = self.model.world(second).inverse() * (self.model.world(first) * at);
                 [BodyPoint { body: first, at }, BodyPoint { body: second, at: there }]
             }
         };
@@ -120,7 +117,7 @@ impl<'a> MjcfReader<'a> {
                     Some(Isometry3::from_parts(Translation3::new(x, y, z), turn))
                 });
                 element.attribute("anchor").map(|attribute| attribute.value());
-                ([first, second], given.unwrap_or_else(|| self.world(first).inverse() * self.world(second)))
+                ([first, second], given.unwrap_or_else(|| self.model.world(first).inverse() * self.model.world(second)))
             }
         };
         let at = Point3::from(pose.translation.vector);
@@ -232,29 +229,67 @@ impl<'a> MjcfReader<'a> {
         Ok(())
     }
 
+    /// The sites and cylinders of a tendon in their order; none if it has what has no counterpart.
+    fn course(&mut self, element: &'a XmlElement) -> Fallible<Option<Course>> {
+        let mut points = Vec::new();
+        let plain = |at: BodyPoint| CourseBend { at, radius: 0.0, axis: None, side: None, called: String::new() };
+        for child in &element.children {
+            match child.name.as_str() {
+                "site" => {
+                    let (body, pose) = self.site_named(child, child.must("site")?)?;
+                    points.push(plain(BodyPoint { body, at: Point3::from(pose.translation.vector) }));
+                }
+                "geom" => points.push(self.bend(child)?),
+                _ => {
+                    let why =
+                        format!("{} has branches over <{}>, which have no counterpart", element.called(), child.name);
+                    self.refuse_or_leave(element, "tendon", why);
+                    return Ok(None);
+                }
+            }
+        }
+        let ends_are_sites = points.first().zip(points.last()).is_some_and(|(a, b)| a.radius == 0.0 && b.radius == 0.0);
+        if points.len() < 2 || !ends_are_sites {
+            return Err(
+                element.refuse(format!("{} must begin and end at a site, and have two at least", element.called()))
+            );
+        }
+        let last = points.pop().map(|point| point.at);
+        let first = points.remove(0).at;
+        Ok(last.map(|last| Course { ends: [first, last], over: points }))
+    }
+
+    /// A cylinder or ball that a tendon runs about.
+    fn bend(&mut self, element: &'a XmlElement) -> Fallible<CourseBend> {
+        let name = element.must("geom")?;
+        let geom = self.geoms.iter().find(|geom| geom.solid.name == name);
+        let Some(ContactGeom { solid, .. }) = geom else {
+            return Err(element.refuse(format!("there is no geom `{name}` for a tendon to run about")));
+        };
+        let (radius, axis) = match solid.shape {
+            SolidShape::Cylinder(radius, _) => (radius, Some(solid.pose * Vector3::z())),
+            SolidShape::Sphere(radius) => (radius, None),
+            _ => {
+                return Err(
+                    element.refuse(format!("a tendon runs about `{name}`, which is neither a cylinder nor a sphere"))
+                );
+            }
+        };
+        let at = BodyPoint { body: solid.body, at: Point3::from(solid.pose.translation.vector) };
+        let side = match element.get("sidesite") {
+            Some(site) => {
+                let (body, pose) = self.site_named(element, site)?;
+                Some(BodyPoint { body, at: Point3::from(pose.translation.vector) })
+            }
+            None => None,
+        };
+        Ok(CourseBend { at, radius, axis, side, called: name.to_owned() })
+    }
+
     fn spatial_tendon(&mut self, element: &'a XmlElement) -> Fallible<()> {
         let resolved = self.defaults.of(element, "tendon", None)?;
-        let sites: Vec<&XmlElement> = element.all("site").collect();
         let name = element.get("name").unwrap_or_default();
-        let [first, second] = sites[..] else {
-            self.refuse_or_leave(
-                element,
-                "tendon",
-                format!(
-                    "{} runs over {} sites; only one between two sites is a spring or rope",
-                    element.called(),
-                    sites.len()
-                ),
-            );
-            return Ok(());
-        };
-        if element.children.len() != 2 {
-            self.refuse_or_leave(element, "tendon", format!("{} wraps around geoms or pulleys", element.called()));
-            return Ok(());
-        }
-        let ends = [self.site_named(first, first.must("site")?)?, self.site_named(second, second.must("site")?)?];
-        let places = ends.map(|(body, pose)| self.relaxed_world(body) * Point3::from(pose.translation.vector));
-        let length = (places[1] - places[0]).norm();
+        let Some(course) = self.course(element)? else { return Ok(()) };
         let range = resolved.range("range", "limited", self.settings.autolimits)?.filter(|_| self.enabled.limit);
         if range.is_some_and(|range| range[0] > 0.0) {
             self.refuse_or_leave(
@@ -263,19 +298,63 @@ impl<'a> MjcfReader<'a> {
                 format!("{} has a minimum length, which a rope does not have", element.called()),
             );
         }
-        let points = ends.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) });
+        let stiffness = if self.enabled.spring { resolved.number("stiffness", 0.0)? } else { 0.0 };
+        let given =
+            resolved.attribute("springlength").is_some_and(|length| !matches!(length.value.trim(), "-1" | "-1 -1"));
+        if stiffness != 0.0 && !given && course.over.iter().any(|bend| bend.radius > 0.0) {
+            let why = format!(
+                "the relaxed length of {} is the one about its cylinders where MuJoCo compiles the model",
+                element.called()
+            );
+            self.report.refuse_or_leave(
+                element,
+                self.options,
+                &[name, "tendon"],
+                &format!("{why}: give `springlength`"),
+            );
+            return Ok(());
+        }
+        let places: Vec<Point3<f64>> = course.points().map(|point| self.relaxed_world(point.body) * point.at).collect();
+        let length = places.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
         let spring = PointSpring {
             name: name.to_owned(),
-            ends: points.clone(),
-            stiffness: if self.enabled.spring { resolved.number("stiffness", 0.0)? } else { 0.0 },
+            place: element.place.clone(),
+            course: course.clone(),
+            stiffness,
             damping: if self.enabled.damper { resolved.number("damping", 0.0)? } else { 0.0 },
             relaxed: self.relaxed(&resolved, length)?,
             longest: range.map(|range| range[1]),
         };
-        self.spatial_tendons.insert(name.to_owned(), points);
+        self.spatial_tendons.insert(name.to_owned(), course);
         if spring.stiffness != 0.0 || spring.damping != 0.0 || spring.longest.is_some() {
             self.model.springs.push(spring);
         }
+        Ok(())
+    }
+
+    /// An equality of one fixed tendon: the sum of its joints keeps its length, as two joints in gear do.
+    fn tendon_coupling(&mut self, element: &'a XmlElement) -> Fallible<()> {
+        let name = element.must("tendon1")?;
+        let factors = element.attribute("polycoef").map_or(Ok(vec![0.0]), |attribute| attribute.numbers())?;
+        let offset = factors.first().copied().unwrap_or(0.0);
+        let terms = self.fixed_tendons.get(name).map(|tendon| tendon.terms.clone());
+        let (place, called) = (element.place.clone(), element.get("name").unwrap_or(name).to_owned());
+        let follower = match (element.get("tendon2"), terms.as_deref()) {
+            (None, Some(&[(joint, factor)])) if factor != 0.0 => {
+                JointFollower { name: called, place, joint, leader: None, offset: offset / factor, ratio: 0.0 }
+            }
+            (None, Some(&[(leader, other), (joint, factor)])) if factor != 0.0 && other != 0.0 => {
+                let (leader, offset, ratio) = (Some(leader), offset / factor, -other / factor);
+                JointFollower { name: called, place, joint, leader, offset, ratio }
+            }
+            _ => {
+                let why =
+                    format!("{} holds the length of `{name}`, which is not the sum of two joints", element.called());
+                self.refuse_or_leave(element, "equality", why);
+                return Ok(());
+            }
+        };
+        self.model.followers.push(follower);
         Ok(())
     }
 }

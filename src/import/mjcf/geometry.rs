@@ -6,29 +6,15 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Vector3};
 
 use super::resolve::{AngleUnits, ResolvedElement, along_z};
 use crate::import::refusal::{Fallible, ImportRefusal};
-use crate::import::robot::{BodyMass, steiner};
+use crate::import::robot::{BodyMass, SolidShape, steiner};
 
 /// The density of geoms without one, kg/m3.
 const DENSITY: f64 = 1000.0;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GeomShape {
-    Plane,
-    Sphere(f64),
-    /// Radius and half length of the cylinder between its ends, along z.
-    Capsule(f64, f64),
-    Cylinder(f64, f64),
-    /// Half sizes.
-    Box([f64; 3]),
-    Ellipsoid([f64; 3]),
-    /// A mesh, a height field, or a signed distance function: its volume is in another file.
-    File,
-}
-
 /// A geom in the frame of its body.
 #[derive(Clone, Debug)]
 pub struct Geom {
-    pub shape: GeomShape,
+    pub shape: SolidShape,
     pub pose: Isometry3<f64>,
 }
 
@@ -64,13 +50,13 @@ pub fn read(geom: &ResolvedElement, angles: &AngleUnits) -> Fallible<Geom> {
     };
     let long = || half.map_or_else(|| at(1), Ok);
     let shape = match kind {
-        "plane" => GeomShape::Plane,
-        "sphere" => GeomShape::Sphere(at(0)?),
-        "capsule" => GeomShape::Capsule(at(0)?, long()?),
-        "cylinder" => GeomShape::Cylinder(at(0)?, long()?),
-        "box" => GeomShape::Box(three()?),
-        "ellipsoid" => GeomShape::Ellipsoid(three()?),
-        "mesh" | "hfield" | "sdf" => GeomShape::File,
+        "plane" => SolidShape::Plane,
+        "sphere" => SolidShape::Sphere(at(0)?),
+        "capsule" => SolidShape::Capsule(at(0)?, long()?),
+        "cylinder" => SolidShape::Cylinder(at(0)?, long()?),
+        "box" => SolidShape::Box(three()?),
+        "ellipsoid" => SolidShape::Ellipsoid(three()?),
+        "mesh" | "hfield" | "sdf" => SolidShape::File,
         other => return Err(geom.element.refuse(format!("{} has the unknown type `{other}`", geom.element.called()))),
     };
     Ok(Geom { shape, pose })
@@ -84,7 +70,7 @@ pub fn mass(geom: &ResolvedElement, shape: &Geom, body: &str) -> Fallible<Option
     let given = geom.attribute("mass").map(|mass| mass.number()).transpose()?;
     let density = geom.number("density", DENSITY)?;
     let shell = geom.flag("shellinertia", false)?;
-    if shape.shape == GeomShape::Plane || given == Some(0.0) || given.is_none() && density == 0.0 {
+    if shape.shape == SolidShape::Plane || given == Some(0.0) || given.is_none() && density == 0.0 {
         return Ok(None);
     }
     if given.unwrap_or(density) < 0.0 {
@@ -92,7 +78,7 @@ pub fn mass(geom: &ResolvedElement, shape: &Geom, body: &str) -> Fallible<Option
     }
     let uniform = if shell { shell_of(shape.shape) } else { solid_of(shape.shape) };
     let Some((volume, moments)) = uniform else {
-        let what = if shape.shape == GeomShape::File {
+        let what = if shape.shape == SolidShape::File {
             "the volume of a mesh or height field is in another file"
         } else {
             "the shell of an ellipsoid is not computed"
@@ -109,22 +95,22 @@ pub fn mass(geom: &ResolvedElement, shape: &Geom, body: &str) -> Fallible<Option
 }
 
 /// Volume, and moments of inertia for the unit of mass.
-fn solid_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
+fn solid_of(shape: SolidShape) -> Option<(f64, [f64; 3])> {
     let square = |x: f64| x * x;
     Some(match shape {
-        GeomShape::Plane | GeomShape::File => return None,
-        GeomShape::Sphere(r) => (4.0 / 3.0 * PI * r * r * r, [0.4 * r * r; 3]),
-        GeomShape::Cylinder(r, half) => {
+        SolidShape::Plane | SolidShape::File => return None,
+        SolidShape::Sphere(r) => (4.0 / 3.0 * PI * r * r * r, [0.4 * r * r; 3]),
+        SolidShape::Cylinder(r, half) => {
             let across = (3.0 * r * r + square(2.0 * half)) / 12.0;
             (2.0 * PI * r * r * half, [across, across, r * r / 2.0])
         }
-        GeomShape::Box([a, b, c]) => {
+        SolidShape::Box([a, b, c]) => {
             (8.0 * a * b * c, [(b * b + c * c) / 3.0, (a * a + c * c) / 3.0, (a * a + b * b) / 3.0])
         }
-        GeomShape::Ellipsoid([a, b, c]) => {
+        SolidShape::Ellipsoid([a, b, c]) => {
             (4.0 / 3.0 * PI * a * b * c, [(b * b + c * c) / 5.0, (a * a + c * c) / 5.0, (a * a + b * b) / 5.0])
         }
-        GeomShape::Capsule(r, half) => {
+        SolidShape::Capsule(r, half) => {
             let (height, ball, tube) = (2.0 * half, 4.0 / 3.0 * PI * r * r * r, 2.0 * PI * r * r * half);
             let volume = ball + tube;
             let (ball, tube) = (ball / volume, tube / volume);
@@ -136,7 +122,7 @@ fn solid_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
 }
 
 /// Area, and moments of inertia for the unit of mass, of the surface.
-fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
+fn shell_of(shape: SolidShape) -> Option<(f64, [f64; 3])> {
     /// Area, tensor by area about the centre of the shape.
     type Piece = (f64, Matrix3<f64>);
     let diagonal =
@@ -147,13 +133,13 @@ fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
         diagonal(4.0 * PI * r * half, [across, across, r * r])
     };
     let pieces: Vec<Piece> = match shape {
-        GeomShape::Sphere(r) => vec![diagonal(4.0 * PI * r * r, [2.0 / 3.0 * r * r; 3])],
-        GeomShape::Cylinder(r, half) => {
+        SolidShape::Sphere(r) => vec![diagonal(4.0 * PI * r * r, [2.0 / 3.0 * r * r; 3])],
+        SolidShape::Cylinder(r, half) => {
             let disc = diagonal(PI * r * r, [r * r / 4.0, r * r / 4.0, r * r / 2.0]);
             let ends = [half, -half].map(|z| beside(disc, Vector3::new(0.0, 0.0, z)));
             vec![tube(r, half), ends[0], ends[1]]
         }
-        GeomShape::Capsule(r, half) => {
+        SolidShape::Capsule(r, half) => {
             // A hemisphere's centre is r/2 from its great circle; about that circle's centre its moments are those of the sphere.
             let moments = [2.0 / 3.0 * r * r; 3];
             let (area, about_centre) = diagonal(2.0 * PI * r * r, moments);
@@ -162,7 +148,7 @@ fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
                 [1.0, -1.0].map(|side| beside((area, about_mass), Vector3::new(0.0, 0.0, side * (half + r / 2.0))));
             vec![tube(r, half), ends[0], ends[1]]
         }
-        GeomShape::Box([a, b, c]) => {
+        SolidShape::Box([a, b, c]) => {
             let face = |normal: usize| {
                 let half = [a, b, c];
                 let [u, v] = [(normal + 1) % 3, (normal + 2) % 3];
@@ -177,7 +163,7 @@ fn shell_of(shape: GeomShape) -> Option<(f64, [f64; 3])> {
             };
             (0..3).flat_map(face).collect()
         }
-        GeomShape::Plane | GeomShape::Ellipsoid(_) | GeomShape::File => return None,
+        SolidShape::Plane | SolidShape::Ellipsoid(_) | SolidShape::File => return None,
     };
     let area: f64 = pieces.iter().map(|piece| piece.0).sum();
     let tensor = pieces.iter().fold(Matrix3::zeros(), |sum: Matrix3<f64>, piece| sum + piece.1) / area;

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Vector3};
 
-use self::attributes::{AttributeClass, REFUSED, class_of, is_idle, is_refused_tendon, knows};
+use self::attributes::{AttributeClass, GENERATED, REFUSED, class_of, is_idle, knows};
 use self::contacts::ContactGeom;
 use self::resolve::{AngleUnits, Defaults};
 use super::Includes;
@@ -63,7 +63,7 @@ struct MjcfReader<'a> {
     joint_names: BTreeMap<String, usize>,
     /// `springref` of each joint.
     relaxed_joints: Vec<f64>,
-    spatial_tendons: BTreeMap<String, [super::robot::BodyPoint; 2]>,
+    spatial_tendons: BTreeMap<String, super::robot::Course>,
     fixed_tendons: BTreeMap<String, Tendon>,
     /// For each actuator of the file, in order: its place in the model unless it is left out, and how many numbers `act` has for it.
     controls: Vec<(Option<usize>, usize)>,
@@ -84,6 +84,7 @@ pub fn read(
     let mut seen = BTreeSet::new();
     include(root, includes, &mut seen)?;
     check_names(root)?;
+    refuse_generated(root, report)?;
     let settings = settings(root)?;
     let enabled = enabled(root)?;
     let mut gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -180,6 +181,28 @@ fn check_names(root: &XmlElement) -> Fallible<()> {
     check(root, &mut vec!["mujoco"])
 }
 
+/// What makes bodies that are not in the file, before anything refers to one of them. All but the first are in the report.
+fn refuse_generated(root: &XmlElement, report: &mut ImportReport) -> Fallible<()> {
+    fn find<'e>(element: &'e XmlElement, found: &mut Vec<&'e XmlElement>) {
+        for child in &element.children {
+            match GENERATED.contains(&child.name.as_str()) {
+                true => found.push(child),
+                false => find(child, found),
+            }
+        }
+    }
+    let mut found = Vec::new();
+    find(root, &mut found);
+    let mut refusals = found.into_iter().map(|element| {
+        element
+            .refuse(format!("<{}> makes bodies that are not in the file", element.name))
+            .help("load the model in MuJoCo, save it with mj_saveLastXML, and import that file")
+    });
+    let first = refusals.next();
+    refusals.for_each(|refusal| report.refuse(refusal));
+    first.map_or(Ok(()), Err)
+}
+
 fn settings(root: &XmlElement) -> Fallible<CompilerSettings> {
     let mut settings = CompilerSettings {
         angles: AngleUnits { unit: 1f64.to_radians(), sequence: "xyz".to_owned() },
@@ -261,13 +284,7 @@ impl MjcfReader<'_> {
     fn refuse_or_leave(&mut self, element: &XmlElement, kind: &str, why: impl Into<String>) {
         self.dropped.insert((element.place.line, element.place.column));
         let name = element.attribute("name").map_or("", |name| &name.value);
-        let option = if name.is_empty() { kind } else { name };
-        let message = why.into();
-        if self.options.leaves_out(&[name, kind]) {
-            self.report.left_out.push(message);
-            return;
-        }
-        self.report.refuse(element.refuse(message).help(format!("--leave-out {option} imports the file without it")));
+        self.report.refuse_or_leave(element, self.options, &[name, kind], &why.into());
     }
 
     /// Fluid forces act on every body.
@@ -299,14 +316,8 @@ impl MjcfReader<'_> {
         if parent == "default" && REFUSED.contains(&name) {
             return;
         }
-        if REFUSED.contains(&name) || is_refused_tendon(parent, name) {
-            let help = "load the model in MuJoCo, save it with mj_saveLastXML, and import that file";
-            let generated = matches!(name, "attach" | "composite" | "flexcomp" | "replicate");
-            let is_wrapping = matches!(name, "pulley") || is_refused_tendon(parent, name);
-            if generated {
-                self.report
-                    .refuse(element.refuse(format!("<{name}> makes bodies that are not in the file")).help(help));
-            } else if parent != "actuator" && !is_wrapping {
+        if REFUSED.contains(&name) {
+            if parent != "actuator" && name != "pulley" {
                 self.refuse_or_leave(element, name, format!("{} acts and has no counterpart", element.called()));
             }
             return;

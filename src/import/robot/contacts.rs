@@ -64,13 +64,16 @@ impl RobotWriter<'_> {
             return;
         };
         let [x, y] = planar.plane.components(&normal);
-        let (near, idle): (Vec<_>, Vec<_>) = points.into_iter().partition(|(point, _)| self.approaches(*point, [x, y]));
+        let (near, idle): (Vec<_>, Vec<_>) = points.into_iter().partition(|(point, _)| self.moves(*point, [x, y]));
         if near.is_empty() && !idle.is_empty() {
             self.report.idle("contact with a plane that its points never approach");
         }
         for (point, radius) in near {
             let name = self.fresh(called, "contact", "contact");
             let [a, b] = self.ends([(0, planar.at(&at)), point], &name);
+            // Where it cannot slide, friction has nothing to act against.
+            let touching = (point.0, [point.1[0] - radius * x, point.1[1] - radius * y]);
+            let friction = if self.moves(touching, [y, -x]) { friction } else { "" };
             self.joint_text += &format!(
                 "\n[joints.{name}]\ntype    = \"contact\"\nbetween = [\"{a}\", \"{b}\"]\naxis    = {}\nradius  = {}\n{friction}",
                 pair([y, -x]),
@@ -107,7 +110,7 @@ impl RobotWriter<'_> {
     }
 
     /// Does any coordinate move a point along a direction?
-    fn approaches(&self, (link, at): LinkPoint, [x, y]: [f64; 2]) -> bool {
+    fn moves(&self, (link, at): LinkPoint, [x, y]: [f64; 2]) -> bool {
         let planar = self.planar;
         let height = |values: &[f64]| {
             let place = closing::place_of(&closing::poses(planar, values)[link], planar.links[link].origin, at);

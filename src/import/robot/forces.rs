@@ -1,8 +1,13 @@
 //! Springs, tendons and actuators as loads and joints of the scene.
 
+use super::planar::LinkPoint;
 use super::write::{RobotWriter, number};
-use super::{Activation, PointSpring, SpatialActuator, Transmission};
+use super::{Activation, BodyPoint, Course, CourseBend, PointSpring, SpatialActuator, Transmission};
 use crate::import::options::{ContactChoice, ImportOptions};
+use crate::import::refusal::{FilePlace, ImportRefusal};
+
+/// How far the cosine of the angle between the axis of a cylinder and the normal of the plane may be from one.
+const OBLIQUE: f64 = 1e-6;
 
 impl RobotWriter<'_> {
     pub fn forces(&mut self, options: &ImportOptions) {
@@ -91,14 +96,13 @@ impl RobotWriter<'_> {
     }
 
     fn point_spring(&mut self, spring: &PointSpring) {
-        let [Some(a), Some(b)] = spring.ends.each_ref().map(|end| self.planar.point(end)) else { return };
-        if a.0 == b.0 {
+        let Some(points) = self.points_of(&spring.course) else { return };
+        if points.iter().all(|point| point.0 == points[0].0) {
             self.report.idle("tendon within one body");
             return;
         }
         let name = self.fresh(&spring.name, "spring", "tendon");
-        let [from, to] = self.ends([a, b], &name);
-        let between = format!("between = [\"{from}\", \"{to}\"]\n");
+        let Some(between) = self.course(&spring.course, &points, &name, &spring.place) else { return };
         let [low, high] = spring.relaxed;
         let sides: Vec<(&str, f64)> = match (spring.stiffness != 0.0, low == high) {
             (false, _) => Vec::new(),
@@ -136,17 +140,77 @@ impl RobotWriter<'_> {
                 &format!("\n[joints.{name}]\ntype    = \"rope\"\n{between}length  = {}\n", number(longest));
             self.report.exact("rope");
         }
-        let out = spring
-            .ends
-            .each_ref()
-            .map(|end| self.planar.plane.normal.dot(&(self.planar.world[end.body] * end.at).coords));
-        if (out[1] - out[0]).abs() > 1e-9 {
+        let planar = self.planar;
+        let across = |point: &BodyPoint| planar.plane.normal.dot(&(planar.world[point.body] * point.at).coords);
+        let out: Vec<f64> = spring.course.points().map(across).collect();
+        let apart = out.windows(2).map(|ends| (ends[1] - ends[0]).abs()).sum::<f64>();
+        if apart > 1e-9 {
             self.report.approximated(format!(
-                "`{}` is {:.4} m long along the normal: its length in the plane is shorter",
-                spring.name,
-                (out[1] - out[0]).abs()
+                "{} is {apart:.4} m long along the normal: its length in the plane is shorter",
+                if spring.name.is_empty() { "a tendon".to_owned() } else { format!("`{}`", spring.name) },
             ));
         }
+    }
+
+    /// The points of a course in the plane; none if the import leaves one of their bodies out.
+    fn points_of(&self, course: &Course) -> Option<Vec<LinkPoint>> {
+        course.points().map(|point| self.planar.point(point)).collect()
+    }
+
+    /// `between` and `over` of what runs along a course; none where it is refused.
+    fn course(&mut self, course: &Course, points: &[LinkPoint], name: &str, place: &FilePlace) -> Option<String> {
+        let names: Vec<String> = points.iter().map(|&(link, at)| self.place(link, name, at)).collect();
+        let mut bends = Vec::new();
+        for (index, bend) in course.over.iter().enumerate() {
+            let on = &names[index + 1];
+            bends.push(match bend.radius > 0.0 {
+                false => format!("{{ on = \"{on}\", radius = 0 }}"),
+                true => {
+                    let side = self.side(bend, [points[index].1, points[index + 1].1, points[index + 2].1], place)?;
+                    format!("{{ on = \"{on}\", radius = {}, side = \"{side}\" }}", number(bend.radius))
+                }
+            });
+        }
+        let over = if bends.is_empty() { String::new() } else { format!("over    = [{}]\n", bends.join(", ")) };
+        Some(format!("between = [\"{}\", \"{}\"]\n{over}", names[0], names[names.len() - 1]))
+    }
+
+    /// On which side of the tendon the centre of a cylinder is, as the tendon passes it in the reference configuration.
+    fn side(
+        &mut self,
+        bend: &CourseBend,
+        [from, centre, to]: [[f64; 2]; 3],
+        place: &FilePlace,
+    ) -> Option<&'static str> {
+        let planar = self.planar;
+        let oblique = bend.axis.is_some_and(|axis| {
+            let along = planar.plane.normal.dot(&(planar.world[bend.at.body] * axis));
+            along.abs() < 1.0 - OBLIQUE
+        });
+        let chord = [to[0] - from[0], to[1] - from[1]];
+        let length = chord[0].hypot(chord[1]);
+        let left_of_chord = |at: [f64; 2]| (chord[0] * (at[1] - from[1]) - chord[1] * (at[0] - from[0])) / length;
+        let centre_is_left = left_of_chord(centre);
+        let beside =
+            bend.side.as_ref().and_then(|side| planar.point(side)).map(|(_, at)| left_of_chord(at) - centre_is_left);
+        let is_left = beside.map_or(centre_is_left > 0.0, |beside| beside < 0.0);
+        let touches = centre_is_left.abs() < bend.radius || (centre_is_left > 0.0) != is_left;
+        if oblique || !touches {
+            let why = if oblique {
+                "is oblique to the plane of motion"
+            } else {
+                "does not touch in the reference configuration"
+            };
+            let message = format!("a tendon runs about `{}`, which {why}", bend.called);
+            self.report
+                .refuse(ImportRefusal::new(message).at(place).help("--leave-out tendon imports the file without it"));
+            return None;
+        }
+        self.report.approximated(format!(
+            "a tendon stays on `{}` as on a pulley, where MuJoCo lets it leave the surface",
+            bend.called
+        ));
+        Some(if is_left { "left" } else { "right" })
     }
 
     fn actuator(&mut self, actuator: &SpatialActuator) {
@@ -161,7 +225,7 @@ impl RobotWriter<'_> {
         let driven = self.activation(&actuator.activation, &name, &clamped);
         let motion = match &actuator.transmission {
             Transmission::Joints(terms) => self.sum(terms),
-            Transmission::Points(_) => Some(["length".to_owned(), "rate".to_owned()]),
+            Transmission::Along(_) => Some(["length".to_owned(), "rate".to_owned()]),
         };
         let Some([length, rate]) = motion else {
             self.report.note(format!(
@@ -203,13 +267,11 @@ impl RobotWriter<'_> {
                 };
                 self.efforts(&load, "load", terms, &law);
             }
-            Transmission::Points(ends) => {
-                let [Some(a), Some(b)] = ends.each_ref().map(|end| self.planar.point(end)) else { return };
+            Transmission::Along(course) => {
+                let Some(points) = self.points_of(course) else { return };
                 let load = self.fresh(&load, "load", "load");
-                let [a, b] = self.ends([a, b], &load);
-                self.load_text += &format!(
-                    "\n[loads.{load}]\ntype    = \"actuator\"\nbetween = [\"{a}\", \"{b}\"]\nforce   = \"{law}\"\n"
-                );
+                let Some(between) = self.course(course, &points, &load, &actuator.place) else { return };
+                self.load_text += &format!("\n[loads.{load}]\ntype    = \"actuator\"\n{between}force   = \"{law}\"\n");
             }
         }
         self.report.exact("actuator as input");

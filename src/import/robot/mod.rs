@@ -9,9 +9,11 @@ mod couplings;
 mod forces;
 mod planar;
 mod plane;
+mod solids;
 mod write;
 
 pub use planar::scene;
+pub use solids::{Solid, SolidShape};
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
@@ -229,6 +231,16 @@ pub struct JointLaws {
     pub range: Option<[f64; 2]>,
 }
 
+impl Closure {
+    /// Its name, or where it is in the file.
+    pub fn called(&self) -> String {
+        match self.name.is_empty() {
+            true => format!("the loop that line {} closes", self.place.line),
+            false => format!("loop `{}`", self.name),
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 pub enum ClosureKind {
     /// Two points coincide.
@@ -264,11 +276,44 @@ pub struct Tendon {
     pub relaxed: [f64; 2],
 }
 
-/// A spring, damper and rope between two points.
+/// The way of a tendon: between two points, over others.
+#[derive(Clone, Debug)]
+pub struct Course {
+    pub ends: [BodyPoint; 2],
+    pub over: Vec<CourseBend>,
+}
+
+impl Course {
+    pub fn straight(ends: [BodyPoint; 2]) -> Self {
+        Course { ends, over: Vec::new() }
+    }
+
+    /// Its points from end to end; of round bends their centres.
+    pub fn points(&self) -> impl Iterator<Item = &BodyPoint> + Clone {
+        let [first, last] = self.ends.each_ref();
+        std::iter::once(first).chain(self.over.iter().map(|bend| &bend.at)).chain(std::iter::once(last))
+    }
+}
+
+/// Where a tendon bends: at an eye, or about a cylinder.
+#[derive(Clone, Debug)]
+pub struct CourseBend {
+    pub at: BodyPoint,
+    /// Zero for an eye.
+    pub radius: f64,
+    /// The axis of a cylinder in the frame of its body; a ball has none.
+    pub axis: Option<Vector3<f64>>,
+    /// A point on the side of the centre on which it passes; without one it takes the shorter way.
+    pub side: Option<BodyPoint>,
+    pub called: String,
+}
+
+/// A spring, damper and rope along a course.
 #[derive(Clone, Debug)]
 pub struct PointSpring {
     pub name: String,
-    pub ends: [BodyPoint; 2],
+    pub place: FilePlace,
+    pub course: Course,
     pub stiffness: f64,
     pub damping: f64,
     pub relaxed: [f64; 2],
@@ -291,13 +336,14 @@ pub struct SpatialBushing {
 #[derive(Clone, Debug)]
 pub enum Transmission {
     Joints(Vec<(usize, f64)>),
-    Points([BodyPoint; 2]),
+    Along(Course),
 }
 
 /// force = (gain + rate_gain rate) u + bias[0] + bias[1] length + bias[2] rate, clamped; u the input or a state that follows it.
 #[derive(Clone, Debug)]
 pub struct SpatialActuator {
     pub name: String,
+    pub place: FilePlace,
     pub transmission: Transmission,
     pub gear: f64,
     pub gain: f64,

@@ -9,8 +9,10 @@ use crate::import::options::ImportOptions;
 use crate::import::refusal::{Fallible, FilePlace, ImportRefusal};
 use crate::import::report::ImportReport;
 
-/// Loops that are open by more of the size are not closed: which way they close would be a guess.
+/// Points of a loop that are apart by no more of the size are closed as a matter of course: the digits of a converter.
 const OPEN: f64 = 1e-3;
+/// Loops that are open by more of the size are not closed: which way they close would be a guess.
+const ASSEMBLED: f64 = 0.1;
 /// The most joints of a scene that is imported.
 const MOST: usize = 1000;
 /// Products of inertia with the normal, relative to the largest moment, with which a free body stays in the plane.
@@ -153,6 +155,7 @@ pub fn scene(
     options: &ImportOptions,
     report: &mut ImportReport,
 ) -> Option<String> {
+    name_joints(&mut model);
     if let Err(refusal) = prepare(&mut model, options, report) {
         report.refuse(refusal);
         return None;
@@ -181,6 +184,25 @@ pub fn scene(
     }
     let start = closed(&planar, report)?;
     Some(write::scene(name, &planar, &start, options, report))
+}
+
+/// A joint without a name gets the number that it has in the file, so that messages and options can name it. A body without a name has that of its joint, if the
+/// file gives it one.
+fn name_joints(model: &mut SpatialModel) {
+    for index in 1..model.bodies.len() {
+        let body = &model.bodies[index];
+        let unnamed = |joint: &usize| model.joints[*joint].name.is_empty();
+        if body.name.is_empty() && !body.joints.is_empty() && body.joints.iter().all(unnamed) {
+            model.bodies[index].name = format!("body_{index}");
+        }
+    }
+    for index in 0..model.joints.len() {
+        if model.joints[index].name.is_empty() {
+            let free = (index + 1..).map(|number| format!("joint_{number}"));
+            let name = free.into_iter().find(|name| model.joints.iter().all(|joint| joint.name != *name));
+            model.joints[index].name = name.unwrap_or_default();
+        }
+    }
 }
 
 /// Roots, locked joints and held joints, so that the rest need not know them.
@@ -300,13 +322,13 @@ fn take_root(model: &mut SpatialModel, root: &str, report: &mut ImportReport) ->
     let used = |point: &BodyPoint| point.body == 0 || inside[point.body];
     let joints: Vec<bool> = model.joints.iter().map(|joint| inside[joint.body] && joint.body != root).collect();
     model.closures.retain(|closure| closure.ends.iter().all(used));
-    model.springs.retain(|spring| spring.ends.iter().all(used));
+    model.springs.retain(|spring| spring.course.points().all(used));
     model.bushings.retain(|bushing| bushing.ends.iter().all(used));
     model.followers.retain(|follower| joints[follower.joint] && follower.leader.is_none_or(|leader| joints[leader]));
     model.tendons.retain(|tendon| tendon.terms.iter().all(|(joint, _)| joints[*joint]));
     model.actuators.retain(|actuator| match &actuator.transmission {
         super::Transmission::Joints(terms) => terms.iter().all(|(joint, _)| joints[*joint]),
-        super::Transmission::Points(ends) => ends.iter().all(used),
+        super::Transmission::Along(course) => course.points().all(used),
     });
     model.contacts.retain(|contact| match &contact.kind {
         super::ContactKind::Plane { body, .. } => inside[*body],
@@ -481,7 +503,7 @@ impl PlanarModel<'_> {
         let in_terms = |terms: &[(usize, f64)]| terms.iter().any(|(index, _)| *index == joint);
         let actuators = self.file.actuators.iter().any(|actuator| match &actuator.transmission {
             super::Transmission::Joints(terms) => in_terms(terms),
-            super::Transmission::Points(_) => false,
+            super::Transmission::Along(_) => false,
         });
         let followers =
             self.file.followers.iter().any(|follower| follower.joint == joint || follower.leader == Some(joint));
@@ -650,7 +672,7 @@ impl PlanarModel<'_> {
         for (source, closure) in self.file.closures.iter().enumerate() {
             let [Some(first), Some(second)] = closure.ends.each_ref().map(|end| self.point(end)) else { continue };
             if first.0 == second.0 {
-                report.note(format!("`{}` joins parts of one body and is left out", closure.name));
+                report.note(format!("{} joins parts of one body and is left out", closure.called()));
                 continue;
             }
             let ends = [first, second];
@@ -685,8 +707,8 @@ impl PlanarModel<'_> {
         let beside = self.plane.normal.dot(&(b - a)).abs();
         if beside > OPEN * self.size {
             report.approximated(format!(
-                "`{}` joins points that are {beside:.4} m apart along the normal, which loads the hinges in space and not in the plane",
-                closure.name
+                "{} joins points that are {beside:.4} m apart along the normal, which loads the hinges in space and not in the plane",
+                closure.called()
             ));
         }
     }
@@ -710,7 +732,15 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
     let reference = vec![0.0; values.len()];
     let gaps = [values, reference.clone()].map(|values| gaps(planar, &values));
     let nearest = if gaps[0].iter().sum::<f64>() <= gaps[1].iter().sum() { &gaps[0] } else { &gaps[1] };
-    if start.open < 1e-9 && nearest.iter().all(|gap| *gap <= OPEN * planar.size) {
+    if start.open < 1e-9 && nearest.iter().all(|gap| *gap <= ASSEMBLED * planar.size) {
+        for (index, gap) in nearest.iter().enumerate().filter(|(_, gap)| **gap > OPEN * planar.size) {
+            let file = &planar.file.closures[planar.closure_sources[index]];
+            report.approximated(format!(
+                "{} has a gap of {gap:.3e} m in the file: it is assembled from there, which moves dependent joint coordinates by at most {:.3e}",
+                file.called(),
+                start.moved
+            ));
+        }
         if start.moved > 1e-9 {
             report.note(format!(
                 "the loops are not closed exactly where the file starts: closing them changes dependent joint coordinates by at most {:.3e}",
@@ -733,8 +763,8 @@ fn closed(planar: &PlanarModel, report: &mut ImportReport) -> Option<ClosedStart
         let ([ax, ay], [bx, by]) = (a, b);
         report.refuse(
             ImportRefusal::new(format!(
-                "loop `{}` has a gap of {gap:.3e} m: its points are at ({ax:.6}, {ay:.6}) and ({bx:.6}, {by:.6}), and its assembly mode would be a guess",
-                file.name
+                "{} has a gap of {gap:.3e} m: its points are at ({ax:.6}, {ay:.6}) and ({bx:.6}, {by:.6}), and its assembly mode would be a guess",
+                file.called()
             ))
             .at(&file.place)
             .help("correct the positions of the bodies, or start from a keyframe in which the loop is closed"),

@@ -129,7 +129,7 @@ pub fn outside(
     let lock = |name: &str| format!("--lock {name} locks it; --root BODY imports a part of the robot");
     for joint in model.moving_joints() {
         let axis = world[joint.body] * joint.axis;
-        let called = if joint.name.is_empty() { "a joint".to_owned() } else { format!("joint `{}`", joint.name) };
+        let called = format!("joint `{}`", joint.name);
         let [x, y, z] = [axis.x, axis.y, axis.z];
         let tilt = plane.tilt(&axis);
         let refusal = match joint.kind {
@@ -162,8 +162,8 @@ pub fn outside(
         let tilt = plane.tilt(&(world[closure.ends[0].body] * axis));
         if tilt.to_radians() > PARALLEL {
             let message = format!(
-                "joint `{}`, which closes a loop, turns {tilt:.2} deg off the normal of the plane",
-                closure.name
+                "{} is closed by a hinge that turns {tilt:.2} deg off the normal of the plane",
+                closure.called()
             );
             refused
                 .push(ImportRefusal::new(message).at(&closure.place).help("--root BODY imports a part of the robot"));

@@ -4,14 +4,18 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::Includes;
-use super::refusal::{Fallible, ImportRefusal};
-use super::report::ImportReport;
-use super::robot::{
-    BodyMass, BodyPoint, Closure, ClosureKind, JointFollower, JointLaws, JointMotion, SpatialBody, SpatialJoint,
-    SpatialModel,
+use crate::import::options::ImportOptions;
+use crate::import::refusal::{Fallible, ImportRefusal};
+use crate::import::report::ImportReport;
+use crate::import::robot::{
+    BodyMass, BodyPoint, Closure, ClosureKind, JointLaws, JointMotion, SpatialBody, SpatialJoint, SpatialModel,
 };
-use super::xml::{self, XmlElement};
+use crate::import::xml::{self, XmlElement};
+use crate::import::{Includes, drake, levels};
+
+mod collisions;
+mod couplings;
+mod known;
 
 /// Gravity of a world without one.
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
@@ -36,6 +40,11 @@ struct SdfReader<'a> {
     /// Links and joints with their full names and scopes, in the order of the file.
     links: Vec<(String, &'a XmlElement, bool)>,
     joints: Vec<(String, String, &'a XmlElement)>,
+    /// The joints of the model by their full names.
+    moving: BTreeMap<String, usize>,
+    /// Elements of Drake's that act between bodies, with their scopes.
+    drake: Vec<(String, &'a XmlElement)>,
+    options: &'a ImportOptions,
     report: &'a mut ImportReport,
 }
 
@@ -43,8 +52,13 @@ struct SdfReader<'a> {
 ///
 /// # Errors
 /// Frames that are not there or in a cycle, or what cannot be imported.
-pub fn read(root: &mut XmlElement, includes: Includes, report: &mut ImportReport) -> Fallible<SpatialModel> {
-    expand(root, includes, 0)?;
+pub fn read(
+    root: &mut XmlElement,
+    options: &ImportOptions,
+    includes: Includes,
+    report: &mut ImportReport,
+) -> Fallible<SpatialModel> {
+    Expansion { options, includes, report }.of(root, 0)?;
     let version = root.attribute("version").map(|attribute| attribute.value()).unwrap_or("1.6");
     let version = version
         .parse::<f64>()
@@ -60,7 +74,9 @@ pub fn read(root: &mut XmlElement, includes: Includes, report: &mut ImportReport
     let (gravity, models, name) = match worlds[..] {
         [] => (Vector3::from(GRAVITY), root.all("model").collect::<Vec<_>>(), ""),
         [world] => {
-            let gravity = vector(world.child("gravity"))?.map_or(Vector3::from(GRAVITY), Vector3::from);
+            // Before version 1.6 it was one of the settings of the physics.
+            let given = world.child("gravity").or_else(|| world.child("physics")?.child("gravity"));
+            let gravity = vector(given)?.map_or(Vector3::from(GRAVITY), Vector3::from);
             (gravity, world.all("model").collect(), world.get("name").unwrap_or_default())
         }
         _ => return Err(root.refuse("it has more than one world").help("keep the one to import")),
@@ -68,7 +84,17 @@ pub fn read(root: &mut XmlElement, includes: Includes, report: &mut ImportReport
     if models.is_empty() {
         return Err(root.refuse("it has no model"));
     }
-    let mut reader = SdfReader { version, frames: BTreeMap::new(), links: Vec::new(), joints: Vec::new(), report };
+    levels::check(root, known::LEVELS, report);
+    let mut reader = SdfReader {
+        version,
+        frames: BTreeMap::new(),
+        links: Vec::new(),
+        joints: Vec::new(),
+        moving: BTreeMap::new(),
+        drake: Vec::new(),
+        options,
+        report,
+    };
     for model in &models {
         reader.model(model, "", false, 0)?;
     }
@@ -85,64 +111,111 @@ pub fn read(root: &mut XmlElement, includes: Includes, report: &mut ImportReport
     if worlds_absent(root) {
         reader.report.note("the file has no world: gravity of 9.8 m/s2 along -z, the default of SDF, is assumed");
     }
-    let name = models.first().and_then(|model| model.get("name")).unwrap_or(name).to_owned();
+    // The first that moves: a world begins with its floor.
+    let first = models.iter().find(|model| !is_static(model)).or(models.first());
+    let name = first.and_then(|model| model.get("name")).unwrap_or(name).to_owned();
     reader.build(SpatialModel::new("SDF", &name, gravity))
+}
+
+fn is_static(model: &XmlElement) -> bool {
+    model.child("static").is_some_and(|element| matches!(element.text.trim(), "true" | "1"))
 }
 
 fn worlds_absent(root: &XmlElement) -> bool {
     root.child("world").is_none()
 }
 
+/// Gazebo's floor: a plane at the height of its model, rough.
+const GROUND_PLANE: &str = "<sdf version='1.6'><model name='ground_plane'><static>true</static><link name='link'><collision name='collision'>\
+    <geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>\
+    <surface><friction><ode><mu>100</mu></ode></friction></surface></collision></link></model></sdf>";
+
 /// Puts included models into the tree.
-fn expand(element: &mut XmlElement, includes: Includes, depth: usize) -> Fallible<()> {
-    let mut children = Vec::new();
-    for mut child in std::mem::take(&mut element.children) {
-        if child.name != "include" {
+struct Expansion<'a> {
+    options: &'a ImportOptions,
+    includes: Includes<'a>,
+    report: &'a mut ImportReport,
+}
+
+impl Expansion<'_> {
+    fn of(&mut self, element: &mut XmlElement, depth: usize) -> Fallible<()> {
+        let mut children = Vec::new();
+        for mut child in std::mem::take(&mut element.children) {
+            if child.name == "include" {
+                children.extend(self.included(child, depth)?);
+                continue;
+            }
             if matches!(child.name.as_str(), "world" | "model") {
-                expand(&mut child, includes, depth)?;
+                self.of(&mut child, depth)?;
             }
             children.push(child);
-            continue;
         }
-        let uri = child
+        element.children = children;
+        Ok(())
+    }
+
+    /// The model that an include stands for; none of a light, or of what the user leaves out.
+    fn included(&mut self, mut include: XmlElement, depth: usize) -> Fallible<Option<XmlElement>> {
+        let uri = include
             .child("uri")
-            .map(|child_element| child_element.text.trim().to_owned())
-            .ok_or_else(|| child.refuse("<include> has no <uri>"))?;
+            .map(|element| element.text.trim().to_owned())
+            .ok_or_else(|| include.refuse("<include> has no <uri>"))?;
         if depth >= DEEPEST {
-            return Err(child.refuse(format!("`{uri}` is included {DEEPEST} deep: it includes itself")));
+            return Err(include.refuse(format!("`{uri}` is included {DEEPEST} deep: it includes itself")));
         }
         let path = uri.trim_start_matches("model://").trim_start_matches("file://");
-        let found =
-            [path.to_owned(), format!("{path}/model.sdf")].into_iter().find_map(|path| Some((includes(&path)?, path)));
-        let (bytes, file) = found.ok_or_else(|| {
-            child
-                .refuse(format!("the included model `{uri}` cannot be read"))
-                .help("it is looked for beside the file; copy it there")
-        })?;
-        let text = xml::decode(&bytes).map_err(|why| child.refuse(format!("`{file}`: {why}")))?;
+        let found = [path.to_owned(), format!("{path}/model.sdf")]
+            .into_iter()
+            .find_map(|path| Some(((self.includes)(&path)?, path)));
+        let usual = path.rsplit('/').next().unwrap_or(path).to_lowercase().replace(' ', "_");
+        let (text, file) = match (found, usual.as_str()) {
+            (Some((bytes, file)), _) => {
+                (xml::decode(&bytes).map_err(|why| include.refuse(format!("`{file}`: {why}")))?, file)
+            }
+            (None, "sun") => {
+                self.report.idle("<include> of `sun`, a light");
+                return Ok(None);
+            }
+            (None, "ground_plane") => (GROUND_PLANE.to_owned(), "ground_plane".to_owned()),
+            (None, _) => return self.missing(&include, &uri),
+        };
         let mut included = xml::parse(&file, &text)?;
-        expand(&mut included, includes, depth + 1)?;
+        self.of(&mut included, depth + 1)?;
         let mut models: Vec<XmlElement> =
             included.children.into_iter().filter(|candidate| candidate.name == "model").collect();
         let Some(mut model) = (models.len() == 1).then(|| models.remove(0)) else {
-            return Err(child.refuse(format!("`{file}` must have one model, but has {}", models.len())));
+            return Err(include.refuse(format!("`{file}` must have one model, but has {}", models.len())));
         };
         // What the include says wins over the model.
         for key in ["pose", "static"] {
-            if let Some(at) = child.children.iter().position(|candidate| candidate.name == key) {
+            if let Some(at) = include.children.iter().position(|candidate| candidate.name == key) {
                 model.children.retain(|candidate| candidate.name != key);
-                model.children.push(child.children.remove(at));
+                model.children.push(include.children.remove(at));
             }
         }
-        if let Some(name) = child.child("name").map(|element| element.text.trim().to_owned())
+        if let Some(name) = include.child("name").map(|element| element.text.trim().to_owned())
             && let Some(attribute) = model.attributes.iter_mut().find(|attribute| attribute.name == "name")
         {
             attribute.value = name;
         }
-        children.push(model);
+        for child in include.children.iter().filter(|child| !matches!(child.name.as_str(), "uri" | "name")) {
+            self.report.acting(&format!("<{}>", child.name), child.place.line, &format!("the include of `{uri}`"));
+        }
+        Ok(Some(model))
     }
-    element.children = children;
-    Ok(())
+
+    /// An included model that is not there may be anything.
+    fn missing(&mut self, include: &XmlElement, uri: &str) -> Fallible<Option<XmlElement>> {
+        let short = uri.rsplit('/').next().unwrap_or(uri);
+        let why = format!("the included model `{uri}` cannot be read");
+        if self.options.leaves_out(&[short, uri, "include"]) {
+            self.report.left_out.push(format!("{why} (line {})", include.place.line));
+            return Ok(None);
+        }
+        Err(include.refuse(why).help(format!(
+            "--model-path FOLDER names the folder that has `{short}`; --leave-out {short} imports the file without it"
+        )))
+    }
 }
 
 fn vector(element: Option<&XmlElement>) -> Fallible<Option<[f64; 3]>> {
@@ -226,17 +299,13 @@ impl<'a> SdfReader<'a> {
                 .at(&frame_attribute.place)
                 .help("give the pose of the model itself"));
         }
-        let fixed = fixed || model.child("static").is_some_and(|element| matches!(element.text.trim(), "true" | "1"));
+        let fixed = fixed || is_static(model);
         self.frame(&full, model, scope, Some(scope.to_owned()))?;
         for child in &model.children {
             match child.name.as_str() {
                 "link" => {
                     let name = joined(&full, child.must("name")?);
                     self.frame(&name, child, &full, None)?;
-                    let known = ["pose", "inertial", "gravity", "velocity_decay"];
-                    for item in child.children.iter().filter(|item| !known.contains(&item.name.as_str())) {
-                        self.report.idle(format!("<{}>", item.name));
-                    }
                     self.links.push((name, child, fixed));
                 }
                 "frame" => self.frame(&joined(&full, child.must("name")?), child, &full, None)?,
@@ -250,11 +319,21 @@ impl<'a> SdfReader<'a> {
                     self.joints.push((name, full.clone(), child));
                 }
                 "model" => self.model(child, &full, fixed, depth + 1)?,
-                "pose" | "static" | "self_collide" | "allow_auto_disable" | "enable_wind" => {}
-                other => self.report.idle(format!("<{other}>")),
+                _ => self.drake(child, &full),
             }
         }
         Ok(())
+    }
+
+    /// What Drake adds acts between bodies, which are read first; of its other constraints none has a counterpart.
+    fn drake(&mut self, element: &'a XmlElement, scope: &str) {
+        let name = element.name.as_str();
+        if matches!(name, "drake:linear_bushing_rpy" | "drake:ball_constraint" | "drake:linear_spring_damper") {
+            self.drake.push((scope.to_owned(), element));
+        } else if name.contains("constraint") || name == "drake:joint" {
+            let why = format!("<{name}> of `{scope}` joins bodies and has no counterpart");
+            self.report.refuse_or_leave(element, self.options, &[name], &why);
+        }
     }
 
     /// The pose of a frame in the world.
@@ -309,7 +388,7 @@ impl<'a> SdfReader<'a> {
         let worlds =
             self.links.iter().map(|(name, element, _)| self.world(name, element)).collect::<Fallible<Vec<_>>>()?;
         let mut ends = Vec::new();
-        for (name, scope, joint) in &self.joints {
+        for (name, scope, joint) in self.joints.iter().filter(|(.., joint)| !is_gearbox(joint)) {
             let end = |key: &str| -> Fallible<Option<usize>> {
                 let end = joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
                 match end.text.trim() {
@@ -354,23 +433,48 @@ impl<'a> SdfReader<'a> {
             self.close(&mut model, NamedJoint { name: &name, scope: &scope, element }, [of(parent), of(child)])?;
         }
         self.followers(&mut model)?;
-        self.unknown();
+        self.gearboxes(&mut model, &bodies)?;
+        for (scope, element) in std::mem::take(&mut self.drake) {
+            let frame = |from: &XmlElement, name: &str| self.frame_in_body(&model, &bodies, (&scope, name), from);
+            if let Some(part) = drake::read(element, &frame)? {
+                part.add(&mut model, self.report);
+            }
+        }
+        self.collisions(&mut model, &bodies)?;
+        self.soft_stops();
         Ok(model)
     }
 
-    /// What joints have that the reader does not know.
-    fn unknown(&mut self) {
-        const OF_AXES: &[&str] = &["xyz", "dynamics", "limit", "initial_position", "use_parent_model_frame", "mimic"];
+    /// What is said of laws that have a counterpart only in part.
+    fn soft_stops(&mut self) {
         for (.., joint) in &self.joints {
-            let called = joint.called();
-            self.report.unknown(joint, OF_JOINTS, &called);
-            joint.all("axis").for_each(|axis| self.report.unknown(axis, OF_AXES, &called));
-        }
-        for (_, link, _) in &self.links {
-            if link.child("velocity_decay").is_some() {
-                self.report.left_out.push(format!("`velocity_decay` of {}", link.called()));
+            let limits = joint.all("axis").filter_map(|axis| axis.child("limit"));
+            if limits
+                .flat_map(|limit| &limit.children)
+                .any(|part| matches!(part.name.as_str(), "stiffness" | "dissipation"))
+            {
+                self.report.approximated("stiffness and dissipation of limits, by exact stops without rebound");
             }
         }
+        for (_, link, _) in self.links.iter().filter(|(_, link, _)| link.child("velocity_decay").is_some()) {
+            self.report.left_out.push(format!("`velocity_decay` of {}", link.called()));
+        }
+    }
+
+    /// The body of a link or frame of a scope, and its pose there.
+    fn frame_in_body(
+        &self,
+        model: &SpatialModel,
+        bodies: &[usize],
+        (scope, name): (&str, &str),
+        from: &XmlElement,
+    ) -> Fallible<(usize, Isometry3<f64>)> {
+        if name == "world" {
+            return Ok((0, Isometry3::identity()));
+        }
+        let full = joined(scope, name);
+        let body = self.link_of(&full, from)?.map_or(0, |link| bodies[link]);
+        Ok((body, model.world(body).inverse() * self.world(&full, from)?))
     }
 
     /// Bodies from the roots outwards; returns the body of each link.
@@ -448,7 +552,6 @@ impl<'a> SdfReader<'a> {
             "prismatic" => JointMotion::Slide,
             "ball" => JointMotion::Ball,
             "fixed" => return Ok(()),
-            "gearbox" => return Err(gearbox(element)),
             "screw" => JointMotion::Other("screw"),
             "universal" => JointMotion::Other("universal"),
             "revolute2" => JointMotion::Other("revolute2"),
@@ -458,22 +561,17 @@ impl<'a> SdfReader<'a> {
         let known = |name: &str| model.joints.iter().any(|joint| joint.name == name);
         let called = if known(short) { name.replace("::", "_") } else { short.to_owned() };
         let mut joint = SpatialJoint::new(&called, &element.place, kind, body);
-        let world = world_of(model, body);
+        let world = model.world(body);
         joint.anchor = world.inverse() * Point3::from(self.world(name, element)?.translation.vector);
         if let Some(axis) = element.child("axis") {
             joint.axis = self.axis(named, axis, &world)?;
             joint.laws = axis_laws(axis)?;
+            joint.laws.armature = rotor(element)?;
             joint.start = number(axis.child("initial_position"), 0.0)?;
-            if let Some(limit) = axis.child("limit") {
-                for key in
-                    ["effort", "velocity", "stiffness", "dissipation"].iter().filter(|key| limit.child(key).is_some())
-                {
-                    self.report.idle(format!("limit of {key}, which Gazebo keeps"));
-                }
-            }
         } else if matches!(kind, JointMotion::Hinge | JointMotion::Slide) {
             return Err(element.refuse(format!("{} has no <axis>", element.called())));
         }
+        self.moving.insert(name.to_owned(), model.joints.len());
         model.bodies[body].joints.push(model.joints.len());
         model.joints.push(joint);
         Ok(())
@@ -487,21 +585,18 @@ impl<'a> SdfReader<'a> {
     ) -> Fallible<()> {
         let NamedJoint { name, element, .. } = named;
         let place = self.world(name, element)?;
-        let at = |body: usize| BodyPoint {
-            body,
-            at: world_of(model, body).inverse() * Point3::from(place.translation.vector),
-        };
+        let at =
+            |body: usize| BodyPoint { body, at: model.world(body).inverse() * Point3::from(place.translation.vector) };
         let axis = |this: &Self| -> Fallible<Vector3<f64>> {
             let axis =
                 element.child("axis").ok_or_else(|| element.refuse(format!("{} has no <axis>", element.called())))?;
-            this.axis(named, axis, &world_of(model, parent))
+            this.axis(named, axis, &model.world(parent))
         };
         let kind = match element.must("type")? {
             "revolute" | "continuous" => ClosureKind::Hinge(axis(self)?),
             "prismatic" => ClosureKind::Slide(axis(self)?),
             "ball" => ClosureKind::Point,
-            "fixed" => ClosureKind::Weld(world_of(model, parent).inverse() * world_of(model, child)),
-            "gearbox" => return Err(gearbox(element)),
+            "fixed" => ClosureKind::Weld(model.world(parent).inverse() * model.world(child)),
             other => {
                 return Err(element.refuse(format!(
                     "{} closes a loop and is of type `{other}`, which a planar mechanism cannot have",
@@ -521,53 +616,18 @@ impl<'a> SdfReader<'a> {
         model.closures.push(Closure { name: short, place: element.place.clone(), kind, ends, laws });
         Ok(())
     }
-
-    /// q = multiplier (q_leader - reference) + offset.
-    fn followers(&self, model: &mut SpatialModel) -> Fallible<()> {
-        for (name, _, element) in &self.joints {
-            let Some(mimic) = element.child("axis").and_then(|axis| axis.child("mimic")) else { continue };
-            let find = |name: &str| {
-                model.joints.iter().position(|joint| joint.name == name || joint.name == name.replace("::", "_"))
-            };
-            let short = |name: &str| name.rsplit("::").next().unwrap_or(name).to_owned();
-            let leader = mimic.must("joint")?;
-            let (Some(joint), Some(leader)) = (find(&short(name)), find(&short(leader))) else {
-                return Err(mimic.refuse(format!("{}: there is no joint `{leader}` that moves", element.called())));
-            };
-            let value = |key: &str, default: f64| number(mimic.child(key), default);
-            let ratio = value("multiplier", 1.0)?;
-            let offset = value("offset", 0.0)? - ratio * value("reference", 0.0)?;
-            let place = mimic.place.clone();
-            model.followers.push(JointFollower {
-                name: format!("{}_mimic", short(name)),
-                place,
-                joint,
-                leader: Some(leader),
-                offset,
-                ratio,
-            });
-        }
-        for follower in model.followers.clone() {
-            if let Some(leader) = follower.leader {
-                model.joints[follower.joint].start = follower.offset + follower.ratio * model.joints[leader].start;
-            }
-        }
-        Ok(())
-    }
 }
 
-fn gearbox(element: &XmlElement) -> ImportRefusal {
-    element
-        .refuse(format!("{} is of type `gearbox`, which is not imported", element.called()))
-        .help("remove it from the file, and add `type = \"gear\"` with its ratio to the scene")
+fn is_gearbox(joint: &XmlElement) -> bool {
+    joint.get("type") == Some("gearbox")
 }
 
-fn world_of(model: &SpatialModel, body: usize) -> Isometry3<f64> {
-    if body == 0 { Isometry3::identity() } else { world_of(model, model.bodies[body].parent) * model.bodies[body].pose }
+/// Drake's rotor: its inertia by the square of the ratio of its gear.
+fn rotor(joint: &XmlElement) -> Fallible<f64> {
+    let (inertia, ratio) =
+        (number(joint.child("drake:rotor_inertia"), 0.0)?, number(joint.child("drake:gear_ratio"), 1.0)?);
+    Ok(inertia * ratio * ratio)
 }
-
-/// What a joint has, here and in the extensions of URDF that write joints so.
-pub const OF_JOINTS: &[&str] = &["parent", "child", "pose", "axis", "physics", "sensor"];
 
 /// What acts along an axis.
 ///

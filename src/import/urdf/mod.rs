@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::options::ImportOptions;
-use super::refusal::{Fallible, ImportRefusal};
-use super::report::ImportReport;
-use super::robot::{
+use crate::import::options::ImportOptions;
+use crate::import::refusal::{Fallible, ImportRefusal};
+use crate::import::report::ImportReport;
+use crate::import::robot::{
     Activation, BodyMass, BodyPoint, Closure, ClosureKind, JointFollower, JointLaws, JointMotion, SpatialActuator,
-    SpatialBody, SpatialBushing, SpatialJoint, SpatialModel, Transmission,
+    SpatialBody, SpatialJoint, SpatialModel, Transmission,
 };
-use super::sdf;
-use super::xml::XmlElement;
+use crate::import::xml::XmlElement;
+use crate::import::{drake, levels, sdf};
+
+mod collisions;
+mod known;
 
 struct UrdfReader<'a> {
     root: &'a XmlElement,
@@ -22,6 +25,8 @@ struct UrdfReader<'a> {
     /// The body of each link.
     bodies: BTreeMap<&'a str, usize>,
     efforts: BTreeMap<usize, f64>,
+    /// The link that is the ground, if the file has it.
+    root_link: Option<&'a XmlElement>,
 }
 
 /// The model in a document.
@@ -32,13 +37,16 @@ pub fn read(root: &XmlElement, options: &ImportOptions, report: &mut ImportRepor
     refuse_xacro(root)?;
     let name = root.get("name").unwrap_or_default();
     let model = SpatialModel::new("URDF", name, Vector3::new(0.0, 0.0, -9.81));
-    let mut reader = UrdfReader { root, model, options, report, bodies: BTreeMap::new(), efforts: BTreeMap::new() };
+    levels::check(root, known::LEVELS, report);
+    let mut reader =
+        UrdfReader { root, model, options, report, bodies: BTreeMap::new(), efforts: BTreeMap::new(), root_link: None };
     reader.report.note("URDF has no gravity: 9.81 m/s2 along -z is assumed");
     reader.tree()?;
     reader.mimics()?;
     reader.closures()?;
     reader.inputs()?;
-    reader.others(root);
+    reader.gazebo()?;
+    reader.collisions()?;
     Ok(reader.model)
 }
 
@@ -77,11 +85,13 @@ impl<'a> UrdfReader<'a> {
                 return Err(link.refuse(format!("two links have the name `{}`", link.must("name")?)));
             }
         }
+        // Drake and Gazebo know a link `world` that no file has to name.
+        let has_world = links.contains_key("world");
         let mut joints: BTreeMap<&str, Vec<&XmlElement>> = BTreeMap::new();
         let mut parents: BTreeMap<&str, &XmlElement> = BTreeMap::new();
         for joint in root.all("joint") {
             let [parent, child] = [self.link_of(joint, "parent")?, self.link_of(joint, "child")?];
-            if let Some(name) = [parent, child].into_iter().find(|name| !links.contains_key(name)) {
+            if let Some(name) = [parent, child].into_iter().find(|name| !links.contains_key(name) && *name != "world") {
                 return Err(joint.refuse(format!("{}: there is no link `{name}`", joint.called())));
             }
             if let Some(other) = parents.insert(child, joint) {
@@ -90,7 +100,9 @@ impl<'a> UrdfReader<'a> {
             }
             joints.entry(parent).or_default().push(joint);
         }
-        let mut roots = root.all("link").filter_map(|link| link.get("name")).filter(|name| !parents.contains_key(name));
+        let implied = (!has_world && joints.contains_key("world")).then_some("world");
+        let named = root.all("link").filter_map(|link| link.get("name"));
+        let mut roots = implied.into_iter().chain(named).filter(|name| !parents.contains_key(name));
         let Some(first) = roots.next() else {
             return Err(root.refuse(match links.is_empty() {
                 true => "it has no link",
@@ -104,9 +116,12 @@ impl<'a> UrdfReader<'a> {
         }
         self.report.note(format!("link `{first}` is the root and is held as ground"));
         // The ground needs no mass.
-        links[first].mark();
+        if let Some(link) = links.get(first) {
+            link.mark();
+        }
         self.bodies.insert(first, 0);
         let mut next = vec![first];
+        self.root_link = links.get(first).copied();
         while let Some(parent) = next.pop() {
             for joint in joints.get(parent).into_iter().flatten() {
                 let child = self.link_of(joint, "child")?;
@@ -172,19 +187,20 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
+    /// Without `lower` and `upper`, as onshape-to-robot writes it, a joint has no limits; one of both is zero by default.
     fn limits(&mut self, joint: &'a XmlElement, spatial_joint: &mut SpatialJoint) -> Fallible<()> {
         let limit = joint.child("limit");
         let range = [optional(limit, "lower", 0.0)?, optional(limit, "upper", 0.0)?];
-        if matches!(joint.get("type"), Some("revolute" | "prismatic")) && limit.is_some() {
+        let given = ["lower", "upper"].iter().any(|key| limit.is_some_and(|limit| limit.attribute(key).is_some()));
+        if matches!(joint.get("type"), Some("revolute" | "prismatic")) && given {
             if range[0] >= range[1] {
-                return Err(joint.refuse(format!(
-                    "{}: its limits {} to {} do not increase",
-                    joint.called(),
-                    range[0],
-                    range[1]
-                )));
+                return Err(joint
+                    .refuse(format!("{}: its limits {} to {} do not increase", joint.called(), range[0], range[1]))
+                    .help("write `lower` below `upper`, or remove both"));
             }
             spatial_joint.laws.range = Some(range);
+        } else if joint.get("type") != Some("continuous") && limit.is_some() {
+            self.report.note(format!("{} has neither `lower` nor `upper`: it has no limits", joint.called()));
         }
         let effort = optional(limit, "effort", 0.0)?;
         if effort > 0.0 {
@@ -244,11 +260,6 @@ impl<'a> UrdfReader<'a> {
             .ok_or_else(|| element.refuse(format!("{}: there is no link `{name}`", element.called())))
     }
 
-    fn world(&self, body: usize) -> Isometry3<f64> {
-        let body_data = &self.model.bodies[body];
-        if body == 0 { Isometry3::identity() } else { self.world(body_data.parent) * body_data.pose }
-    }
-
     /// What closes loops, by each convention.
     fn closures(&mut self) -> Fallible<()> {
         let root = self.root;
@@ -256,21 +267,15 @@ impl<'a> UrdfReader<'a> {
             for joint in gazebo.all("joint") {
                 self.gazebo_joint(joint)?;
             }
-            for plugin in gazebo.all("plugin") {
-                let file = plugin.get("filename").unwrap_or_default();
-                if ["loop", "mimic", "attach"].iter().any(|word| file.to_lowercase().contains(word)) {
-                    self.report.note(format!("the Gazebo plugin `{file}` (line {}) may close a loop or couple joints that the file does not describe", plugin.place.line));
-                }
-            }
         }
         for joint in root.all("loop_joint") {
-            self.loop_joint(joint)?;
+            self.loop_joint(joint, ["link1", "link2"])?;
         }
-        for constraint in root.all("drake:ball_constraint") {
-            self.ball_constraint(constraint)?;
+        for joint in root.all("loop") {
+            self.loop_joint(joint, ["predecessor", "successor"])?;
         }
-        for bushing in root.all("drake:linear_bushing_rpy") {
-            self.bushing(bushing)?;
+        for element in &root.children {
+            self.drake(element)?;
         }
         self.closing_frames();
         Ok(())
@@ -300,8 +305,8 @@ impl<'a> UrdfReader<'a> {
             },
             None => Isometry3::identity(),
         };
-        let place = self.world(child) * pose;
-        let into = self.world(parent).inverse() * place;
+        let place = self.model.world(child) * pose;
+        let into = self.model.world(parent).inverse() * place;
         let ends = [
             BodyPoint { body: parent, at: Point3::from(into.translation.vector) },
             BodyPoint { body: child, at: Point3::from(pose.translation.vector) },
@@ -320,7 +325,7 @@ impl<'a> UrdfReader<'a> {
         let kind = match joint.must("type")? {
             "revolute" | "continuous" => ClosureKind::Hinge(axis),
             "prismatic" => ClosureKind::Slide(axis),
-            "fixed" => ClosureKind::Weld(self.world(parent).inverse() * self.world(child)),
+            "fixed" => ClosureKind::Weld(self.model.world(parent).inverse() * self.model.world(child)),
             "ball" => ClosureKind::Point,
             other => {
                 return Err(joint.refuse(format!(
@@ -336,18 +341,19 @@ impl<'a> UrdfReader<'a> {
             ],
             _ => ends,
         };
-        self.report.unknown(joint, sdf::OF_JOINTS, "a joint");
         let laws = joint.child("axis").map_or(Ok(JointLaws::default()), sdf::axis_laws)?;
         self.close(joint, kind, ends, laws);
         Ok(())
     }
 
-    fn loop_joint(&mut self, joint: &'a XmlElement) -> Fallible<()> {
+    /// Two links whose frames a joint holds together: `<loop_joint>` of Isaac Sim, whose links have the pose themselves, and `<loop>` of URDF+.
+    fn loop_joint(&mut self, joint: &'a XmlElement, keys: [&str; 2]) -> Fallible<()> {
         let mut ends = Vec::new();
-        for key in ["link1", "link2"] {
+        for key in keys {
             let reference =
                 joint.child(key).ok_or_else(|| joint.refuse(format!("{} has no <{key}>", joint.called())))?;
-            ends.push((self.body(joint, reference.must("link")?)?, origin(Some(reference))?));
+            let pose = origin(reference.child("origin").or(Some(reference)))?;
+            ends.push((self.body(joint, reference.must("link")?)?, pose));
         }
         let [(first, pose), (second, other)] = ends[..] else { return Ok(()) };
         let axis = joint
@@ -380,26 +386,7 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    fn ball_constraint(&mut self, element: &'a XmlElement) -> Fallible<()> {
-        let part =
-            |key: &str| element.child(key).ok_or_else(|| element.refuse(format!("<{}> has no <{key}>", element.name)));
-        let bodies = [
-            self.body(element, part("drake:ball_constraint_body_A")?.must("name")?)?,
-            self.body(element, part("drake:ball_constraint_body_B")?.must("name")?)?,
-        ];
-        let point = |key: &str| -> Fallible<Point3<f64>> {
-            let Some(point) = element.child(key) else { return Ok(Point3::origin()) };
-            point.attribute("value").map_or(Ok(Point3::origin()), |value| Ok(Point3::from(value.array::<3>()?)))
-        };
-        let ends = [
-            BodyPoint { body: bodies[0], at: point("drake:ball_constraint_p_AP")? },
-            BodyPoint { body: bodies[1], at: point("drake:ball_constraint_p_BQ")? },
-        ];
-        self.close(element, ClosureKind::Point, ends, JointLaws::default());
-        Ok(())
-    }
-
-    /// A frame by its name: a link, or a frame of Drake's.
+    /// A body and a pose in it, by the name of a link or of a frame of Drake's.
     fn frame(&self, element: &XmlElement, name: &str) -> Fallible<(usize, Isometry3<f64>)> {
         match self.root.all("frame").find(|frame| frame.get("name") == Some(name)) {
             Some(frame) => Ok((self.body(frame, frame.must("link")?)?, origin(Some(frame))?)),
@@ -407,33 +394,35 @@ impl<'a> UrdfReader<'a> {
         }
     }
 
-    fn bushing(&mut self, element: &'a XmlElement) -> Fallible<()> {
-        let part =
-            |key: &str| element.child(key).ok_or_else(|| element.refuse(format!("<{}> has no <{key}>", element.name)));
-        let frames = [
-            self.frame(element, part("drake:bushing_frameA")?.must("name")?)?,
-            self.frame(element, part("drake:bushing_frameC")?.must("name")?)?,
-        ];
-        let three = |key: &str| -> Fallible<[f64; 3]> {
-            part(key)?.attribute("value").map_or(Ok([0.0; 3]), |value| value.array::<3>())
-        };
-        let (force, force_damping) = (three("drake:bushing_force_stiffness")?, three("drake:bushing_force_damping")?);
-        let (torque, torque_damping) =
-            (three("drake:bushing_torque_stiffness")?, three("drake:bushing_torque_damping")?);
-        let largest = |values: [f64; 3]| values.into_iter().fold(0.0, f64::max);
-        for (name, values) in [("force stiffness", force), ("force damping", force_damping)] {
-            if values.iter().any(|value| *value != values[0]) {
-                self.report.approximated(format!("the {name} of a bushing (line {}) is {values:?} by axes; its largest is taken in both directions of the plane", element.place.line));
+    /// What Drake adds between bodies; of its other constraints none has a counterpart.
+    fn drake(&mut self, element: &'a XmlElement) -> Fallible<()> {
+        let part = drake::read(element, &|from: &XmlElement, name: &str| self.frame(from, name))?;
+        if let Some(part) = part {
+            part.add(&mut self.model, self.report);
+        } else if element.name.contains("constraint") || matches!(element.name.as_str(), "drake:joint" | "coupling") {
+            let why = format!("{} (line {}) joins bodies and has no counterpart", element.called(), element.place.line);
+            self.report.refuse_or_leave(element, self.options, &[&element.name], &why);
+        }
+        Ok(())
+    }
+
+    /// What Gazebo's extensions say of links and joints.
+    fn gazebo(&mut self) -> Fallible<()> {
+        for gazebo in self.root.all("gazebo") {
+            let Some(name) = gazebo.get("reference") else { continue };
+            let is =
+                |key: &str, value: [&str; 2]| gazebo.child(key).is_some_and(|flag| value.contains(&flag.text.trim()));
+            let joint = self.model.joints.iter().position(|joint| joint.name == name);
+            if let Some(&body) = self.bodies.get(name)
+                && (is("turnGravityOff", ["true", "1"]) || is("gravity", ["false", "0"]))
+            {
+                self.model.bodies[body].weightless = true;
+            }
+            if let (Some(joint), Some(stiffness)) = (joint, gazebo.child("springStiffness")) {
+                let relaxed = gazebo.child("springReference").map_or(Ok(0.0), XmlElement::text_number)?;
+                self.model.joints[joint].laws.spring = Some([stiffness.text_number()?, relaxed]);
             }
         }
-        self.model.bushings.push(SpatialBushing {
-            name: element.get("name").unwrap_or_default().to_owned(),
-            ends: frames.map(|(body, pose)| BodyPoint { body, at: Point3::from(pose.translation.vector) }),
-            stiffness: largest(force),
-            damping: largest(force_damping),
-            torsion_stiffness: largest(torque),
-            torsion_damping: largest(torque_damping),
-        });
         Ok(())
     }
 
@@ -458,11 +447,23 @@ impl<'a> UrdfReader<'a> {
         }
     }
 
+    /// The inertia of a rotor behind its gear, as Drake writes it into a transmission.
+    fn rotor(&mut self, transmission: &'a XmlElement, joint: usize) -> Fallible<()> {
+        let Some(actuator) = transmission.child("actuator") else { return Ok(()) };
+        let inertia = optional(actuator.child("drake:rotor_inertia"), "value", 0.0)?;
+        let ratio = optional(actuator.child("drake:gear_ratio"), "value", 1.0)?;
+        self.model.joints[joint].laws.armature += inertia * ratio * ratio;
+        Ok(())
+    }
+
     /// Interfaces of efforts become inputs.
     fn inputs(&mut self) -> Fallible<()> {
         for transmission in self.root.all("transmission") {
             let Some(joint) = transmission.child("joint") else { continue };
             let name = joint.must("name")?;
+            if let Some(index) = self.model.joints.iter().position(|joint| joint.name == name) {
+                self.rotor(transmission, index)?;
+            }
             let interfaces = transmission.children.iter().flat_map(|interface| interface.all("hardwareInterface"));
             let is_effort =
                 interfaces.map(|interface| interface.text.to_lowercase()).any(|text| text.contains("effort"));
@@ -480,7 +481,7 @@ impl<'a> UrdfReader<'a> {
             let index = self.joint_named(joint, name)?;
             let range = self.efforts.get(&index).map(|effort| [-effort / reduction.abs(), effort / reduction.abs()]);
             let called = actuator.and_then(|actuator| actuator.get("name")).unwrap_or(name);
-            self.input(called, index, reduction, range);
+            self.input((called, transmission), index, reduction, range);
         }
         for control in self.root.all("ros2_control") {
             for joint in control.all("joint") {
@@ -500,15 +501,16 @@ impl<'a> UrdfReader<'a> {
                 };
                 let given = bound("min")?.zip(bound("max")?).map(|(min, max)| [min, max]);
                 let range = given.or_else(|| self.efforts.get(&index).map(|effort| [-effort, *effort]));
-                self.input(&format!("{name}_effort"), index, 1.0, range);
+                self.input((&format!("{name}_effort"), joint), index, 1.0, range);
             }
         }
         Ok(())
     }
 
-    fn input(&mut self, name: &str, joint: usize, gear: f64, control: Option<[f64; 2]>) {
+    fn input(&mut self, (name, element): (&str, &XmlElement), joint: usize, gear: f64, control: Option<[f64; 2]>) {
         self.model.actuators.push(SpatialActuator {
             name: name.to_owned(),
+            place: element.place.clone(),
             transmission: Transmission::Joints(vec![(joint, 1.0)]),
             gear,
             gain: 1.0,
@@ -519,61 +521,6 @@ impl<'a> UrdfReader<'a> {
             force: None,
             start: 0.0,
         });
-    }
-
-    /// What else is in the file: without effect on the motion, or not known.
-    fn others(&mut self, root: &XmlElement) {
-        const KNOWN: &[&str] = &[
-            "link",
-            "joint",
-            "transmission",
-            "ros2_control",
-            "loop_joint",
-            "frame",
-            "drake:ball_constraint",
-            "drake:linear_bushing_rpy",
-        ];
-        const IDLE: &[&str] = &["gazebo", "material", "mujoco", "sensor", "visual", "collision"];
-        for child in root.children.iter().filter(|child| !KNOWN.contains(&child.name.as_str())) {
-            match IDLE.contains(&child.name.as_str()) {
-                true => self.report.idle(format!("<{}>", child.name)),
-                false if self.options.leaves_out(&[&child.name]) => self.report.left_out.push(child.called()),
-                false => self
-                    .report
-                    .note(format!("unknown element <{}> (line {}) is left out", child.name, child.place.line)),
-            }
-        }
-        for child in root.all("link").flat_map(|link| &link.children).filter(|child| child.name != "inertial") {
-            self.report.idle(format!("<{}>", child.name));
-        }
-        let mut unread = Vec::new();
-        let idle = ["calibration", "safety_controller"];
-        for joint in root.all("joint") {
-            joint.attribute("name").map(|attribute| attribute.value());
-            joint.children.iter().filter(|child| idle.contains(&child.name.as_str())).for_each(XmlElement::mark);
-        }
-        root.all("link")
-            .filter_map(|link| link.child("inertial"))
-            .chain(root.all("joint"))
-            .chain(root.all("loop_joint"))
-            .for_each(|child| child.unread(&mut unread));
-        for (called, attribute) in unread {
-            self.report.note(format!("unknown attribute `{attribute}` of {called} is left out"));
-        }
-        const OF_JOINTS: &[&str] = &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"];
-        for child in root
-            .all("joint")
-            .flat_map(|joint| &joint.children)
-            .filter(|child| !OF_JOINTS.contains(&child.name.as_str()))
-        {
-            match idle.contains(&child.name.as_str()) {
-                true => self.report.idle(format!("<{}>", child.name)),
-                false => self.report.note(format!(
-                    "unknown element <{}> (line {}) of a joint is left out",
-                    child.name, child.place.line
-                )),
-            }
-        }
     }
 }
 
