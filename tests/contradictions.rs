@@ -4,10 +4,12 @@
 use std::sync::Arc;
 
 use crate::support::hard::cases;
-use crate::support::run::{models, scene_of, value};
-use cotree::compile::compile;
+use crate::support::power::PowerBalance;
+use crate::support::random::{Family, random_case};
+use crate::support::run::{mechanism, models, scene_of, sound, started, value};
+use cotree::compile::{compile, compile_asking};
 use cotree::model::Mechanism;
-use cotree::scene::Scene;
+use cotree::scene::{Requested, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Source;
@@ -158,4 +160,26 @@ fn no_run_contradicts_itself() {
     }
     assert!(wrong.is_empty(), "{}:\n{}", wrong.len(), wrong.join("\n"));
     assert!(compared > 600 && conserving > 10, "{compared} places, {conserving} runs that conserve energy");
+}
+
+/// What bodies gain in energy is what gravity, joints, drivers and loads put in, at any time of any run: forces that the equations leave out would show.
+#[test]
+fn random_mechanisms_keep_the_balance_of_power() {
+    for family in [Family::Chain, Family::Tree, Family::Loops, Family::Driven] {
+        for seed in 0..20 {
+            let text = random_case(seed, family).scene;
+            let balance = PowerBalance::new(&mechanism(&text));
+            let scene = sound(Scene::from_toml(&text));
+            let (compiled, _) = sound(compile_asking(&scene, &Requested::Also(balance.names())));
+            let model = Arc::new(Model::new(compiled.program).unwrap());
+            let mut instance = started(&model, None, 0.04, TOLERANCE);
+            for time in [0.0, 0.02, 0.04] {
+                if time > 0.0 {
+                    instance.step_to(time).unwrap();
+                }
+                let gap = balance.gap(&mut instance);
+                assert!(gap < 1e-8, "{family:?} {seed} at {time} s: {gap:e}\n{text}");
+            }
+        }
+    }
 }

@@ -38,6 +38,7 @@ mod house;
 mod implicit;
 mod initial_values;
 mod laws;
+mod laws_in_pieces;
 mod laws_without_value;
 mod lifting_cams;
 mod linear_laws;

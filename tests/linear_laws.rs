@@ -2,6 +2,7 @@
 
 use crate::support::run::{formulated, model, resolved, started, value};
 use cotree::expr::{Order, Symbol};
+use cotree_fmu::program::Engine;
 
 /// Two masses on a line.
 fn on_a_line(load: &str) -> String {
@@ -49,9 +50,18 @@ fn an_actuator_with_a_linear_law_is_a_spring_of_a_linear_system() {
 
 #[test]
 fn other_laws_are_refused_by_name() {
-    for law in
-        ["-800*length^3", "-800*length*rate", "-800*abs(length)", "if(rate > 0, -3*rate, -5*rate)", "-3*rate*abs(rate)"]
-    {
+    for law in [
+        "-800*length^3",
+        "-800*length*rate",
+        "-800*abs(length)",
+        "if(rate > 0, -3*rate, -5*rate)",
+        "-3*rate*abs(rate)",
+        "-5*sign(rate)",
+        "-5*floor(10*rate)",
+        "-800*length - 5*sign(rate)",
+        "if(length > 1.2, -40, 0)",
+        "-8*length*floor(rate)",
+    ] {
         let why = matrices(&format!("type = 'actuator'\nforce = '{law}'")).unwrap_err();
         assert_eq!(why, "the law of `link` is not linear", "{law}");
     }
@@ -100,4 +110,57 @@ fn a_law_that_is_flat_at_the_centre_keeps_its_force() {
     let [x, v] = ["ball.x", "ball.vx"].map(|name| value(&mut instance, name));
     assert!(x < 0.29);
     assert!((v * v + 200.0 * (x.powi(4) - 0.3_f64.powi(4))).abs() < 1e-9, "{x} {v}");
+}
+
+/// A block of 1 kg on a spring of 100 N/m, held at rest 0.33 m from the middle, with a law between it and a wall 1 m away.
+fn on_a_spring(law: &str) -> String {
+    format!(
+        r#"
+name = "pieces"
+[ground.points]
+wall = [-1, 0]
+[bodies.block]
+mass = 1
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.spring]
+type = "spring"
+between = ["ground.wall", "block"]
+stiffness = 100
+length = 1
+[loads.rub]
+type = "actuator"
+between = ["ground.wall", "block"]
+force = "{law}"
+[initial]
+"block.x" = 0.33
+[outputs]
+variables = ["block.x", "block.vx", "rub.force"]
+"#
+    )
+}
+
+/// The derivatives of these laws are zero, but not the forces. x'' = -100 x + F has the solution x = F/100 + A cos(10 t + phase) in each piece.
+#[test]
+fn a_law_in_pieces_without_slopes_keeps_its_force() {
+    let leaving = (0.6_f64 / 0.73).acos();
+    let speed = 7.3 * leaving.sin();
+    let free = |angle: f64| [0.2 * angle.cos() - speed / 10.0 * angle.sin(), -2.0 * angle.sin() - speed * angle.cos()];
+    let cases = [
+        ("-5*sign(rate)", [0.05 + 0.28 * 2.0_f64.cos(), -2.8 * 2.0_f64.sin()]),
+        ("if(length > 1.2, -40, 0)", free(2.0 - leaving)),
+        ("if(1.2 < length, -40, 0)", free(2.0 - leaving)),
+    ];
+    for (law, expected) in cases {
+        for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
+            let mut instance = started(&model(&on_a_spring(law)), engine, 1.0, 1e-9);
+            instance.step_to(0.2).unwrap();
+            for (name, expected) in ["block.x", "block.vx"].into_iter().zip(expected) {
+                let found = value(&mut instance, name);
+                assert!((found - expected).abs() < 1e-6, "{law}, {engine:?}: {name} = {found}, not {expected}");
+            }
+        }
+    }
 }

@@ -131,6 +131,48 @@ method = "{method}"
     end(&scene, [3.0, 1e-8], ["guide.s", "guide.v"])
 }
 
+/// A block of 1 kg on a spring, whose friction of 5 N is written as a law of the load's own rate.
+fn with_own_rate(method: &str) -> Result<[f64; 2], String> {
+    let scene = format!(
+        r#"
+format = 1
+name = "own_rate"
+[ground.points]
+wall = [-1, 0]
+[bodies.block]
+mass = 1.0
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.spring]
+type = "spring"
+between = ["ground.wall", "block"]
+stiffness = 100.0
+length = 1.0
+[loads.rub]
+type = "actuator"
+between = ["ground.wall", "block"]
+force = "-5*sign(rate)"
+[initial]
+"guide.s" = 0.33
+[solver]
+method = "{method}"
+"#
+    );
+    end(&scene, [3.0, 1e-8], ["guide.s", "guide.v"])
+}
+
+/// It loses 0.1 m of amplitude per half period, and is stuck after the third, at 0.94 s: the law chatters from there on, and friction that sticks is named.
+#[test]
+fn a_law_of_the_own_rate_chatters_where_it_would_stick() {
+    for method in ["auto", "explicit", "implicit"] {
+        let why = with_own_rate(method).expect_err(method);
+        let reason = why.contains("chatters, and `guide.s` with it") && why.contains("`friction` of a joint");
+        assert!(reason && why.contains("t = 0.942"), "{method}: {why}");
+    }
+}
+
 /// Variables of a scene at a time, by a tolerance.
 fn end<const N: usize>(scene: &str, [time, tolerance]: [f64; 2], names: [&str; N]) -> Result<[f64; N], String> {
     let mut instance = run::started(&run::model(scene), None, time, tolerance);

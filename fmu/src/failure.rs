@@ -244,7 +244,7 @@ pub enum Failure {
     },
     /// A law in pieces, each of which leads back into the other at once.
     #[error(
-        "at t = {time} s a piecewise law (`sign`, `if`, `abs`, `min`, `max`) chatters, and `{coordinate}` with it: each piece drives the motion back to the other; use a smooth law, such as `tanh(v/0.01)` for `sign(v)`, or a friction load"
+        "at t = {time} s a piecewise law (`sign`, `if`, `abs`, `min`, `max`) chatters, and `{coordinate}` with it: each piece drives the motion back to the other; for friction that sticks use `friction` of a joint or a `brake`, otherwise a smooth law, such as `tanh(v/0.01)` for `sign(v)`"
     )]
     SlidingMode {
         /// When [s].

@@ -38,4 +38,5 @@ def reduced(measure: str, time: np.ndarray, values: np.ndarray, derivatives: np.
         return float(step @ (old + new) / (2 * span)), step @ (by[0] + by[1]) / (2 * span)
     rms = np.sqrt(step @ (old**2 + old * new + new**2) / (3 * span))
     change = (step * (2 * old + new)) @ by[0] + (step * (old + 2 * new)) @ by[1]
-    return float(rms), change / (6 * span * rms)
+    # Where all values are zero, the rms is at its least and has a corner there: zero is among its slopes, and an optimiser stays.
+    return float(rms), change / (6 * span * rms) if rms > 0 else np.zeros_like(change)

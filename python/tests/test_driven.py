@@ -162,3 +162,10 @@ def test_a_driven_angle_has_the_derivatives_of_its_loop():
     # x = l cos(turn), and all else is as long; at the end rates are those of the way there.
     assert np.allclose(found["arm.x", "l"], np.cos(np.interp(run.time, turn["time"], turn["turn"])))
     assert np.allclose(found.derivatives[:, :, 0], run.to_numpy(), atol=1e-9) and run["arm.vx"][-1] == pytest.approx(1.6 * np.sin(0.2))
+
+
+def test_the_rms_of_what_is_zero_has_the_gradient_zero():
+    from cotree._gradient import reduced
+
+    value, gradient = reduced("rms", np.linspace(0, 1, 5), np.zeros(5), np.ones((5, 2)))
+    assert value == 0 and gradient.tolist() == [0, 0]

@@ -1,5 +1,6 @@
 //! Hash-consed expressions: equal expressions are the same handle, so sharing is free and equality is identity.
 
+mod affine;
 mod cam;
 mod compare;
 mod derivative;

@@ -300,7 +300,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// `length` and `rate` of an actuator, `angle` and `omega` of a torsion actuator, `angle` of a cam.
+    /// `length` and `rate` of an actuator, `angle`, `omega` and `alpha` of a torsion actuator, `angle` of a cam.
     fn own_variable(&self, name: &str, context: Context) -> Option<Variable> {
         let (part, section, owner) = match context {
             Context::Law(load) => (self.scene.loads.get(load.0)?, Section::Loads, Owner::Load(load)),
@@ -309,7 +309,9 @@ impl Resolver<'_> {
         };
         let quantities = part.component(section)?.law_variables;
         let quantity = quantities.iter().copied().find(|quantity| quantity.word() == name)?;
-        Some(Variable { owner, quantity })
+        // An angle of the scene may be called `alpha`: it keeps its name.
+        let is_taken = quantity == Quantity::Alpha && self.named(name).is_some();
+        (!is_taken).then_some(Variable { owner, quantity })
     }
 
     /// A variable of the load that is read, which its law can use by its full name only.
@@ -450,7 +452,7 @@ impl Resolver<'_> {
         let given = suggest::list(known.iter().copied());
         known.extend(["pi", "t", "time"]);
         known.extend(
-            [Quantity::Length, Quantity::Rate, Quantity::Angle, Quantity::Omega]
+            [Quantity::Length, Quantity::Rate, Quantity::Angle, Quantity::Omega, Quantity::Alpha]
                 .map(Quantity::word)
                 .into_iter()
                 .filter(|variable| self.own_variable(variable, site.context).is_some()),

@@ -27,6 +27,70 @@ fn a_pendulum_on_a_cart_as_in_the_textbook() {
     });
 }
 
+/// A block on a spring of 100 N/m with a law between it and a wall, moving at this speed.
+fn with_law(law: &str, speed: f64) -> String {
+    format!(
+        r#"
+        name = "pieces"
+        [ground.points]
+        wall = [-1, 0]
+        [bodies.block]
+        mass = 1
+        [joints.guide]
+        type = "prismatic"
+        between = ["ground", "block"]
+        axis = [1, 0]
+        [loads.spring]
+        type = "spring"
+        between = ["ground.wall", "block"]
+        stiffness = 100
+        length = 1
+        [loads.law]
+        type = "actuator"
+        between = ["ground.wall", "block"]
+        force = "{law}"
+        [initial]
+        "guide.s" = 0
+        "guide.v" = {speed}
+        "#
+    )
+}
+
+/// Laws that have a derivative on each side but none at the point have no linear system there; those with one derivative have.
+#[test]
+fn a_law_that_changes_its_piece_at_the_point_has_no_linear_system() {
+    let system = |law: &str, speed: f64| {
+        with(&with_law(law, speed), |formulated| {
+            let variation = Variation::new(formulated);
+            let model = Model::new(formulated.lowered.program.clone()).unwrap();
+            let point = OperatingPoint::moving(&model, &formulated.state).unwrap();
+            StateSpace::new(formulated, &variation, &point, None).map(|system| [system.a[(1, 0)], system.a[(1, 1)]])
+        })
+    };
+    for (law, name) in [
+        ("-5*sign(rate)", "`guide.v`"),
+        ("-5*abs(rate)", "`guide.v`"),
+        ("-50*max(length - 1, 0)", "`guide.s`"),
+        ("if(length > 1, -50*(length - 1) - 1e-3, 0)", "`guide.s`"),
+        ("-2*floor(length)", "`guide.s`"),
+    ] {
+        let why = system(law, 0.0).expect_err(law).to_string();
+        assert!(why.contains("no derivatives: a piecewise law") && why.contains(name), "{law}: {why}");
+    }
+    for (law, speed, expected) in [
+        ("-5*sign(rate)", 0.3, [-100.0, 0.0]),
+        ("-5*abs(rate)*rate", 0.0, [-100.0, 0.0]),
+        ("-5*abs(rate)*rate", 0.3, [-100.0, -3.0]),
+        ("-50*max(length - 1, 0)^2", 0.0, [-100.0, 0.0]),
+        ("-50*max(length - 0.5, 0)", 0.0, [-150.0, 0.0]),
+    ] {
+        let found = system(law, speed).unwrap_or_else(|why| panic!("{law}: {why}"));
+        for (found, expected) in found.into_iter().zip(expected) {
+            close(law, found, expected, 1e-12, 1.0);
+        }
+    }
+}
+
 #[test]
 fn a_pendulum_swings_as_its_length_says() {
     let text = PENDULUM.replace("GUESS", "-80 deg");

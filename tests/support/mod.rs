@@ -18,6 +18,7 @@ pub mod one_freedom_with_friction;
 pub mod one_sided;
 pub mod parts;
 pub mod point;
+pub mod power;
 pub mod random;
 pub mod random_parts;
 pub mod run;

@@ -112,9 +112,11 @@ pub(crate) fn not_singular(model: &Model, run: &Run, named: bool, failure: Failu
     else {
         return failure;
     };
-    let (imposed, all) = (model.active().len(), model.program().constraints.len());
     let state = run.state_at(model, run.last.end_time, &run.last.end);
-    if imposed == all || independent_rows(sparse_jacobian(model, &state), NEW, NEW).1.len() < imposed {
+    let rows = sparse_jacobian(model, &state);
+    // The rows of laws and friction limits close no loop: they are no other choice.
+    let (imposed, closing) = (model.active().len(), rows.iter().filter(|row| !row.is_empty()).count());
+    if imposed == closing || independent_rows(rows, NEW, NEW).1.len() < imposed {
         return failure;
     }
     Failure::ChoiceDependent { time: *time, joints: joints.clone(), named }

@@ -15,7 +15,7 @@ pub(crate) const TORSION_ACTUATOR: Component = Component {
         Key::required("torque", Form::Law(TORQUE), "the law", "give the law: `torque = \"-c*omega\"`"),
     ],
     variables: &[Q::Angle, Q::Omega, Q::Torque],
-    law_variables: &[Q::Angle, Q::Omega],
+    law_variables: &[Q::Angle, Q::Omega, Q::Alpha],
     pose: &[Q::Angle, Q::Torque],
     room: Room::Turning,
     law: |part| Some(part.key("torque")),

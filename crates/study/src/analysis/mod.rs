@@ -10,6 +10,7 @@ mod kept;
 mod local;
 mod matrix;
 mod modes;
+mod pieces;
 mod point;
 pub mod report;
 mod requested;

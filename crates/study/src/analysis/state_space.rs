@@ -68,6 +68,13 @@ impl StateSpace {
         if let Some(failure) = variation.together(&formulated.equations, point, formulated.lowered.program.length) {
             return Err(failure);
         }
+        if let Some(symbol) = variation.discontinuity(&formulated.equations, point, &scales(formulated)) {
+            let what = format!(
+                "a piecewise law (`sign`, `if`, `abs`, `min`, `max`, `floor`) changes at this value of `{}`; use a point beside it, or a smooth law, such as `tanh(v/0.01)` for `sign(v)`",
+                signal(formulated, point, symbol).name
+            );
+            return Err(AnalysisFailure::NoDerivative { time: point.time(), what });
+        }
         let numbers = variation.motion_at(&formulated.equations, point)?;
         let partition = partition(formulated, &numbers, like.map(|other| &other.partition));
         let singular = |SingularCoordinate(index): SingularCoordinate| AnalysisFailure::Singular {

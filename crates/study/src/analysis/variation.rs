@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use cotree::equations::{Equations, Feedback, Level, MotionVariable, Pressing};
-use cotree::expr::{Expr, Order, Symbol, Unary};
+use cotree::expr::{Expr, Order, Symbol, Unary, indicators};
 use cotree::formulate::Formulated;
 use cotree::laws::motion_indicators;
 use cotree::model::Output;
@@ -72,6 +72,8 @@ pub struct Variation {
     loads: Vec<Feedback>,
     /// Loads without a limit where their ends come together, with the squares of their lengths.
     lines: Vec<(String, Expr)>,
+    /// Whose signs choose the pieces of the laws in the equations of motion.
+    switches: Vec<Expr>,
     /// The names of the outputs, if they are differentiated.
     outputs: Vec<String>,
 }
@@ -148,6 +150,8 @@ impl Variation {
             .chain(active.iter().copied().chain(rows).map(Symbol::Reaction))
             .chain(signals)
             .collect();
+        let forces = groups.iter().filter(|(row, _)| *row == RowBlock::Motion).flat_map(|(_, group)| group);
+        let switches = indicators(arena, &forces.copied().collect::<Vec<Expr>>());
         let (mut roots, mut rows) = (Vec::new(), Vec::new());
         for (row, group) in groups {
             rows.push((row, roots.len()..roots.len() + group.len()));
@@ -178,6 +182,7 @@ impl Variation {
             levels,
             loads,
             lines,
+            switches,
             outputs,
         }
     }
@@ -344,6 +349,23 @@ impl Variation {
                 range.collect()
             }
         }
+    }
+
+    /// Whose signs choose the pieces of the laws in the equations of motion.
+    pub(super) fn switches(&self) -> &[Expr] {
+        &self.switches
+    }
+
+    /// Positions and states, then their rates.
+    pub(super) fn moving(&self) -> &[Symbol] {
+        &self.columns[..2 * self.coordinates]
+    }
+
+    /// The roots of this kind and their derivatives.
+    pub(super) fn with_derivatives(&self, row: RowBlock) -> Vec<Expr> {
+        let range = self.row(row);
+        let derivatives = self.places.iter().zip(&self.derivatives).filter(|((root, _), _)| range.contains(root));
+        self.roots[range.clone()].iter().copied().chain(derivatives.map(|(_, derivative)| *derivative)).collect()
     }
 
     fn row(&self, row: RowBlock) -> Range<usize> {

@@ -53,7 +53,7 @@ fn solved(equations: &mut Equations, start: &Moment, index: usize, column: usize
     let slope = arena.derivative(phi, symbol);
     let second = arena.derivative(slope, symbol);
     let [phi_0, b, second_0] = [phi, slope, second].map(|expr| arena.substituted(expr, symbol, Expr::ZERO));
-    if second == Expr::ZERO {
+    if arena.is_affine(&[phi], |of| of == symbol) {
         let quotient = arena.divide(phi_0, b);
         return Some(arena.negate(quotient));
     }
