@@ -373,3 +373,19 @@ fn a_bushing_is_springs_across_each_other_and_a_torsion_spring() {
         bushing.check("ring.torque", springs.get("coil.torque"));
     }
 }
+
+/// A rotor of 0.004 kg.m2 beside a flywheel of 0.05: it is read as `alpha`, unless the scene has a number of that name.
+#[test]
+fn a_torsion_actuator_reads_its_acceleration() {
+    let scene = |law: &str, more: &str| {
+        format!(
+            "name = 'rotor'\n{more}[bodies.flywheel]\nmass = 1\ninertia = 0.05\n[joints.axle]\ntype = 'revolute'\nbetween = ['ground', 'flywheel']\n[loads.rotor]\ntype = 'torsion_actuator'\nbetween = ['ground', 'flywheel']\ntorque = '{law}'\n[outputs]\nvariables = ['flywheel.omega']\n"
+        )
+    };
+    let own = scene("0.2 - 0.004*alpha", "");
+    let parameter = scene("0.1*alpha", "[parameters]\nalpha = 2\n");
+    for (text, inertia) in [(own, 0.054), (parameter, 0.05)] {
+        let mut run = Run::new(&run::sound(Scene::from_toml(&text)));
+        run.to(1.5).check("flywheel.omega", 0.2 * 1.5 / inertia);
+    }
+}

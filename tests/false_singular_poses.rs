@@ -282,3 +282,31 @@ fn ladders_with_short_couplers_pass_their_change_points() {
         }
     }
 }
+
+/// Crank and rod of one length fold over each other, where a law that reads an acceleration leaves no series to cross that. No joint of it is redundant, and none is said to be.
+#[test]
+fn a_law_of_an_acceleration_is_no_redundant_joint() {
+    let scene = r#"
+name = "fold"
+[bodies]
+crank = { mass = 1, inertia = 0.1, points = { o = [-0.5, 0], a = [0.5, 0] } }
+rod = { mass = 1, inertia = 0.1, points = { a = [-0.5, 0], b = [0.5, 0] } }
+slider = { mass = 1, inertia = 0.1 }
+[joints]
+pin = { type = "revolute", between = ["ground", "crank.o"] }
+elbow = { type = "revolute", between = ["crank.a", "rod.a"] }
+wrist = { type = "revolute", between = ["rod.b", "slider"] }
+guide = { type = "prismatic", between = ["ground", "slider"], axis = [1, 0] }
+[loads.added]
+type = "torque"
+on = "crank"
+value = "-0.05*crank.alpha"
+[initial]
+"crank.angle" = "60 deg"
+"crank.omega" = 3
+"#;
+    let scene = Scene::from_toml(scene).unwrap();
+    let model = Arc::new(Model::new(compile(&scene).unwrap().program).unwrap());
+    let why = started(&model, None, 2.0, 1e-6).step_to(2.0).unwrap_err().to_string();
+    assert!(why.contains("a singular configuration") && !why.contains("redundant"), "{why}");
+}
