@@ -346,6 +346,7 @@ fn scene(features: &[&Feature]) -> String {
 type Answer = Result<(), String>;
 
 fn codes(faults: &Faults) -> String {
+    run::message(faults);
     faults
         .list
         .iter()
@@ -356,7 +357,10 @@ fn codes(faults: &Faults) -> String {
 fn of_study<T>(result: Result<T, StudyError>) -> Answer {
     result.map(|_| ()).map_err(|error| match error {
         StudyError::Scene(faults) => codes(&faults),
-        StudyError::Analysis(failure) => named(&format!("{failure:?}")),
+        StudyError::Analysis(failure) => {
+            run::message(&failure);
+            named(&format!("{failure:?}"))
+        }
     })
 }
 
@@ -366,7 +370,10 @@ fn named(debug: &str) -> String {
 }
 
 fn of_run<T>(result: Result<T, InstanceError>) -> Answer {
-    result.map(|_| ()).map_err(|error| format!("run {}", named(&format!("{error:?}"))))
+    result.map(|_| ()).map_err(|error| {
+        run::message(&error);
+        format!("run {}", named(&format!("{error:?}")))
+    })
 }
 
 fn simulated(compiled: &Compiled, engine: Engine) -> Result<Instance, InstanceError> {

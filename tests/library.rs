@@ -22,6 +22,7 @@ mod driven_blocks;
 mod driven_platforms;
 mod effort;
 mod engaging;
+mod engaging_on_feet;
 mod ensemble;
 mod equal_sides;
 mod false_singular_poses;

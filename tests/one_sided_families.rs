@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use crate::support::cam::Random;
 use crate::support::one_sided::{Always, At, Motion, OneSided, Shape, World, chained};
-use crate::support::run::started;
+use crate::support::run::{self, started};
 
 use cotree::compile::compile;
 use cotree::scene::Scene;
@@ -277,7 +277,7 @@ fn moved(model: &Arc<Model>, bodies: usize, tolerance: f64) -> Result<Vec<Vec<f6
     let mut run: Instance = started(model, None, STOP, tolerance);
     let mut rows = Vec::new();
     for point in 1..=POINTS {
-        run.step_to(STOP * point as f64 / POINTS as f64).map_err(|error| error.to_string())?;
+        run.step_to(STOP * point as f64 / POINTS as f64).map_err(|error| run::message(&error))?;
         let angle = |bar: usize| {
             let variable = run.variable(&format!("b{bar}.angle")).expect("an angle");
             run.reading(variable).expect("a value")

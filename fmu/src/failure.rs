@@ -19,6 +19,9 @@ pub struct LoopGap {
 
 impl fmt::Display for LoopGap {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.size.is_finite() {
+            return write!(formatter, "undetermined at `{}`", self.owner);
+        }
         let (size, unit) = if self.angular { (self.size, "rad") } else { (1e3 * self.size, "mm") };
         write!(formatter, "{size:.3e} {unit} at `{}`", self.owner)
     }
@@ -384,6 +387,9 @@ impl Failure {
 }
 
 fn list(names: &[String]) -> String {
+    if names.is_empty() {
+        return "the mechanism".to_owned();
+    }
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
@@ -411,7 +417,13 @@ fn because(cause: &Option<Box<Failure>>) -> String {
 
 /// A number that reads back the same, and is not hundreds of digits long.
 pub(crate) fn number(value: f64) -> String {
-    let plain = value == 0.0 || !value.is_finite() || (1e-5..1e15).contains(&value.abs());
+    if value.is_nan() {
+        return "not a number".to_owned();
+    }
+    if value.is_infinite() {
+        return if value > 0.0 { "infinite" } else { "negative and infinite" }.to_owned();
+    }
+    let plain = value == 0.0 || (1e-5..1e15).contains(&value.abs());
     if plain { value.to_string() } else { format!("{value:e}") }
 }
 
@@ -421,7 +433,15 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        let found = [0.0, -0.25, 1e300, 1e-300, 5e5, f64::INFINITY].map(number);
-        assert_eq!(found, ["0", "-0.25", "1e300", "1e-300", "500000", "inf"]);
+        let found = [0.0, -0.25, 1e300, 1e-300, 5e5, f64::INFINITY, f64::NAN].map(number);
+        assert_eq!(found, ["0", "-0.25", "1e300", "1e-300", "500000", "infinite", "not a number"]);
+    }
+
+    #[test]
+    fn a_gap_without_a_value_and_no_names_are_words() {
+        let gap = LoopGap { owner: "table".to_owned(), size: f64::NAN, angular: false };
+        assert_eq!(gap.to_string(), "undetermined at `table`");
+        let message = Failure::Contact { time: 1.0, names: Vec::new(), why: "it has no mode" }.to_string();
+        assert_eq!(message, "at t = 1 s the mechanism: it has no mode");
     }
 }

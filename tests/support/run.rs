@@ -98,6 +98,15 @@ pub fn value(instance: &mut Instance, name: &str) -> f64 {
     instance.get(variable).expect("defined")
 }
 
+/// A message of a run, which holds words for what has no value, and names.
+pub fn message(error: &dyn std::fmt::Display) -> String {
+    let message = error.to_string();
+    let is_value =
+        |word: &str| ["NaN", "inf", "-inf"].contains(&word.trim_matches(|letter| "()`,;:.".contains(letter)));
+    assert!(!message.split_whitespace().any(is_value) && !message.contains("``"), "{message}");
+    message
+}
+
 /// Coordinates and their rates.
 pub fn motion(instance: &Instance) -> Vec<f64> {
     let state = instance.state();

@@ -32,6 +32,17 @@ const MOST_ROUNDS: usize = 1000;
 /// A flight that is lower than rounding errors of a gap has no end that can be found: its time is this many times the root of 8 eps L / a.
 const SHORTEST_FLIGHT: f64 = 10.0;
 
+/// Impulses at an instant that have changed the rates.
+#[derive(Clone, Debug)]
+pub struct Impact {
+    /// The discrete variables, with what is closed, sticks and slips while they act.
+    pub discrete: Vec<f64>,
+    /// True for contacts that rebound.
+    pub rebounds: Vec<bool>,
+    /// True for contacts and friction that could be in another mode.
+    pub undecided: Vec<bool>,
+}
+
 /// Storage, and the values at the state that was last looked at.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactValues {
@@ -69,9 +80,11 @@ pub(crate) struct ContactValues {
     pub hit: Vec<bool>,
     /// True for contacts that take part in the last impact.
     pub pressing: Vec<bool>,
+    /// The impacts of the present instant, one after the other, if they are recorded.
+    pub impacts: Option<Vec<Impact>>,
     /// Rates before the impact.
-    before: Vec<f64>,
-    rest: Vec<f64>,
+    pub(super) before: Vec<f64>,
+    pub(super) rest: Vec<f64>,
     /// The discrete variables, with all modes, before something was tried, and before all.
     pub(super) kept: Vec<f64>,
     began: Vec<f64>,
@@ -129,6 +142,7 @@ impl ContactValues {
             ahead: Ahead::new(model, count),
             hit: vec![false; count],
             pressing: vec![false; count],
+            impacts: None,
             before: zeros(),
             rest: vec![0.0; n],
             kept: vec![0.0; program.discrete.len()],
@@ -201,6 +215,7 @@ impl ContactValues {
         machine.evaluate(&data.restitutions, &mut self.restitutions);
         self.hit.fill(false);
         self.dead.fill(false);
+        self.impacts.iter_mut().for_each(Vec::clear);
         self.tolerance = tolerance;
         self.before.copy_from_slice(&self.rates);
         let context = &mut Place { model, data, machine, state };
@@ -210,11 +225,12 @@ impl ContactValues {
             self.touches[index] = is_contact && (closed || turns(index) || is_near);
             self.leaves[index] = closed && turns(index);
         }
+        self.check_joining(context)?;
         if self.comes(context) || self.joining.any {
             self.collide_all(context)?;
             self.end_bounces(context, shortest)?;
         }
-        self.end_joining(context)?;
+        self.end_joining(context);
         self.decide(context, turns)
     }
 
@@ -284,10 +300,11 @@ impl ContactValues {
             return Err(context.failure_of(self, TOO_MANY));
         }
         for trial in 0..trials {
-            if self.choices.set(trial, context.data, context.state.discrete_mut()) {
+            if self.choices.set(trial, context.data, context.state.discrete_mut()) && !self.is_joined_twice(context) {
                 self.strike(context);
-                if self.is_impact(context) {
+                if self.is_impact(context) && self.is_joined_idle(context) {
                     self.keep_impulses(context);
+                    self.record(context);
                     (0..self.pressing.len()).for_each(|index| self.pressing[index] = context.is_closed(index));
                     context.state.discrete_mut().copy_from_slice(&self.kept);
                     return Ok(());
@@ -299,11 +316,23 @@ impl ContactValues {
         Err(context.failure_of(self, NO_IMPACT))
     }
 
+    /// Records the impact that has been tried last, if they are recorded.
+    fn record(&mut self, context: &Place) {
+        let Some(impacts) = &mut self.impacts else { return };
+        let count = self.gaps.len();
+        impacts.push(Impact {
+            discrete: context.state.discrete().to_vec(),
+            rebounds: (0..count).map(|index| rebounds(context, &self.before, &self.dead, index)).collect(),
+            undecided: (0..count).map(|index| self.choices.includes(index)).collect(),
+        });
+    }
+
     /// Who takes part in an impact. A level that does not follow from reactions has no impulse.
     fn list_of_impact(&mut self, context: &mut Place) {
         self.choices.clear();
         for index in (0..self.gaps.len()).filter(|&index| self.touches[index]) {
-            self.choices.contact(index, true);
+            // What a joint that engages takes along needs no impulse: with friction it may have one in which it jams, too.
+            self.choices.contact(index, !self.joining.any);
         }
         for index in 0..self.gaps.len() {
             let data = context.data;
@@ -315,7 +344,11 @@ impl ContactValues {
             }
             let rate = self.before[index];
             let is_slow = rate.abs() <= self.least_rate(context, index);
-            self.choices.slip(index, if is_slow { [0.0, 1.0, -1.0] } else { [rate.signum(), 0.0, -rate.signum()] });
+            let likely = if is_slow { [0.0, 1.0, -1.0] } else { [rate.signum(), 0.0, -rate.signum()] };
+            match self.joining.any {
+                true => self.choices.joined(index, likely),
+                false => self.choices.slip(index, likely),
+            }
             for &sign in &data.all[index].state.signs {
                 self.choices.sign(sign, context.state.discrete()[sign as usize]);
             }
@@ -327,10 +360,9 @@ impl ContactValues {
         self.trials += 1;
         self.requested.fill(0.0);
         for (index, contact) in context.data.all.iter().enumerate() {
-            let (rate, is_contact) = (self.before[index], contact.slip.is_none());
-            let rebounds = is_contact && rate < 0.0 && !self.dead[index];
-            let share = if rebounds { self.restitutions[index] } else { 0.0 };
-            self.requested[contact.constraint as usize] = (1.0 + share) * rate;
+            let is_back = rebounds(context, &self.before, &self.dead, index);
+            let share = if is_back { self.restitutions[index] } else { 0.0 };
+            self.requested[contact.constraint as usize] = (1.0 + share) * self.before[index];
         }
         self.ask_joining(context);
         self.apply_impulses(context);
@@ -383,7 +415,7 @@ impl ContactValues {
             energy += 0.5 * impulse * (rate + self.before[index]);
             size += impulse.abs() * fastest;
         }
-        energy <= CANCELLED * size && self.have_signs(context, largest)
+        energy <= CANCELLED * size && self.have_signs(context, largest) && self.is_joined_held(context, fastest)
     }
 
     /// True if what presses has the signs that are assumed.
@@ -422,6 +454,7 @@ impl ContactValues {
         }
         if (0..self.gaps.len()).any(|index| self.dead[index] && self.hit[index]) {
             // The same impact again, from the rates before it.
+            self.impacts.iter_mut().for_each(|impacts| drop(impacts.pop()));
             context.state.rates_mut().copy_from_slice(&self.rest);
             self.collide_all(context)?;
         }
@@ -463,6 +496,10 @@ impl ContactValues {
         self.before.copy_from_slice(&self.rates);
         self.rest.copy_from_slice(context.state.rates());
         self.strike(context);
+        if context.state.rates().iter().all(|rate| rate.is_finite()) {
+            self.choices.clear();
+            self.record(context);
+        }
         context.state.discrete_mut().copy_from_slice(&self.kept);
         if !context.state.rates().iter().all(|rate| rate.is_finite()) {
             // Together they hold something twice: they go on one after the other.
@@ -492,7 +529,7 @@ impl ContactValues {
 
     /// What has been found to turn has no rate here, to within the errors of the method: neither has what moves with it. Then rounding errors tell what rests.
     fn halt(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) {
-        if self.hit.contains(&true) {
+        if self.has_impact() {
             return;
         }
         for index in 0..self.rates.len() {
@@ -525,7 +562,7 @@ impl ContactValues {
     }
 
     /// Changes the rates by the impulses that take those of `asked` away from the constraints.
-    fn apply_impulses(&mut self, context: &mut Place) {
+    pub(super) fn apply_impulses(&mut self, context: &mut Place) {
         let Place { model, data, machine, state } = context;
         machine.load(model, state);
         machine.load_reactions(model, &self.requested);
@@ -537,7 +574,7 @@ impl ContactValues {
     }
 
     /// The rates of gaps and frictions in the present state.
-    fn find_rates(&mut self, context: &mut Place) {
+    pub(super) fn find_rates(&mut self, context: &mut Place) {
         context.machine.load(context.model, context.state);
         context.machine.evaluate(&context.data.rates, &mut self.rates);
     }
@@ -627,7 +664,7 @@ impl ContactValues {
     }
 
     /// True if other parts hold everything that neither sticks nor slips, or takes its full share at rest: it would be held twice if it stuck, too.
-    fn is_idle_held(&mut self, context: &mut Place) -> bool {
+    pub(super) fn is_idle_held(&mut self, context: &mut Place) -> bool {
         let count = self.gaps.len();
         let idle = |choices: &Self, context: &Place, index: usize| {
             let (is_slip, direction) = (context.slip(index).is_some(), context.direction(index));
@@ -694,9 +731,14 @@ impl ContactValues {
         }
     }
 
+    /// True if impulses have changed rates at this instant.
+    fn has_impact(&self) -> bool {
+        self.joining.any || self.hit.contains(&true)
+    }
+
     /// True for what does not move: what has been held does not until an impact, however well the method knows its rate within a step.
     fn rests(&self, context: &Place, index: usize) -> bool {
-        let is_held = self.kept[context.data.all[index].state.closed as usize] != 0.0 && !self.hit.contains(&true);
+        let is_held = self.kept[context.data.all[index].state.closed as usize] != 0.0 && !self.has_impact();
         is_held || self.rates[index].abs() <= self.least_rate(context, index)
     }
 
@@ -897,6 +939,7 @@ const NO_IMPACT: &str =
     "no impulses solve their impact: with the loops their constraints are redundant, or friction would add energy";
 const NO_MODE: &str = "no active set (open or closed, stick or slip) is consistent with the motion: with the loops their constraints are redundant, or friction locks the moving mechanism";
 const TWO_MOTIONS: &str = "the motion is not unique (Painleve paradox): for rigid bodies with Coulomb friction both sliding and jamming are possible; reduce the friction";
+pub(super) const PRELOADED: &str = "joints hold it on its supports already, so that its load on them, and with it the friction and the motion, is not determined for rigid bodies; leave the direction of the load free in one of the joints, or let the support give by a spring";
 pub(super) const INDETERMINATE: &str = "they are redundant supports (statically indeterminate) with different friction: the load on each, and with it the motion, is not determined for rigid bodies; use one coefficient, fewer supports, or springs";
 const LOCKS: &str = "friction jams the mechanism while it moves (self-locking): the normal force and its friction increase each other without bound; reduce the friction, or change the direction of the normal force";
 
@@ -958,6 +1001,11 @@ impl Place<'_> {
         let names = choices.concerned().map(|index| self.data.all[index].name.clone()).collect();
         Failure::Contact { time: self.state.time(), names, why }
     }
+}
+
+/// True for a contact that an impact throws back.
+fn rebounds(context: &Place, before: &[f64], dead: &[bool], index: usize) -> bool {
+    context.slip(index).is_none() && before[index] < 0.0 && !dead[index]
 }
 
 /// Freewheels that are open in a state.

@@ -6,7 +6,7 @@
 use super::contact::{ContactValues, Place};
 use crate::constraints::initial::FULFILLED;
 use crate::failure::{Failure, LoopGap};
-use crate::machine::Machine;
+use crate::machine::{CANCELLED, Machine};
 use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Program, Role};
@@ -53,7 +53,7 @@ impl Joining {
         let program = model.program();
         (self.any, _) = (false, self.rows.fill(false));
         for &(row, place) in &program.instants.masks {
-            let by_event = matches!(program.constraints[row as usize].role, Role::Engaging { .. } | Role::Set { .. });
+            let by_event = program.constraints[row as usize].role.is_by_event();
             if by_event && self.has_begun(state, place as usize) {
                 (self.any, self.rows[row as usize]) = (true, true);
             }
@@ -148,24 +148,65 @@ impl ContactValues {
         }
     }
 
-    /// The impact is over: rates that have been set are free again.
+    /// Looks whether what begins to hold is independent of everything that cannot give way: contacts open, and friction has a limit.
     ///
     /// # Errors
-    /// What has begun to hold is held already.
-    pub(super) fn end_joining(&mut self, context: &mut Place) -> Result<(), Failure> {
+    /// It is held already.
+    pub(super) fn check_joining(&mut self, context: &mut Place) -> Result<(), Failure> {
         if !self.joining.any {
             return Ok(());
         }
+        self.kept.copy_from_slice(context.state.discrete());
+        self.choices.clear();
+        let data = context.data;
+        for (index, contact) in data.all.iter().enumerate() {
+            match contact.slip {
+                Some(_) => context.slide(index, None),
+                None => context.close(index, false),
+            }
+        }
+        let is_held = self.are_redundant(context);
+        context.state.discrete_mut().copy_from_slice(&self.kept);
+        if is_held { Err(context.failure_of(self, HELD_TWICE)) } else { Ok(()) }
+    }
+
+    /// True if the loop equations of the present mode depend on each other.
+    pub(super) fn are_redundant(&mut self, context: &mut Place) -> bool {
         self.accelerate(context);
-        let failure = (self.twice || !self.solved.iter().all(|value| value.is_finite()))
-            .then(|| context.failure_of(self, HELD_TWICE));
+        self.twice || !self.solved.iter().all(|value| value.is_finite())
+    }
+
+    /// True where something begins to hold if the mode of an impact has redundant equations: their impulses would be rounding errors. Another mode has the same motion.
+    pub(super) fn is_joined_twice(&mut self, context: &mut Place) -> bool {
+        self.joining.any && self.are_redundant(context)
+    }
+
+    /// True unless something begins to hold and what is closed or sticks in its impact has another rate than requested: impulses of equations that depend on each other may be any numbers.
+    pub(super) fn is_joined_held(&self, context: &Place, fastest: f64) -> bool {
+        let is_held = |index: usize| {
+            let requested = self.requested[context.data.all[index].constraint as usize];
+            let off = self.rates[index] - (self.before[index] - requested);
+            !context.is_closed(index) || off.abs() <= CANCELLED * maximum(fastest, context.scale(index))
+        };
+        !self.joining.any || self.choices.concerned().all(is_held)
+    }
+
+    /// True if everything that takes no share of an impact in which something begins to hold, and yet neither slides nor sticks, is held by other parts.
+    pub(super) fn is_joined_idle(&mut self, context: &mut Place) -> bool {
+        !self.joining.any || self.is_idle_held(context)
+    }
+
+    /// The impact is over: rates that have been set are free again.
+    pub(super) fn end_joining(&mut self, context: &mut Place) {
+        if !self.joining.any {
+            return;
+        }
         let program = context.model.program();
         for &(row, place) in &program.instants.masks {
             if matches!(program.constraints[row as usize].role, Role::Set { .. }) {
                 context.state.discrete_mut()[place as usize] = 0.0;
             }
         }
-        failure.map_or(Ok(()), Err)
     }
 }
 

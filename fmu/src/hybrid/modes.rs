@@ -62,6 +62,11 @@ impl Choices {
         self.all.push(Choice::of(What::Slips(index), &options.map(Some)));
     }
 
+    /// The same of what may be held by a joint that engages, without any share.
+    pub fn joined(&mut self, index: usize, [first, second, third]: [f64; 3]) {
+        self.all.push(Choice::of(What::Slips(index), &[Some(first), Some(second), None, Some(third)]));
+    }
+
     /// Something that has been found to slip does so, one way or the other, unless others still hold it: then it takes its full share, which is its level at rest, `ratio` times that while it slips.
     pub fn slips(&mut self, index: usize, [first, second]: [f64; 2], ratio: f64) {
         let all = [first, second, ratio * first, ratio * second].map(Some);

@@ -4,17 +4,22 @@
 //! the gaps of the others, which touch and are open, stay at zero because of those. They are noted here, and their gaps, which are rounding errors, are not looked at as those of others are.
 //!
 //! The motion does not depend on the choice, unless the supports differ in friction: then there is more than one motion, which is an error. The ways of sharing the load are combinations of those with
-//! independent supports, so it is enough to exchange one support for a redundant one.
+//! independent supports, so it is enough to exchange one support for a redundant one; and, where joints hold a body on its supports, of those with forces between joints and supports that are in equilibrium
+//! by themselves, of any size: then friction is not determined.
 
-use super::contact::{ContactValues, INDETERMINATE, Place};
+use super::contact::{ContactValues, INDETERMINATE, PRELOADED, Place};
 use crate::failure::Failure;
+use crate::machine::CANCELLED;
 use crate::math::maximum;
+use crate::program::{Constraint, Role};
 
 impl ContactValues {
     /// Notes which open contacts the chosen mode makes redundant: they touch, do not move apart, and closed they would hold something twice.
     pub(super) fn find_redundant(&mut self, context: &mut Place) {
         self.redundant.fill(false);
-        if !self.choices.concerned().any(|index| context.is_closed(index)) {
+        let engages = |row: &Constraint| matches!(row.role, Role::Engaging { .. });
+        let may_engage = context.model.program().constraints.iter().any(engages);
+        if !may_engage && !self.choices.concerned().any(|index| context.is_closed(index)) {
             return;
         }
         for index in 0..self.redundant.len() {
@@ -56,6 +61,9 @@ impl ContactValues {
             let Some(friction) = self.friction_of(context, index).filter(|_| self.redundant[index]) else { continue };
             self.accelerate(context);
             let Some(way) = self.way(context, friction) else { continue };
+            if self.may_be_preloaded(context, index) {
+                return Err(context.failure(&self.choices, PRELOADED));
+            }
             let before = context.mode(friction);
             context.close(index, true);
             context.slide(friction, Some(way));
@@ -65,6 +73,27 @@ impl ContactValues {
         }
         self.accelerate(context);
         if determinate { Ok(()) } else { Err(context.failure(&self.choices, INDETERMINATE)) }
+    }
+
+    /// True if forces that are in equilibrium by themselves may press a redundant contact: its row is a combination of those of joints and of closed contacts, of which none counts positively.
+    fn may_be_preloaded(&mut self, context: &mut Place, index: usize) -> bool {
+        let before = self.rates[index];
+        self.rest.copy_from_slice(context.state.rates());
+        let mut is_free = true;
+        for other in 0..self.redundant.len() {
+            if context.slip(other).is_some() || !context.is_closed(other) {
+                continue;
+            }
+            // If the rate of that one falls by one, this one's falls by its share.
+            self.requested.fill(0.0);
+            self.requested[context.data.all[other].constraint as usize] = 1.0;
+            self.apply_impulses(context);
+            let share = before - self.rates[index];
+            is_free &= share * context.scale(other) <= CANCELLED * context.scale(index);
+            context.state.rates_mut().copy_from_slice(&self.rest);
+        }
+        self.find_rates(context);
+        is_free
     }
 
     /// True if the accelerations are the same with each closed contact opened in the place of one that has been closed, where that is a mode.

@@ -27,7 +27,7 @@ pub use batch::Batch;
 pub use crossing::Crossing;
 pub use derivatives::DERIVATIVE_ORDER;
 pub use error::InstanceError;
-pub use instants::{Handled, Happening};
+pub use instants::{Handled, Happening, Impact};
 pub use passage::PassageError;
 pub use snapshot::{Snapshot, TOLERANCES};
 pub use variational::{Variational, Varied};

@@ -10,7 +10,7 @@
 use thiserror::Error;
 
 use super::instants::Happening;
-use crate::hybrid::contact::is_closed;
+use crate::hybrid::contact::{Impact, TOUCHING, direction, is_closed};
 use crate::hybrid::tick::Clock;
 use crate::integrator::accelerations::Accelerations;
 use crate::linalg::lane::{Lane, WIDTH, ZERO};
@@ -131,7 +131,7 @@ impl Passage<'_> {
             )));
         }
         for happening in happened {
-            self.jump(happening, columns)?;
+            self.jump(happening, &moves, columns)?;
         }
         columns.move_on(&moves, [last.after.rates(), &after[..n]]);
         let all = [&columns.positions, &columns.rates, &columns.discrete_values];
@@ -279,7 +279,7 @@ impl Passage<'_> {
             )));
         }
         let (value, mut changes) = self.excess(happening, columns, event);
-        if value.abs() > JUMPED * reached {
+        if value.abs() > JUMPED * reached + self.errors(event) {
             return Err(PassageError(format!(
                 "{} happens at a discontinuity of its comparison",
                 self.names(happening)
@@ -292,6 +292,15 @@ impl Passage<'_> {
             return Err(PassageError(format!("{} is touched without being crossed", self.names(happening))));
         }
         Ok(changes.into_iter().map(|change| -change / speed).collect())
+    }
+
+    /// The rounding errors of a gap: the last flights of a series of bounces are hardly higher.
+    fn errors(&self, event: usize) -> f64 {
+        let program = self.model.program();
+        let contact =
+            event.checked_sub(program.instants.events.len()).and_then(|index| program.instants.contacts().get(index));
+        let gap = contact.filter(|contact| contact.slip.is_none() && !contact.of_rate);
+        gap.map_or(0.0, |contact| TOUCHING * program.constraints[contact.constraint as usize].scale)
     }
 
     /// By how much an event or a contact exceeds what it begins to hold at, with its changes.
@@ -352,7 +361,7 @@ impl Passage<'_> {
     }
 
     /// What happens to the state itself.
-    fn jump(&self, happening: &Happening, columns: &mut Columns) -> Result<(), PassageError> {
+    fn jump(&self, happening: &Happening, moves: &[f64], columns: &mut Columns) -> Result<(), PassageError> {
         let instants = &self.model.program().instants;
         let ticking = happening.ticks.iter().flat_map(|&index| &instants.samplers[index].writes);
         let events =
@@ -364,17 +373,24 @@ impl Passage<'_> {
             true => Vec::new(),
             false => self.along(&happening.before, columns, true).run(&instants.written).1,
         };
-        if let (Some(data), false) = (&instants.contacts, happening.hit.is_empty()) {
-            self.strike(happening, data, columns)?;
-        }
         if !joining.is_empty() {
+            // Impulses along what begins to hold follow from what has been written.
             self.write(&writes, &written, columns);
-            return self.join(happening, &joining, &writes, columns);
+        }
+        if let Some(data) = &instants.contacts {
+            self.check_hits(happening, data)?;
+            let mut state = happening.before.clone();
+            for impact in &happening.impacts {
+                let found = self.strike(&mut state, (impact, data), (happening, &joining), columns);
+                self.check_modes(&state, (impact, data), found, (columns, moves))?;
+            }
         }
         let [before, after] = happening.closed(self.model);
         let caught: Vec<bool> = before.iter().zip(after).map(|(before, after)| after && !before).collect();
         self.hold(&happening.before, &caught, columns);
-        self.write(&writes, &written, columns);
+        if joining.is_empty() {
+            self.write(&writes, &written, columns);
+        }
         Ok(())
     }
 
@@ -392,24 +408,73 @@ impl Passage<'_> {
         }
     }
 
-    /// An impact along what begins to hold, behind what has been written: v+ = v- - M^-1 J^T (J M^-1 J^T)^-1 (J v- - what is set).
-    fn join(
-        &self,
-        happening: &Happening,
-        joining: &[usize],
-        writes: &[Write],
-        columns: &mut Columns,
-    ) -> Result<(), PassageError> {
-        let (model, program, layout) = (self.model, self.model.program(), self.model.layout());
-        let Some(data) = &program.instants.contacts else { return Ok(()) };
-        if let Some(index) = (0..data.all.len()).find(|&index| is_closed(data, &happening.before, index)) {
-            let (name, other) = (&program.constraints[joining[0]].owner, &data.all[index].name);
-            return Err(PassageError(format!("`{name}` has an impulse while `{other}` is closed or sticks")));
+    /// Looks whether at most one contact hits, and nothing else happens by itself at that time.
+    fn check_hits(&self, happening: &Happening, data: &Contacts) -> Result<(), PassageError> {
+        let events = self.model.program().instants.events.len();
+        let name = |&index: &usize| format!("`{}`", data.all[index].name);
+        match happening.hit.as_slice() {
+            [] => Ok(()),
+            [index] if happening.due == [index + events] => Ok(()),
+            [index] => Err(PassageError(format!(
+                "{} and an impact of {} happen at the same time",
+                self.names(happening),
+                name(index)
+            ))),
+            hit => {
+                let names: Vec<String> = hit.iter().map(name).collect();
+                Err(PassageError(format!("{} hit at the same time, and their order matters", names.join(" and "))))
+            }
         }
-        let state = self.written_state(happening, writes);
-        let mut along = self.along(&state, columns, false);
+    }
+
+    /// An impact in the mode that has been found for it: v+ = v- - M^-1 J^T (J M^-1 J^T)^-1 (J v- - what is requested), with the friction of what slips. Contacts that hit leave with their share of the speed,
+    /// joints that engage have no rate, and what an event sets has that one. `state` is the one before it, whose rates become those after it. Gives the changes of rates, then the multipliers, with their changes.
+    fn strike(
+        &self,
+        state: &mut State,
+        (impact, data): (&Impact, &Contacts),
+        (happening, joining): (&Happening, &[usize]),
+        columns: &mut Columns,
+    ) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (model, layout, n) = (self.model, self.model.layout(), columns.n);
+        state.discrete_mut().copy_from_slice(&impact.discrete);
+        let mut along = self.along(state, columns, false);
+        let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
+        let mut requested = vec![0.0; model.program().constraints.len()];
+        for (place, contact) in data.all.iter().enumerate().filter(|(place, _)| is_closed(data, state, *place)) {
+            let row = contact.constraint as usize;
+            let share = if impact.rebounds[place] { shares[place] } else { 0.0 };
+            requested[row] = (1.0 + share) * rates[place];
+            let by =
+                |column: usize| if impact.rebounds[place] { share_changes[place][column] * rates[place] } else { 0.0 };
+            let changes = rate_changes[place].iter().enumerate();
+            let changes: Vec<f64> = changes.map(|(column, rate)| (1.0 + share) * rate + by(column)).collect();
+            along.set(layout.reactions() + row, &changes);
+        }
+        let joined = self.request_joined(joining, &mut along, &mut requested);
+        along.machine.load_reactions(model, &requested);
+        let (values, changes) = along.run(&data.impact);
+        for column in 0..along.columns {
+            (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
+        }
+        state.rates_mut().iter_mut().zip(&values).for_each(|(rate, change)| *rate += change);
+        for &index in &happening.hit {
+            let (row, place) = (data.all[index].constraint as usize, data.all[index].state.impulse as usize);
+            for column in 0..along.columns {
+                columns.discrete_values[column * columns.discrete + place] = -changes[n + row][column];
+            }
+        }
+        self.keep_joined(joining, &joined, (&values, &changes), columns);
+        (values, changes)
+    }
+
+    /// Requests the rates of what begins to hold; gives their values and changes before the impact.
+    fn request_joined(&self, joining: &[usize], along: &mut Along, requested: &mut [f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (program, layout) = (self.model.program(), self.model.layout());
+        if joining.is_empty() {
+            return Default::default();
+        }
         let (rates, rate_changes) = along.run(&program.tapes.constraint_rate);
-        let mut requested = vec![0.0; program.constraints.len()];
         for &row in joining {
             let (set, set_changes) = match program.constraints[row].role {
                 Role::Set { value, .. } => along.register(layout.discrete() + value as usize),
@@ -419,12 +484,20 @@ impl Passage<'_> {
             let changes: Vec<f64> = rate_changes[row].iter().zip(&set_changes).map(|(rate, set)| rate + set).collect();
             along.set(layout.reactions() + row, &changes);
         }
-        along.machine.load_reactions(model, &requested);
-        let (impulses, changes) = along.run(&data.impact);
-        let n = columns.n;
-        for column in 0..along.columns {
-            (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
-            let discrete = &mut columns.discrete_values[column * columns.discrete..][..columns.discrete];
+        (rates, rate_changes)
+    }
+
+    /// The impulses of what has begun to hold, and the energy that they take.
+    fn keep_joined(
+        &self,
+        joining: &[usize],
+        (rates, rate_changes): &(Vec<f64>, Vec<Vec<f64>>),
+        (impulses, changes): (&[f64], &[Vec<f64>]),
+        columns: &mut Columns,
+    ) {
+        let (program, n) = (self.model.program(), columns.n);
+        let count = columns.discrete;
+        for (column, discrete) in columns.discrete_values.chunks_mut(count.max(1)).enumerate() {
             for &row in joining {
                 if let Role::Engaging { lost, .. } = program.constraints[row].role {
                     discrete[lost as usize] = 0.0;
@@ -443,82 +516,57 @@ impl Passage<'_> {
                 }
             }
         }
-        Ok(())
     }
 
-    /// The state before an impact, with what events have written.
-    fn written_state(&self, happening: &Happening, writes: &[Write]) -> State {
-        let mut state = happening.before.clone();
-        let mut machine = Machine::new(self.model);
-        machine.load(self.model, &state);
-        machine.load_accelerations(self.model, &self.accelerations(&state)[..self.model.coordinates()]);
-        machine.load_reactions(self.model, &self.accelerations(&state)[self.model.coordinates()..]);
-        let written = &self.model.program().instants.written;
-        let mut values = vec![0.0; written.results.len()];
-        machine.evaluate(written, &mut values);
-        for write in writes {
-            let value = values[write.result as usize];
-            match self.model.program().target(*write) {
-                Target::Discrete(place) => state.discrete_mut()[place] = value,
-                Target::State(place) => state.rates_mut()[self.model.mechanical() + place] = value,
-            }
-        }
-        state
-    }
-
-    /// An impact: rates change by what makes those that hit leave with their share of the speed.
-    fn strike(&self, happening: &Happening, data: &Contacts, columns: &mut Columns) -> Result<(), PassageError> {
-        let events = self.model.program().instants.events.len();
-        let &[index] = happening.hit.as_slice() else {
-            let names: Vec<String> = happening.hit.iter().map(|&index| format!("`{}`", data.all[index].name)).collect();
-            return Err(PassageError(format!("{} hit at the same time, and their order matters", names.join(" and "))));
-        };
-        let name = &data.all[index].name;
-        let rubs = |contact: &&Contact| contact.slip.as_ref().is_some_and(|slip| slip.follows);
-        if let Some(other) = data.all.iter().find(rubs) {
-            return Err(PassageError(format!(
-                "`{name}` has an impact, and the friction of `{}` depends on its normal impulse",
-                other.name
-            )));
-        }
-        if happening.due != [index + events] {
-            return Err(PassageError(format!(
-                "{} and an impact of `{name}` happen at the same time",
-                self.names(happening)
-            )));
-        }
-        let mut state = happening.before.clone();
-        for (contact, &pressing) in data.all.iter().zip(&happening.pressing) {
-            state.discrete_mut()[contact.state.closed as usize] = f64::from(u8::from(pressing));
-        }
-        let mut along = self.along(&state, columns, false);
-        let ((rates, rate_changes), (shares, share_changes)) = (along.run(&data.rates), along.run(&data.restitutions));
-        if shares[index] > 0.0 && happening.closed(self.model)[1][index] {
-            return Err(PassageError(format!("a series of bounces of `{name}` ends (Zeno point)")));
-        }
-        let (model, layout) = (self.model, self.model.layout());
-        let mut asked = vec![0.0; model.program().constraints.len()];
-        for (place, contact) in data.all.iter().enumerate().filter(|(place, _)| happening.pressing[*place]) {
-            let (share, share_change) = match place == index {
-                true => (shares[place], share_changes[place].clone()),
-                false => (0.0, vec![0.0; along.columns]),
+    /// Looks whether the mode of an impact is the same for other values: what is closed presses, what is open moves apart, and friction is within its limit or slides, unless that does not depend on the values.
+    fn check_modes(
+        &self,
+        state: &State,
+        (impact, data): (&Impact, &Contacts),
+        (values, changes): (Vec<f64>, Vec<Vec<f64>>),
+        (columns, moves): (&Columns, &[f64]),
+    ) -> Result<(), PassageError> {
+        let n = columns.n;
+        let after = self.along(state, columns, false).run(&data.rates);
+        let largest = |all: &mut dyn Iterator<Item = &f64>| all.fold(0.0, |most, value| maximum(most, value.abs()));
+        let impulses = [largest(&mut values[n..].iter()), largest(&mut changes[n..].iter().flatten())];
+        let rates = [largest(&mut state.rates().iter()), largest(&mut columns.rates.iter())];
+        let decided = |(index, contact): &(usize, &Contact)| {
+            let multiplier = |row: u32| (values[n + row as usize], changes[n + row as usize].as_slice());
+            let rate = (after.0[*index], after.1[*index].as_slice());
+            let (closed, way) = (is_closed(data, state, *index), direction(data, state, *index));
+            let rubs = |on: Option<u32>| on.is_none_or(|on| is_closed(data, state, on as usize));
+            let (margin, sizes) = match &contact.slip {
+                None if closed => (sum([-1.0, 0.0], [multiplier(contact.constraint); 2]), impulses),
+                None => (sum([1.0, 0.0], [rate; 2]), rates),
+                Some(slip) if closed => {
+                    let force = multiplier(contact.constraint);
+                    (sum([1.0, -force.0.signum()], [multiplier(slip.level), force]), impulses)
+                }
+                // Other parts hold what neither sticks nor slides.
+                Some(slip) if way == 0.0 || !rubs(slip.on) => return true,
+                Some(_) => (sum([way, 0.0], [rate; 2]), rates),
             };
-            let row = contact.constraint as usize;
-            asked[row] = (1.0 + share) * rates[place];
-            let change = |(rate, by): (&f64, &f64)| (1.0 + share) * rate + by * rates[place];
-            let changes: Vec<f64> = rate_changes[place].iter().zip(&share_change).map(change).collect();
-            along.set(layout.reactions() + row, &changes);
+            let is_clear = margin.0.abs() > CANCELLED * sizes[0];
+            // At the time to which the instant moves.
+            let by_time = margin.1.last().copied().unwrap_or_default();
+            let mut changes = margin.1.iter().zip(moves).map(|(change, shift)| change + by_time * shift);
+            is_clear || changes.all(|change| change.abs() <= CANCELLED * sizes[1])
+        };
+        let mut undecided = data.all.iter().enumerate().filter(|(index, _)| impact.undecided[*index]);
+        match undecided.find(|contact| !decided(contact)) {
+            None => Ok(()),
+            Some((_, contact)) => Err(PassageError(format!(
+                "`{}` takes no impulse in an impact, and would for other values: derivatives differ on both sides",
+                contact.name
+            ))),
         }
-        along.machine.load_reactions(model, &asked);
-        let (_, changes) = along.run(&data.impact);
-        let (n, row) = (columns.n, data.all[index].constraint as usize);
-        for column in 0..along.columns {
-            (0..n).for_each(|place| columns.rates[column * n + place] += changes[place][column]);
-            let impulse = data.all[index].state.impulse as usize;
-            columns.discrete_values[column * columns.discrete + impulse] = -changes[n + row][column];
-        }
-        Ok(())
     }
+}
+
+/// A linear combination of two values, with its changes.
+fn sum([one, other]: [f64; 2], [(a, by_a), (b, by_b)]: [(f64, &[f64]); 2]) -> (f64, Vec<f64>) {
+    (one * a + other * b, by_a.iter().zip(by_b).map(|(a, b)| one * a + other * b).collect())
 }
 
 /// The product of two values, with its changes.

@@ -373,7 +373,12 @@ pub enum Role {
 impl Role {
     /// True for an equation that is imposed while a discrete variable is 1.
     pub fn is_masked(self) -> bool {
-        matches!(self, Role::Contact | Role::Engaging { .. } | Role::Set { .. })
+        matches!(self, Role::Contact) || self.is_by_event()
+    }
+
+    /// True for an equation that an event imposes.
+    pub fn is_by_event(self) -> bool {
+        matches!(self, Role::Engaging { .. } | Role::Set { .. })
     }
 
     /// The discrete variables that it writes or reads at instants.

@@ -214,21 +214,11 @@ impl Instance {
     pub(super) fn resolve_contacts(&mut self) -> Result<(), InstanceError> {
         let (model, tolerance) = (self.model.clone(), self.now.tolerance);
         let Some(data) = &model.program().instants.contacts else { return Ok(()) };
-        self.catch_up();
-        self.find_features()?;
-        // Nor are flights seen that are never apart. How high one is, is the square of its share of a fall, divided by 8.
-        let shortest = match self.now.phase {
-            Phase::Exchange => {
-                self.note_returns();
-                self.put_back()?;
-                maximum(SHORTEST_SEEN, (8.0 * ERRORS_APART * self.importer_errors()).sqrt())
-            }
-            _ => {
-                self.close_for_friction(data)?;
-                self.check_inside(CANCELLED.max(tolerance))?;
-                tolerance
-            }
-        };
+        let begins = self.instants.as_ref().is_some_and(|instants| instants.contacts.joining.any);
+        if !begins {
+            self.ready_contacts()?;
+        }
+        let shortest = self.shortest_flight();
         let Some(mut instants) = self.instants.take() else { return Ok(()) };
         let (first, state) = (model.program().instants.events.len(), &mut self.now.state);
         let Instants { due, contacts, .. } = &mut *instants;
@@ -265,6 +255,29 @@ impl Instance {
             closed.map_err(InstanceError::Solver)?;
         }
         Ok(())
+    }
+
+    /// Puts the mechanism where what touches can be decided: onto its loops, and onto what it has gone into. Before events engage joints this is done without their loop equations: with what is closed and sticks they
+    /// may be redundant until it has been decided what gives way.
+    pub(super) fn ready_contacts(&mut self) -> Result<(), InstanceError> {
+        let model = self.model.clone();
+        let Some(data) = &model.program().instants.contacts else { return Ok(()) };
+        self.catch_up();
+        self.find_features()?;
+        if self.is_exchanged() {
+            self.note_returns();
+            return self.put_back();
+        }
+        self.close_for_friction(data)?;
+        self.check_inside(CANCELLED.max(self.now.tolerance))
+    }
+
+    /// Shorter flights end a series of bounces, as shares of a fall: nor are flights seen that are never apart. How high one is, is the square of its share of a fall, divided by 8.
+    fn shortest_flight(&self) -> f64 {
+        match self.is_exchanged() {
+            true => maximum(SHORTEST_SEEN, (8.0 * ERRORS_APART * self.importer_errors()).sqrt()),
+            false => self.now.tolerance,
+        }
     }
 
     /// A polynomial of the series leaves the loops open by about the tolerance, and the next step begins with them closed: whether something that has come to rest slides, and in which direction, must be

@@ -99,7 +99,8 @@ impl Instance {
     /// What happens at profiles where the registers have a state: their features end where the indicators say, and where they are touched anew is searched for.
     pub(super) fn indicate_profiles(&mut self, instants: &mut Instants, data: &Contours) {
         self.machine.evaluate(&data.places, &mut instants.contours.places);
-        let program = self.model.program();
+        let model = self.model.clone();
+        let program = model.program();
         let mut next = program.instants.first_at_profiles() - program.instants.events.len();
         for _ in &data.all {
             instants.indicators[next] = -1.0;
@@ -108,8 +109,15 @@ impl Instance {
         for (index, contour) in data.all.iter().enumerate() {
             for slot in &contour.slots {
                 let feature = feature_of(slot, &self.now.state).and_then(|feature| contour.features.get(feature));
-                instants.indicators[next] =
-                    feature.map_or(-1.0, |feature| feature.left(instants.contours.place(index)));
+                let place = instants.contours.place(index);
+                // What has just opened at an end is on one curve with what follows: rounding errors would have it go on and back.
+                let closed = self.is_closed_contact(program.instants.events.len() + slot.contact as usize);
+                let band = if closed { 0.0 } else { TOUCHING.sqrt() * contour.radius };
+                let left = |feature: &Feature| {
+                    let is_left = !closed && feature.gap(place).abs() <= TOUCHING * program.length;
+                    feature.left(place) - if is_left { band } else { 0.0 }
+                };
+                instants.indicators[next] = feature.map_or(-1.0, left);
                 next += 1;
             }
         }
@@ -169,7 +177,7 @@ impl Instance {
                     return Some(found);
                 }
                 if distance <= last.1 && distance <= next {
-                    let found = self.touched_about(instants, (contour, search), [last.0, from, to], before);
+                    let found = self.touched_about(instants, (contour, search), [last.0, from, to], (before, near));
                     if found.is_some() {
                         return found;
                     }
@@ -201,12 +209,13 @@ impl Instance {
             let [gap_before, gap] = [before, now].map(|point| feature.gap(point));
             // What begins to be touched where the piece begins is so within errors of the method.
             let comes = gap_before >= 0.0 || from == 0.0 && gap_before > -near && gap < gap_before;
-            if gap < 0.0 && comes && feature.is_touched(now, near) {
+            if gap < 0.0 && comes && self.is_touched_anew(contour, index, now, near) {
                 let found = self.turn_of(instants, feature, search, [from, to]);
                 first = Some(first.map_or(found, |first| minimum(first, found)));
             }
             let behind = -2.0 * contour.radius;
-            if gap_before < behind.min(-0.0) && gap >= behind && feature.is_touched(now, near) && first.is_none() {
+            let is_behind = gap_before < behind.min(-0.0) && gap >= behind;
+            if is_behind && self.is_touched_anew(contour, index, now, near) && first.is_none() {
                 self.fail_at_profile(instants, contour, search, to);
             }
         }
@@ -219,7 +228,7 @@ impl Instance {
         instants: &mut Instants,
         (contour, search): (&Contour, &Search),
         [from, middle, to]: [f64; 3],
-        point: Point,
+        (point, near): (Point, f64),
     ) -> Option<f64> {
         let counting = (0..contour.features.len()).filter(|&index| self.is_counted(contour, index));
         let distance = |index: &usize| contour.features[*index].distance(point, contour.radius);
@@ -231,7 +240,7 @@ impl Instance {
         });
         let is_touched = value > 0.0 && {
             let point = self.place_at(instants, search, top);
-            feature.is_touched(point, 0.0)
+            feature.is_touched(point, 0.0) && self.is_touched_anew(contour, nearest, point, near)
         };
         is_touched.then(|| self.turn_of(instants, feature, search, [minimum(from, middle), top]))
     }
@@ -263,6 +272,23 @@ impl Instance {
         let contacts = self.model.program().instants.contacts.as_ref();
         let closed = |slot: &Slot| contacts.is_some_and(|data| is_closed(data, state, slot.contact as usize));
         counts(contour, feature, closed, state)
+    }
+
+    /// True if a disc touches a feature there. What follows on the curve of a feature that is in a slot begins where that ends: a disc that has just left a corner is beneath the line before it.
+    fn is_touched(&self, contour: &Contour, index: usize, point: Point, near: f64) -> bool {
+        let follows =
+            |slot: &Slot| feature_of(slot, &self.now.state).is_some_and(|held| contour.are_joined(held, index));
+        let near = if contour.slots.iter().any(follows) { 0.0 } else { near };
+        contour.features[index].is_touched(point, near)
+    }
+
+    /// The same of a feature that nothing watches: what follows on the curve of a feature in a slot gets that slot where the disc comes to it.
+    fn is_touched_anew(&self, contour: &Contour, index: usize, point: Point, near: f64) -> bool {
+        let watches = |slot: &Slot| {
+            let held = feature_of(slot, &self.now.state).filter(|&held| contour.are_joined(held, index));
+            held.is_some_and(|held| contour.features[held].gap(point).abs() <= near)
+        };
+        !contour.slots.iter().any(watches) && self.is_touched(contour, index, point, near)
     }
 
     fn distance_from(&self, contour: &Contour, point: Point) -> f64 {
@@ -334,28 +360,38 @@ impl Instance {
         let (scale, events) = (program.length, program.instants.events.len());
         let mut found = found;
         loop {
-            let is_near = |feature: &Feature| feature.is_touched(point, SHORTEST_PROFILE_STEP * scale);
+            let near = SHORTEST_PROFILE_STEP * scale;
+            let state = &self.now.state;
+            // Where two features are one curve, a disc touches one of them.
+            let holds = |slot: &Slot, feature: usize| {
+                let held = feature_of(slot, state).filter(|&held| contour.are_joined(held, feature));
+                held.is_some_and(|held| contour.features[held].gap(point).abs() <= TOUCHING * scale)
+            };
+            let is_held = |feature: usize| contour.slots.iter().any(|slot| holds(slot, feature));
             let all = contour.features.iter().enumerate();
-            let touched = all.filter(|(index, feature)| is_near(feature) && self.is_counted(contour, *index));
+            let touched = all.filter(|(index, _)| {
+                let is_new = found || !is_held(*index);
+                is_new && self.is_touched(contour, *index, point, near) && self.is_counted(contour, *index)
+            });
             let gap = |(_, feature): &(usize, &Feature)| feature.gap(point).abs();
             let Some((index, feature)) = touched.min_by(|a, b| gap(a).total_cmp(&gap(b))) else { return Ok(()) };
             if !found && gap(&(index, feature)) > TOUCHING * scale {
                 return Ok(());
             }
-            let state = &mut self.now.state;
-            // The first without a feature, else one that is open, the farthest.
+            // The first without a feature, else one that is open, the farthest. One that has just opened is free for what follows on its curve.
             let farness = |slot: &Slot| match feature_of(slot, state) {
                 None => f64::INFINITY,
                 Some(_) if is_closed(data, state, slot.contact as usize) => f64::NEG_INFINITY,
+                Some(_) if holds(slot, index) && !run.due[events + slot.contact as usize] => f64::MAX,
                 Some(held) => contour.features[held].gap(point),
             };
             let farthest = contour.slots.iter().rev().max_by(|a, b| farness(a).total_cmp(&farness(b)));
             let Some(slot) = farthest.filter(|slot| farness(slot) > TOUCHING * scale) else {
-                let (time, names) = (state.time(), vec![contour.name.clone()]);
+                let (time, names) = (self.now.state.time(), vec![contour.name.clone()]);
                 return Err(Failure::Contact { time, names, why: TOO_MANY });
             };
             let contact = events + slot.contact as usize;
-            write(slot, index, feature, state);
+            write(slot, index, feature, &mut self.now.state);
             run.due[contact] |= found;
             self.now.happened.armed[contact] = false;
             found = false;

@@ -9,7 +9,7 @@ use crate::hybrid::descent::DEEPEST;
 use crate::hybrid::onset::{self, PARTS, Reach};
 use crate::hybrid::tick::is_later;
 use crate::machine::ROUNDING;
-use crate::program::Program;
+use crate::program::{Program, Target};
 
 impl Instance {
     /// The first event up to a time, and when. Each step of the method is looked through as a whole.
@@ -363,6 +363,9 @@ impl Instance {
     /// Writes what the events that are due write, all at once.
     fn let_happen(&mut self, found: Option<usize>) -> Result<(), InstanceError> {
         let before = self.state_to_record();
+        if self.joins() {
+            self.ready_contacts()?;
+        }
         self.evaluate_written()?;
         let model = self.model.clone();
         let Some(mut instants) = self.instants.take() else { return Ok(()) };
@@ -387,12 +390,25 @@ impl Instance {
         self.resolve_contacts()?;
         if released {
             // It has had its impact.
+            let impacts = self.take_impacts();
             self.release_engaged();
             self.resolve_contacts()?;
+            self.put_impacts(impacts);
         }
         self.note(before, Vec::new(), found);
         self.go_on_anew();
         Ok(())
+    }
+
+    /// True if an event that is due engages a joint or sets a rate.
+    fn joins(&self) -> bool {
+        let (program, Some(instants)) = (self.model.program(), &self.instants) else { return false };
+        let by_event = |row: u32| program.constraints[row as usize].role.is_by_event();
+        let mut masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
+        let events = program.instants.events.iter().zip(&instants.due).filter(|(_, due)| **due);
+        let written: Vec<Target> =
+            events.flat_map(|(event, _)| &event.writes).map(|write| program.target(*write)).collect();
+        masks.any(|&(_, mask)| written.contains(&Target::Discrete(mask as usize)))
     }
 
     /// Removes and releases what the due events say, but for what another one has just engaged; true if there is any of that.

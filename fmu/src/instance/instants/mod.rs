@@ -11,6 +11,7 @@ mod record;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::hybrid::contact::Impact;
 pub(super) use importer::LARGER;
 pub use record::Happening;
 

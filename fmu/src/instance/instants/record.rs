@@ -2,10 +2,10 @@
 
 use super::super::Instance;
 use super::Instants;
-use crate::hybrid::contact::{direction, is_closed};
+use crate::hybrid::contact::{Impact, direction, is_closed};
 use crate::math::maximum;
 use crate::model::{Model, State};
-use crate::program::{Contacts, Role, Target};
+use crate::program::{Contacts, Target};
 
 /// The excess of an event is looked at in so many places before it.
 const PLACES_BEFORE_EVENT: u32 = 8;
@@ -21,8 +21,8 @@ pub struct Happening {
     pub seen: Option<[f64; 2]>,
     /// Contacts that have hit.
     pub hit: Vec<usize>,
-    /// Of each contact: whether it took part in the impact; empty if there was none.
-    pub pressing: Vec<bool>,
+    /// The impacts, one after the other.
+    pub impacts: Vec<Impact>,
     /// The state just before it.
     pub before: State,
     /// The state just after it.
@@ -55,8 +55,7 @@ impl Happening {
         let program = model.program();
         let events = self.due.iter().filter_map(|&index| program.instants.events.get(index));
         let written: Vec<Target> = events.flat_map(|event| &event.writes).map(|write| program.target(*write)).collect();
-        let by_event =
-            |row: u32| matches!(program.constraints[row as usize].role, Role::Engaging { .. } | Role::Set { .. });
+        let by_event = |row: u32| program.constraints[row as usize].role.is_by_event();
         let masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
         let change = |(row, mask): &(u32, u32)| {
             let place = *mask as usize;
@@ -80,6 +79,7 @@ impl Instance {
     pub fn record_instants(&mut self) {
         if let Some(instants) = &mut self.instants {
             instants.record = Some(Vec::new());
+            instants.contacts.impacts = Some(Vec::new());
         }
     }
 
@@ -119,6 +119,19 @@ impl Instance {
         [since, most]
     }
 
+    /// The impacts that have been recorded since contacts were last decided.
+    pub(super) fn take_impacts(&mut self) -> Vec<Impact> {
+        let impacts = self.instants.as_mut().and_then(|instants| instants.contacts.impacts.as_mut());
+        impacts.map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Puts impacts before those that have followed them.
+    pub(super) fn put_impacts(&mut self, first: Vec<Impact>) {
+        if let Some(impacts) = self.instants.as_mut().and_then(|instants| instants.contacts.impacts.as_mut()) {
+            impacts.splice(0..0, first);
+        }
+    }
+
     /// Notes what has happened since a state.
     pub(super) fn note(&mut self, before: Option<State>, ticks: Vec<usize>, found: Option<usize>) {
         let (Some(before), Some(instants)) = (before, &mut self.instants) else { return };
@@ -126,9 +139,9 @@ impl Instance {
         let is_event = ticks.is_empty();
         let due = (0..instants.due.len()).filter(|&event| is_event && instants.due[event]).collect();
         let hit: Vec<usize> = (0..instants.contacts.hit.len()).filter(|&index| instants.contacts.hit[index]).collect();
-        let pressing = if hit.is_empty() { Vec::new() } else { instants.contacts.pressing.clone() };
+        let impacts = instants.contacts.impacts.clone().unwrap_or_default();
         let seen = found.and(instants.known.seen);
-        let record = Happening { ticks, due, seen, hit, pressing, before, after };
+        let record = Happening { ticks, due, seen, hit, impacts, before, after };
         instants.record.iter_mut().for_each(|all| all.push(record.clone()));
     }
 }
