@@ -791,5 +791,5 @@ stop = 1
 "#;
     let model = run::model(text);
     let told = run::started(&model, None, 1.0, 1e-9).step_to(0.5).unwrap_err().to_string();
-    assert!(told.contains("`hook`") && told.contains("their constraints are redundant"), "{told}");
+    assert!(told.contains("`hook`") && told.contains("constraints are redundant"), "{told}");
 }
