@@ -177,8 +177,8 @@ impl ImportCommand {
         let bytes = files::read(&self.file, LARGEST).map_err(|error| Failure::file("read", &self.file, error))?;
         let name = path.file_stem().map_or(stem, |stem| stem.to_string_lossy().into_owned());
         let shown = self.file.file_name().map_or_else(|| "file".to_owned(), |name| name.to_string_lossy().into_owned());
-        let own = self.file.parent().unwrap_or(Path::new("")).to_owned();
-        let folders: Vec<PathBuf> = std::iter::once(own).chain(self.model_path.iter().cloned()).collect();
+        let beside_file = self.file.parent().unwrap_or(Path::new("")).to_owned();
+        let folders: Vec<PathBuf> = std::iter::once(beside_file).chain(self.model_path.iter().cloned()).collect();
         let left = Cell::new(LARGEST.saturating_sub(bytes.len() as u64));
         let include = |file: &str| folders.iter().find_map(|folder| included(folder, file, &left));
         let file = self.file.clone();

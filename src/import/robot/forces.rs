@@ -191,9 +191,9 @@ impl RobotWriter<'_> {
         let length = chord[0].hypot(chord[1]);
         let left_of_chord = |at: [f64; 2]| (chord[0] * (at[1] - from[1]) - chord[1] * (at[0] - from[0])) / length;
         let centre_is_left = left_of_chord(centre);
-        let beside =
+        let side =
             bend.side.as_ref().and_then(|side| planar.point(side)).map(|(_, at)| left_of_chord(at) - centre_is_left);
-        let is_left = beside.map_or(centre_is_left > 0.0, |beside| beside < 0.0);
+        let is_left = side.map_or(centre_is_left > 0.0, |side| side < 0.0);
         let touches = centre_is_left.abs() < bend.radius || (centre_is_left > 0.0) != is_left;
         if oblique || !touches {
             let why = if oblique {

@@ -704,10 +704,10 @@ impl PlanarModel<'_> {
     /// Points that are apart along the normal are no gap in the plane, but MuJoCo pulls them together.
     fn report_offset(&self, closure: &super::Closure, report: &mut ImportReport) {
         let [a, b] = closure.ends.each_ref().map(|end| self.world[end.body] * end.at);
-        let beside = self.plane.normal.dot(&(b - a)).abs();
-        if beside > OPEN * self.size {
+        let apart = self.plane.normal.dot(&(b - a)).abs();
+        if apart > OPEN * self.size {
             report.approximated(format!(
-                "{} joins points that are {beside:.4} m apart along the normal, which loads the hinges in space and not in the plane",
+                "{} joins points that are {apart:.4} m apart along the normal, which loads the hinges in space and not in the plane",
                 closure.called()
             ));
         }

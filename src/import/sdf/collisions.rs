@@ -46,8 +46,8 @@ impl SdfReader<'_> {
     /// Whether the links of the model of a link touch each other.
     fn self_collides(&self, name: &str, link: &XmlElement) -> bool {
         let is_true = |element: &XmlElement| matches!(element.text.trim(), "true" | "1");
-        if let Some(own) = link.child("self_collide") {
-            return is_true(own);
+        if let Some(of_link) = link.child("self_collide") {
+            return is_true(of_link);
         }
         let model = name.rsplit_once("::").map_or("", |(model, _)| model);
         self.frames.get(model).and_then(|frame| frame.element.child("self_collide")).is_some_and(is_true)

@@ -25,10 +25,10 @@ impl<'a> UrdfReader<'a> {
             for collision in link.all("collision") {
                 let Some((shape, pose)) = shape(collision)? else { continue };
                 let called =
-                    collision.get("name").map_or_else(|| format!("{name}_collision"), |own| format!("{name}_{own}"));
-                let own = collision.child("drake:proximity_properties").and_then(|list| list.child("drake:mu_dynamic"));
+                    collision.get("name").map_or_else(|| format!("{name}_collision"), |part| format!("{name}_{part}"));
+                let surface = collision.child("drake:proximity_properties").and_then(|list| list.child("drake:mu_dynamic"));
                 let solid = Solid { name: called, body, shape, pose };
-                all.push((solid, optional(own, "value", friction)?));
+                all.push((solid, optional(surface, "value", friction)?));
             }
         }
         self.model.touch_all(&all, |_, _| true, self.report);

@@ -404,11 +404,12 @@ impl Instance {
     fn joins(&self) -> bool {
         let (program, Some(instants)) = (self.model.program(), &self.instants) else { return false };
         let by_event = |row: u32| program.constraints[row as usize].role.is_by_event();
-        let mut masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
-        let events = program.instants.events.iter().zip(&instants.due).filter(|(_, due)| **due);
-        let written: Vec<Target> =
-            events.flat_map(|(event, _)| &event.writes).map(|write| program.target(*write)).collect();
-        masks.any(|&(_, mask)| written.contains(&Target::Discrete(mask as usize)))
+        let is_mask = |target: Target| {
+            let mut masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
+            masks.any(|&(_, mask)| target == Target::Discrete(mask as usize))
+        };
+        let mut events = program.instants.events.iter().zip(&instants.due).filter(|(_, due)| **due);
+        events.any(|(event, _)| event.writes.iter().any(|write| is_mask(program.target(*write))))
     }
 
     /// Removes and releases what the due events say, but for what another one has just engaged; true if there is any of that.
