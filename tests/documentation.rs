@@ -165,7 +165,7 @@ fn what_is_released_is_tried_and_has_the_runtime_for_browsers() {
     in_order(
         "publish",
         &[
-            "needs: [archives, macos, wheels, try-wheels, container]",
+            "needs: [checks, suites, archives, macos, wheels, try-wheels, container]",
             "if: github.ref_type == 'tag'",
             "download-artifact",
             "SHA256SUMS",

@@ -234,6 +234,7 @@ fn every_model_and_everything_that_can_be_set() {
             ("barrier", "would start to slide"),
             ("chain_hoist", "`chain` runs over pulleys"),
             ("excavator_arm", "starts at a corner"),
+            ("play_train", "hit at the same time"),
             ("stick_slip", "would start to slide"),
             ("worm_hoist", "would start to slide"),
             ("valve_train", "compatible for these values only"),

@@ -175,7 +175,7 @@ fn a_file_that_is_not_a_table_is_not_quoted() {
     for (name, secret) in [("users", "root:secret:0:0\nuser,secret\n"), ("words", "secret, other\n"), ("one", "secret")]
     {
         let faults = File::new(name, secret).scene(r#"table("FILE", t)"#).and_then(|scene| compile(&scene));
-        let text = faults.err().expect("no table").render(false, 1000);
+        let text = faults.expect_err("no table").render(false, 1000);
         assert!(text.contains("is not a table: it has no line of numbers") && !text.contains("secret"), "{text}");
     }
 }

@@ -26,7 +26,8 @@ impl<'a> UrdfReader<'a> {
                 let Some((shape, pose)) = shape(collision)? else { continue };
                 let called =
                     collision.get("name").map_or_else(|| format!("{name}_collision"), |part| format!("{name}_{part}"));
-                let surface = collision.child("drake:proximity_properties").and_then(|list| list.child("drake:mu_dynamic"));
+                let surface =
+                    collision.child("drake:proximity_properties").and_then(|list| list.child("drake:mu_dynamic"));
                 let solid = Solid { name: called, body, shape, pose };
                 all.push((solid, optional(surface, "value", friction)?));
             }
