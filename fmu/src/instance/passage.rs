@@ -379,14 +379,10 @@ impl Passage<'_> {
         }
         if let Some(data) = &instants.contacts {
             self.check_hits(happening, data)?;
-            self.check_still(happening, (data, &joining))?;
-            // Where a joint engages, what was closed may be lifted without an impulse.
-            let mut held = happening.closed(self.model)[0].clone();
-            held.iter_mut().for_each(|held| *held &= !joining.is_empty());
             let mut state = happening.before.clone();
             for impact in &happening.impacts {
                 let found = self.strike(&mut state, (impact, data), (happening, &joining), columns);
-                self.check_modes(&state, (impact, data, &held), found, (columns, moves))?;
+                self.check_modes(&state, (impact, data), found, (columns, moves))?;
             }
         }
         let [before, after] = happening.closed(self.model);
@@ -522,27 +518,11 @@ impl Passage<'_> {
         }
     }
 
-    /// Refuses a joint that engages without an impact beside closed contacts: for other values there is one, in which they press or open.
-    fn check_still(&self, happening: &Happening, (data, joining): (&Contacts, &[usize])) -> Result<(), PassageError> {
-        if joining.is_empty() || !happening.impacts.is_empty() {
-            return Ok(());
-        }
-        let closed = happening.closed(self.model)[0].clone();
-        match data.all.iter().zip(closed).find(|(contact, closed)| contact.slip.is_none() && *closed) {
-            None => Ok(()),
-            Some((contact, _)) => Err(PassageError(format!(
-                "{} engages without an impact while `{}` is closed, which would press or open for other values: derivatives differ on both sides",
-                self.names(happening),
-                contact.name
-            ))),
-        }
-    }
-
     /// Looks whether the mode of an impact is the same for other values: what is closed presses, what is open moves apart, and friction is within its limit or slides, unless that does not depend on the values.
     fn check_modes(
         &self,
         state: &State,
-        (impact, data, held): (&Impact, &Contacts, &[bool]),
+        (impact, data): (&Impact, &Contacts),
         (values, changes): (Vec<f64>, Vec<Vec<f64>>),
         (columns, moves): (&Columns, &[f64]),
     ) -> Result<(), PassageError> {
@@ -573,7 +553,7 @@ impl Passage<'_> {
             let mut changes = margin.1.iter().zip(moves).map(|(change, shift)| change + by_time * shift);
             is_clear || changes.all(|change| change.abs() <= CANCELLED * sizes[1])
         };
-        let mut undecided = data.all.iter().enumerate().filter(|(index, _)| impact.undecided[*index] || held[*index]);
+        let mut undecided = data.all.iter().enumerate().filter(|(index, _)| impact.undecided[*index]);
         match undecided.find(|contact| !decided(contact)) {
             None => Ok(()),
             Some((_, contact)) => Err(PassageError(format!(
