@@ -162,3 +162,52 @@ fn a_reaction_is_searched_by_its_polynomial() {
     });
     assert!(polynomials < 0.85 * places, "{polynomials} {places}");
 }
+
+/// A cart that friction brings to rest at the very instant at which another one hits it does not stick: it goes on with what the impact gives it.
+#[test]
+fn what_comes_to_rest_where_it_is_hit_moves_on() {
+    let mut random = Random::new(7);
+    for side in [1.0, -1.0].into_iter().cycle().take(8) {
+        let [mass, other, speed, friction, restitution, coming] =
+            [1.0, 2.0, 1.0, 2.0, 0.5, 3.0].map(|size| size * (0.5 + random.unit()));
+        let stops = speed * mass / friction;
+        let place = 0.5 * speed * stops;
+        let scene = format!(
+            r#"
+name = "hit"
+[bodies]
+a = {{ mass = {mass}, inertia = 1 }}
+b = {{ mass = {other}, inertia = 1 }}
+[joints]
+rail = {{ type = "prismatic", between = ["ground", "a"], axis = [{side}, 0], friction = {{ coulomb = {friction} }} }}
+apart = {{ type = "prismatic", between = ["a", "b"], axis = [{side}, 0], limits = {{ min = 0.1, restitution = {restitution} }} }}
+[initial]
+"rail.s" = 0
+"rail.v" = {speed}
+"apart.s" = {}
+"apart.v" = {}
+[outputs]
+variables = ["rail.s", "rail.v", "apart.v"]
+[experiment]
+stop = 10
+"#,
+            place + 0.1 + coming * stops,
+            -coming - speed
+        );
+        // The relative speed turns round; the impulse is that of two masses.
+        let impulse = (1.0 + restitution) * coming / (1.0 / mass + 1.0 / other);
+        let (after, since) = (-impulse / mass, 0.25 * impulse / friction);
+        let model = model(&scene);
+        for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
+            let mut instance = started(&model, engine, 10.0, 1e-9);
+            instance.step_to(stops + since).unwrap();
+            let [s, v] = ["rail.s", "rail.v"].map(|name| value(&mut instance, name));
+            let brake = friction / mass;
+            let right = [place + after * since + 0.5 * brake * since * since, after + brake * since];
+            assert!(
+                (s - right[0]).abs() < 1e-8 && (v - right[1]).abs() < 1e-8,
+                "{scene} {engine:?}: {s} {v} {right:?}"
+            );
+        }
+    }
+}

@@ -34,6 +34,7 @@ mod freewheel;
 mod friction_levels;
 mod gallery;
 mod hard_set;
+mod held_thresholds;
 mod hertz;
 mod house;
 mod implicit;

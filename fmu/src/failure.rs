@@ -245,6 +245,16 @@ pub enum Failure {
         /// The communication point that was wanted [s].
         target: f64,
     },
+    /// A comparison that nothing tells between any two times.
+    #[error(
+        "at t = {time} s the comparison of the event `{event}` is discontinuous everywhere, so that the time at which it becomes true cannot be found; compare a quantity that changes continuously, or round to fewer digits"
+    )]
+    EventJumps {
+        /// When, in the motion [s].
+        time: f64,
+        /// The event.
+        event: String,
+    },
     /// A law in pieces, each of which leads back into the other at once.
     #[error(
         "at t = {time} s a piecewise law (`sign`, `if`, `abs`, `min`, `max`) chatters, and `{coordinate}` with it: each piece drives the motion back to the other; for friction that sticks use `friction` of a joint or a `brake`, otherwise a smooth law, such as `tanh(v/0.01)` for `sign(v)`"

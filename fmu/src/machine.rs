@@ -113,6 +113,11 @@ impl Machine {
         results.iter_mut().zip(tape.results(&self.registers)).for_each(|(place, value)| *place = value);
     }
 
+    /// Runs a tape together with bounds of the errors of what it computes; `errors` has those of what it reads.
+    pub(crate) fn bound_errors(&mut self, tape: &Tape, errors: &mut [f64]) {
+        tape.run_errors(&mut self.registers, errors);
+    }
+
     /// One result of a tape that has just run.
     pub fn result(&self, tape: &Tape, index: usize) -> f64 {
         self.registers[tape.results[index] as usize]

@@ -711,7 +711,8 @@ impl ContactValues {
             }
             let rubs = slip.on.is_none_or(|on| self.choices.includes(on as usize));
             let direction = context.direction(index);
-            let rests = self.rests(context, index) || turns(index) && direction != 0.0;
+            let rests =
+                self.rests(context, index) || turns(index) && direction != 0.0 && !self.is_pushed(context, index);
             let discrete = context.state.discrete_mut();
             if !rubs || !rests {
                 data.all[index].slips(discrete, rubs.then_some(self.rates[index].signum()));
@@ -740,6 +741,12 @@ impl ContactValues {
     fn rests(&self, context: &Place, index: usize) -> bool {
         let is_held = self.kept[context.data.all[index].state.closed as usize] != 0.0 && !self.has_impact();
         is_held || self.rates[index].abs() <= self.least_rate(context, index)
+    }
+
+    /// True for what an impact has given another rate: it has come to rest just before that, and moves on.
+    fn is_pushed(&self, context: &Place, index: usize) -> bool {
+        let change = (self.rates[index] - self.before[index]).abs();
+        self.hit.contains(&true) && change > self.least_rate(context, index)
     }
 
     /// True for what has stuck or been closed, and has not been found to change.

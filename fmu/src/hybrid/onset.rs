@@ -28,13 +28,16 @@ pub(crate) struct Reach {
     pub limit: f64,
     /// Times that are closer together than this are the same number.
     pub spacing: f64,
+    /// An excess is known to no more than this: only further below zero it has ceased to hold.
+    pub noise: f64,
 }
 
 impl Reach {
     /// The part of a piece up to a time in it.
     pub(crate) fn new([from, to]: [f64; 2], until: f64) -> Self {
         let whole = to - from;
-        Self { limit: (until - from) / whole, spacing: f64::EPSILON * minimum(from.abs(), to.abs()) / whole }
+        let spacing = f64::EPSILON * minimum(from.abs(), to.abs()) / whole;
+        Self { limit: (until - from) / whole, spacing, noise: 0.0 }
     }
 }
 
@@ -47,13 +50,13 @@ pub(crate) struct Onset {
     pub armed: bool,
 }
 
-/// True if the excess at a share of a piece is what the values in the six places about it say, or has no value anywhere.
-pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64) -> bool {
+/// True if the excess at a share of a piece is what the values in the six places about it say, to within what it is known to, or has no value anywhere.
+pub(crate) fn fits(values: &[f64; PARTS + 1], share: f64, found: f64, noise: f64) -> bool {
     let known = values.iter().filter(|value| value.is_finite());
     let [least, most] = known.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], &value| {
         [minimum(least, value), maximum(most, value)]
     });
-    let allowed = TELLING * (most - least) + ROUNDING * maximum(least.abs(), most.abs());
+    let allowed = TELLING * (most - least) + maximum(ROUNDING * maximum(least.abs(), most.abs()), noise);
     least > most && !found.is_finite() || (interpolated(values, share) - found).abs() <= allowed
 }
 
@@ -113,8 +116,8 @@ pub(crate) fn first(
     for place in (1..=PARTS).take_while(|place| share(place.saturating_sub(2)) < reach.limit) {
         let now = values[place];
         if !armed {
-            // At the beginning the value may be a rounding error.
-            armed = now < 0.0;
+            // At the beginning the value may be a rounding error, and stay one.
+            armed = now < -reach.noise;
             continue;
         }
         if holds(now) {
@@ -205,7 +208,7 @@ mod tests {
 
     fn onset(armed: bool, mut excess: impl FnMut(f64) -> f64) -> Onset {
         let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
-        first(&values, armed, true, Reach { limit: 1.0, spacing: 0.0 }, &mut excess)
+        first(&values, armed, true, Reach { limit: 1.0, spacing: 0.0, noise: 0.0 }, &mut excess)
     }
 
     #[test]
@@ -259,7 +262,7 @@ mod tests {
         let places = |limit: f64, spacing: f64| {
             let (mut count, excess) = (0, |t: f64| t - 0.3);
             let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
-            let found = first(&values, true, true, Reach { limit, spacing }, &mut |t| {
+            let found = first(&values, true, true, Reach { limit, spacing, noise: 0.0 }, &mut |t| {
                 count += 1;
                 excess(t)
             });
@@ -281,7 +284,8 @@ mod tests {
         {
             let mut excess = |t: f64| height * height - (t - centre) * (t - centre);
             let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
-            let mut begin = |limit: f64| first(&values, true, true, Reach { limit, spacing: 0.0 }, &mut excess).begin;
+            let mut begin =
+                |limit: f64| first(&values, true, true, Reach { limit, spacing: 0.0, noise: 0.0 }, &mut excess).begin;
             let Some(all) = begin(1.0) else { continue };
             for limit in (1..50).map(|part| f64::from(part) / 50.0) {
                 match begin(limit).filter(|at| *at < limit) {
@@ -306,7 +310,7 @@ mod tests {
     fn places_too_far_apart_are_seen() {
         let fit = |excess: &dyn Fn(f64) -> f64| {
             let values = std::array::from_fn(|place| excess(place as f64 / PARTS as f64));
-            CHECKS.iter().all(|&share| fits(&values, share, excess(share)))
+            CHECKS.iter().all(|&share| fits(&values, share, excess(share), 0.0))
         };
         assert!(fit(&|t| (6.0 * t).sin()) && fit(&|_| 3.0) && fit(&|t: f64| t.exp() - 2.0) && fit(&|_| f64::NAN));
         for fast in [40.0, 100.5, 1e4] {

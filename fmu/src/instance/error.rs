@@ -210,6 +210,11 @@ impl InstanceError {
         matches!(self, Self::Ended { .. })
     }
 
+    /// Do modes of contacts or friction not fit each other, or the loops that they close? Errors of the method may have decided between them.
+    pub(super) fn is_of_modes(&self) -> bool {
+        matches!(self, Self::Solver(Failure::Contact { .. } | Failure::SingularAhead { .. }))
+    }
+
     /// Has the computer only done as much as it may in one step, and could go on from there?
     pub fn is_unfinished(&self) -> bool {
         matches!(self, Self::Solver(failure) if failure.is_unfinished())

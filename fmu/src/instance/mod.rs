@@ -105,11 +105,11 @@ pub struct Instance {
 impl Instance {
     /// A simulation with the defaults of the program.
     pub fn new(model: Arc<Model>) -> Self {
-        let now = Snapshot::new(&model);
+        let (now, machine) = (Snapshot::new(&model), Machine::new(&model));
         Self {
-            instants: Instants::of(&model, &now),
+            instants: Instants::of(&model, machine.registers().len(), &now),
             now,
-            machine: Machine::new(&model),
+            machine,
             stepper: Stepper::new(&model),
             accelerations: Accelerations::new(&model),
             limits: model.is_driven().then(|| Box::new(Limits::new(&model))),

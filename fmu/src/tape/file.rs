@@ -3,6 +3,7 @@
 use super::Instruction;
 use super::field::{Field, Real};
 use super::tangent::Tangent;
+use super::uncertain::Uncertain;
 
 /// Registers of a small file: it has exactly so many, and needs no comparison for each access.
 pub(crate) const FEW_REGISTERS: usize = 256;
@@ -69,5 +70,26 @@ impl<V: Real, const D: usize> File for Beside<'_, V, D> {
     fn set(&mut self, register: u32, Tangent { value, along }: Tangent<V, D>) {
         self.values[register as usize] = value;
         self.tangents[register as usize] = along;
+    }
+}
+
+/// Values, and in a file beside it by how much they may be wrong.
+pub(super) struct WithErrors<'a> {
+    pub values: &'a mut [f64],
+    pub errors: &'a mut [f64],
+}
+
+impl File for WithErrors<'_> {
+    type Value = Uncertain;
+
+    #[inline(always)]
+    fn get(&self, register: u32) -> Uncertain {
+        Uncertain { value: self.values[register as usize], error: self.errors[register as usize] }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, register: u32, Uncertain { value, error }: Uncertain) {
+        self.values[register as usize] = value;
+        self.errors[register as usize] = error;
     }
 }

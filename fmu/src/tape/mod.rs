@@ -6,6 +6,7 @@ mod operations;
 mod run;
 mod series;
 mod tangent;
+mod uncertain;
 
 use serde::{Deserialize, Serialize};
 

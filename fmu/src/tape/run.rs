@@ -3,7 +3,7 @@
 //! What is run at four points at once, or along four directions, costs less to be read; every place of a lane gets the bits that it gets alone. Lanes are compiled
 //! twice, for AVX2 and for any processor.
 
-use super::file::{Beside, FEW_REGISTERS};
+use super::file::{Beside, FEW_REGISTERS, WithErrors};
 use super::series::Series;
 use super::{Operation, Tape};
 use crate::linalg::lane::{Lane, by_width};
@@ -42,6 +42,14 @@ impl Tape {
     /// As [`Tape::run`]; both files must have the same size.
     pub fn run_tangent(&self, registers: &mut [f64], tangents: &mut [f64]) {
         self.run_over(&mut Beside { values: registers, tangents: tangents.as_chunks_mut::<1>().0 });
+    }
+
+    /// Runs the tape over `registers`, and over `errors` bounds of the errors of all results, whose entries for what the tape reads are those of its errors.
+    ///
+    /// # Panics
+    /// As [`Tape::run`]; both files must have the same size.
+    pub(crate) fn run_errors(&self, registers: &mut [f64], errors: &mut [f64]) {
+        self.run_over(&mut WithErrors { values: registers, errors });
     }
 
     /// Runs the tape over a register file of series.

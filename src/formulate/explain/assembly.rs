@@ -66,6 +66,7 @@ pub fn explain(equations: &mut Equations, model: &Model, failure: &Failure, leng
         | Failure::StepUnderflow { .. }
         | Failure::TooManySteps { .. }
         | Failure::TooMuchWork { .. }
+        | Failure::EventJumps { .. }
         | Failure::OutOfTime { .. }
         | Failure::Interrupted { .. }
         | Failure::Boundless { .. }

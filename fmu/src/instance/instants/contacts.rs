@@ -504,7 +504,7 @@ impl Instance {
     }
 
     /// The largest of all multipliers in the registers.
-    fn largest_reaction(&self) -> f64 {
+    pub(super) fn largest_reaction(&self) -> f64 {
         let layout = self.model.layout();
         let multipliers = &self.machine.registers()[layout.reactions()..layout.constants()];
         multipliers.iter().fold(0.0, |most: f64, value| most.max(value.abs()))

@@ -58,7 +58,7 @@ impl ContourValues {
     /// True if the places at a share of a piece are what the parts of it say.
     pub fn fit(&self, share: f64) -> bool {
         let mut all = self.samples.iter().flatten().zip(&self.places);
-        all.all(|(samples, &found)| onset::fits(samples, share, found))
+        all.all(|(samples, &found)| onset::fits(samples, share, found, 0.0))
     }
 
     /// The way that the centre of a disc could go in a piece at its largest speed.

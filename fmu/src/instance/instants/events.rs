@@ -8,8 +8,10 @@ use crate::failure::Failure;
 use crate::hybrid::descent::DEEPEST;
 use crate::hybrid::onset::{self, PARTS, Reach};
 use crate::hybrid::tick::is_later;
-use crate::machine::ROUNDING;
 use crate::program::{Program, Target};
+
+/// A comparison jumps at no more places of a step than this, as one of a rounded value does; what seems to jump everywhere has errors that nobody knows.
+const MOST_JUMPS: u32 = 4096;
 
 impl Instance {
     /// The first event up to a time, and when. Each step of the method is looked through as a whole.
@@ -94,7 +96,7 @@ impl Instance {
             self.computed = Computed::default();
             return Searched { step, first: None };
         }
-        let (mut from, mut depth, mut first) = (0.0, 0, None);
+        let (mut from, mut depth, mut first, mut jumps) = (0.0, 0, None, 0);
         while from < 1.0 && first.is_none() {
             let to = from + 0.5_f64.powi(depth);
             let piece = [from, to].map(|share| between(step, share));
@@ -106,6 +108,11 @@ impl Instance {
                     return Searched { step, first: None };
                 }
                 continue;
+            }
+            jumps += u32::from(!is_resolved && instants.untold.is_some());
+            if jumps > MOST_JUMPS {
+                instants.known.overlooked = self.never_told(instants, piece[0]);
+                return Searched { step, first: None };
             }
             first = self.first_in(instants, step, piece);
             first = self.first_at_profiles(instants, piece, first);
@@ -128,6 +135,12 @@ impl Instance {
         }
         self.computed = Computed::default();
         Searched { step, first }
+    }
+
+    /// The event whose comparison jumps at more places of a step than a law does.
+    fn never_told(&self, instants: &Instants, time: f64) -> Option<Failure> {
+        let event = self.model.program().instants.events.get(instants.untold?)?;
+        Some(Failure::EventJumps { time, event: event.name.clone() })
     }
 
     /// When something whose mode the motion contradicts at the end of a step begins to be against it by more than the tolerance.
@@ -159,6 +172,7 @@ impl Instance {
 
     /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.
     fn is_resolved(&mut self, instants: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> bool {
+        instants.untold = None;
         for part in 0..=PARTS {
             self.evaluate_sides(instants, (step, piece), part as f64 / PARTS as f64);
             for event in 0..instants.excesses.len() {
@@ -173,14 +187,24 @@ impl Instance {
         }
         onset::CHECKS.iter().all(|&share| {
             self.evaluate_sides(instants, (step, piece), share);
-            let mut counting = (0..instants.excesses.len()).filter(|event| !self.is_over(*event));
-            let tells = counting.all(|event| {
-                let (values, found) = (&instants.excesses[event], instants.excess(event));
-                onset::fits(values, share, found)
-                    || instants.is_contact(event) && onset::stays_away(values, share, found)
-            });
-            tells && instants.contours.fit(share)
+            let untold = (0..instants.excesses.len())
+                .find(|&event| !self.is_over(event) && !self.is_told(instants, event, share));
+            instants.untold = untold.filter(|&event| !instants.is_contact(event));
+            untold.is_none() && instants.contours.fit(share)
         })
+    }
+
+    /// True if the places of a piece tell the excess at a share of it, where the sides were last evaluated.
+    fn is_told(&mut self, instants: &mut Instants, event: usize, share: f64) -> bool {
+        let found = instants.excess(event);
+        if onset::fits(&instants.excesses[event], share, found, 0.0) {
+            return true;
+        }
+        if instants.is_contact(event) {
+            return onset::stays_away(&instants.excesses[event], share, found);
+        }
+        self.find_noise(instants);
+        onset::fits(&instants.excesses[event], share, found, instants.noise[event])
     }
 
     /// True for a contact that has just been left, with no rate, and seems to go in at once, but is apart earlier: its flight ends before the first place.
@@ -199,6 +223,9 @@ impl Instance {
     /// The first event in a piece that is resolved.
     fn first_in(&mut self, instants: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> Option<(f64, usize)> {
         let mut first: Option<(f64, usize)> = None;
+        if (0..instants.sides.len() / 2).any(|event| !instants.armed[event] && !self.is_over(event)) {
+            self.find_noise(instants);
+        }
         for event in 0..instants.armed.len() {
             if self.is_over(event) {
                 continue;
@@ -215,7 +242,8 @@ impl Instance {
                 }
                 instants.known.overlooked = Some(self.never_fits(event, step[0]));
             }
-            let range = Reach::new(piece, first.map_or(piece[1], |(at, _)| at));
+            let until = first.map_or(piece[1], |(at, _)| at);
+            let range = Reach { noise: instants.noise[event], ..Reach::new(piece, until) };
             let onset = onset::first(&values, armed, strict, range, &mut |share: f64| {
                 self.evaluate_sides(instants, (step, piece), share);
                 instants.excess(event)
@@ -439,13 +467,20 @@ impl Instance {
 
     /// Arms the events whose comparisons do not hold at the present time, by more than rounding errors.
     fn arm(&mut self) {
-        let Some(instants) = self.instants.take() else { return };
+        let Some(mut instants) = self.instants.take() else { return };
         let mut ceased = false;
-        for (event, sides) in instants.sides.chunks_exact(2).enumerate() {
-            // Sides that have just been equal differ by rounding errors.
-            let ceases = self.counted(&instants, event) < -ROUNDING * (sides[0].abs() + sides[1].abs());
+        let events = instants.sides.len() / 2;
+        let may_cease = |event: usize| !self.now.happened.armed[event] && self.counted(&instants, event) < 0.0;
+        if (0..events).any(may_cease) {
+            self.find_noise(&mut instants);
+        }
+        for event in 0..events {
+            let ceases = self.counted(&instants, event) < -instants.noise[event];
             ceased |= ceases && !self.now.happened.armed[event];
             self.now.happened.armed[event] |= ceases;
+            if ceases {
+                self.show_as_it_is(event);
+            }
         }
         self.instants = Some(instants);
         if ceased && self.is_exchanged() {

@@ -196,12 +196,29 @@ impl Instance {
 
     /// An importer's event is over.
     pub(super) fn end_search(&mut self) {
-        let Some(instants) = &self.instants else { return };
-        let importer = &mut self.now.happened.importer;
-        for event in (0..instants.due.len()).filter(|&event| instants.is_contact(event)) {
-            importer.shifts[event] = 0.0;
+        let Some(mut instants) = self.instants.take() else { return };
+        let events = instants.sides.len() / 2;
+        if self.now.happened.armed[..events].contains(&false) {
+            self.find_noise(&mut instants);
         }
+        for event in 0..instants.due.len() {
+            let is_held = !self.now.happened.armed[event] && instants.excess(event).abs() <= instants.noise[event];
+            let shift = &mut self.now.happened.importer.shifts[event];
+            if instants.is_contact(event) {
+                *shift = 0.0;
+            } else if is_held {
+                // What is held at its threshold has either sign: it is shown as what holds until it is clear of that.
+                *shift = 2.0 * instants.noise[event];
+            }
+        }
+        self.instants = Some(instants);
         self.begin_search();
+    }
+
+    /// A comparison that held at its threshold has ceased to: it is shown as it is again.
+    pub(super) fn show_as_it_is(&mut self, event: usize) {
+        let shift = &mut self.now.happened.importer.shifts[event];
+        *shift = minimum(*shift, 0.0);
     }
 
     /// What an importer sees below zero of the indicator of what has just been left.

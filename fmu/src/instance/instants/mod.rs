@@ -7,6 +7,7 @@ mod contacts;
 mod contours;
 mod events;
 mod importer;
+mod noise;
 mod record;
 
 use serde::{Deserialize, Serialize};
@@ -23,11 +24,17 @@ use crate::hybrid::contact::ContactValues;
 use crate::hybrid::onset::PARTS;
 use crate::hybrid::tick::{Clock, is_later};
 use crate::integrator::control::shortest;
+use crate::math::maximum;
 use crate::model::{Model, State};
 use crate::program::{Program, Target, Write};
 use crate::tape::Tape;
 use contours::ContourValues;
 use importer::Importer;
+
+/// A communication step whose modes do not fit is taken again to these shares of the tolerance.
+const RETRIES: [f64; 2] = [0.1, 0.01];
+/// Not below this tolerance: steps to a smaller one end at rounding errors.
+const CLOSEST: f64 = 1e-12;
 
 /// What a run remembers of what has happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,6 +102,9 @@ pub(super) struct Instants {
     begin: Vec<f64>,
     written: Vec<f64>,
     sides: Vec<f64>,
+    /// The error of each excess of an event, and work storage for the errors of all registers.
+    noise: Vec<f64>,
+    errors: Vec<f64>,
     /// True for tapes that read accelerations or reactions.
     write_solved: bool,
     sides_solved: bool,
@@ -106,6 +116,8 @@ pub(super) struct Instants {
     indicators: Vec<f64>,
     contacts: ContactValues,
     contours: ContourValues,
+    /// An event whose places in a piece of the last step do not tell its excess between them.
+    untold: Option<usize>,
     /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
     evaluated: u64,
     evaluation: u64,
@@ -118,6 +130,8 @@ pub(super) struct Instants {
     armed: Vec<bool>,
     /// What has happened since it was last asked for, if anybody asks.
     record: Option<Vec<Happening>>,
+    /// How much of it had happened before the communication step under way.
+    recorded: usize,
 }
 
 /// What is known of the present motion beside its snapshot. It is of no other motion.
@@ -198,7 +212,7 @@ pub struct Handled {
 }
 
 impl Instants {
-    pub fn of(model: &Model, now: &Snapshot) -> Option<Box<Self>> {
+    pub fn of(model: &Model, registers: usize, now: &Snapshot) -> Option<Box<Self>> {
         let program = model.program();
         let instants = &program.instants;
         if instants.is_empty() && program.discrete.is_empty() {
@@ -218,6 +232,8 @@ impl Instants {
             begin: vec![0.0; instants.begin.results.len()],
             written: vec![0.0; instants.written.results.len()],
             sides: vec![0.0; instants.sides.results.len()],
+            noise: vec![0.0; occasions],
+            errors: vec![0.0; if instants.events.is_empty() { 0 } else { registers }],
             write_solved: reads_solved(program, &instants.written),
             sides_solved: reads_solved(program, &instants.sides),
             before: now.clone(),
@@ -228,10 +244,12 @@ impl Instants {
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: ContactValues::new(model),
             contours: ContourValues::new(instants.contours().len()),
+            untold: None,
             evaluated: 0,
             evaluation: lengths.sum(),
             done_before: 0,
             record: None,
+            recorded: 0,
         }))
     }
 
@@ -318,22 +336,20 @@ impl Instance {
         instants.known.happened = false;
         instants.deadline = Deadline::after(self.model.program().experiment.budget);
         instants.target = time;
-        let recorded = instants.record.as_ref().map_or(0, Vec::len);
+        instants.recorded = instants.record.as_ref().map_or(0, Vec::len);
         instants.done_before = self.stepper.statistics().work + instants.work(self.model.program());
         self.instants = Some(instants);
         let changed = self.now.run.is_changed();
-        let done = self.go_through(time, to_first, changed);
+        let done = match self.go_through(time, to_first, changed) {
+            Err(failure) if failure.is_of_modes() => self.go_closer(failure, (time, to_first, changed)),
+            done => done,
+        };
         if let Some(instants) = &mut self.instants {
             (instants.limit, instants.target) = (f64::INFINITY, f64::NEG_INFINITY);
         }
         match done {
             Err(failure) if !failure.is_unfinished() && !failure.is_end() => {
-                if let Some(mut instants) = self.instants.take() {
-                    self.now.copy_from(&instants.before);
-                    instants.forget_record(recorded);
-                    self.instants = Some(instants);
-                }
-                self.forget_continuation();
+                self.go_back();
                 Err(failure)
             }
             done => {
@@ -341,6 +357,40 @@ impl Instance {
                 done
             }
         }
+    }
+
+    /// To where the communication step under way began.
+    fn go_back(&mut self) {
+        if let Some(mut instants) = self.instants.take() {
+            self.now.copy_from(&instants.before);
+            let recorded = instants.recorded;
+            instants.forget_record(recorded);
+            self.instants = Some(instants);
+        }
+        self.forget_continuation();
+    }
+
+    /// Takes a communication step again in which modes change without end, or none fits, or a change has been missed: what decides between modes there, errors of the method, is smaller each time.
+    ///
+    /// # Errors
+    /// The failure that the step ended with, where nothing helps.
+    fn go_closer(
+        &mut self,
+        failure: InstanceError,
+        (time, to_first, changed): (f64, bool, bool),
+    ) -> Result<(), InstanceError> {
+        let tolerance = self.now.tolerance;
+        for share in RETRIES {
+            self.go_back();
+            self.now.tolerance = maximum(share * tolerance, CLOSEST);
+            let done = self.go_through(time, to_first, changed);
+            self.now.tolerance = tolerance;
+            match done {
+                Err(again) if again.is_of_modes() => {}
+                done => return done,
+            }
+        }
+        Err(failure)
     }
 
     fn go_through(&mut self, time: f64, to_first: bool, changed: bool) -> Result<(), InstanceError> {
@@ -356,6 +406,8 @@ impl Instance {
             let (target, ticks) = if is_later(tick, time) { (time, false) } else { (tick, true) };
             if let Some(instants) = &mut self.instants {
                 instants.limit = if each_ends { target } else { tick };
+                // A sample time that rounding errors have taken behind the stop is the stop, too.
+                instants.target = maximum(time, target);
             }
             match self.first_event(target)? {
                 Some((at, event)) => {
@@ -379,9 +431,19 @@ impl Instance {
             self.check_end()?;
             // Each part has a measure of its own; together they may not do more than one step may.
             self.check_work([self.time(), time])?;
+            self.end_at_stop(time);
             if to_first || self.time() >= time {
                 return Ok(());
             }
+        }
+    }
+
+    /// Between a sample time and the stop there may be rounding errors, too: no implicit step is so short.
+    fn end_at_stop(&mut self, time: f64) {
+        let is_stop = self.now.stop.is_some_and(|stop| !is_later(stop, time));
+        if is_stop && self.is_stiff() && self.time() < time && !is_later(time, self.time()) {
+            self.now.state.set_time(time);
+            self.go_on_anew();
         }
     }
 
