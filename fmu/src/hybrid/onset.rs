@@ -106,36 +106,36 @@ pub(crate) fn first(
     values: &[f64; PARTS + 1],
     armed: bool,
     strict: bool,
-    reach: Reach,
+    range: Reach,
     excess: &mut impl FnMut(f64) -> f64,
 ) -> Onset {
     let holds = |value: f64| if strict { value > 0.0 } else { value >= 0.0 };
     let share = |place: usize| place as f64 / PARTS as f64;
     let mut armed = armed;
     // A peak about a place reaches back to the one before.
-    for place in (1..=PARTS).take_while(|place| share(place.saturating_sub(2)) < reach.limit) {
+    for place in (1..=PARTS).take_while(|place| share(place.saturating_sub(2)) < range.limit) {
         let now = values[place];
         if !armed {
             // At the beginning the value may be a rounding error, and stay one.
-            armed = now < -reach.noise;
+            armed = now < -range.noise;
             continue;
         }
         if holds(now) {
             let before = (share(place - 1), values[place - 1]);
-            if before.0 >= reach.limit {
+            if before.0 >= range.limit {
                 break;
             }
             let after =
-                if share(place) > reach.limit { (reach.limit, excess(reach.limit)) } else { (share(place), now) };
+                if share(place) > range.limit { (range.limit, excess(range.limit)) } else { (share(place), now) };
             if !holds(after.1) {
                 break;
             }
-            return Onset { begin: Some(turn(&holds, before, after, reach.spacing, excess)), armed: false };
+            return Onset { begin: Some(turn(&holds, before, after, range.spacing, excess)), armed: false };
         }
         for [from, to] in peaks(values, place).into_iter().flatten() {
             if let Some(top) = summit(&holds, share(from), share(to), excess) {
                 let before = (share(from), values[from]);
-                return Onset { begin: Some(turn(&holds, before, top, reach.spacing, excess)), armed: false };
+                return Onset { begin: Some(turn(&holds, before, top, range.spacing, excess)), armed: false };
             }
         }
     }

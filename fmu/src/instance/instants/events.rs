@@ -109,9 +109,9 @@ impl Instance {
                 }
                 continue;
             }
-            jumps += u32::from(!is_resolved && instants.untold.is_some());
+            jumps += u32::from(!is_resolved && instants.unresolved.is_some());
             if jumps > MOST_JUMPS {
-                instants.known.overlooked = self.never_told(instants, piece[0]);
+                instants.known.overlooked = self.never_resolved(instants, piece[0]);
                 return Searched { step, first: None };
             }
             first = self.first_in(instants, step, piece);
@@ -138,8 +138,8 @@ impl Instance {
     }
 
     /// The event whose comparison jumps at more places of a step than a law does.
-    fn never_told(&self, instants: &Instants, time: f64) -> Option<Failure> {
-        let event = self.model.program().instants.events.get(instants.untold?)?;
+    fn never_resolved(&self, instants: &Instants, time: f64) -> Option<Failure> {
+        let event = self.model.program().instants.events.get(instants.unresolved?)?;
         Some(Failure::EventJumps { time, event: event.name.clone() })
     }
 
@@ -172,7 +172,7 @@ impl Instance {
 
     /// Looks at all excesses in the places of a piece, and whether those tell what they are in between.
     fn is_resolved(&mut self, instants: &mut Instants, step: [f64; 2], piece: [f64; 2]) -> bool {
-        instants.untold = None;
+        instants.unresolved = None;
         for part in 0..=PARTS {
             self.evaluate_sides(instants, (step, piece), part as f64 / PARTS as f64);
             for event in 0..instants.excesses.len() {
@@ -187,15 +187,15 @@ impl Instance {
         }
         onset::CHECKS.iter().all(|&share| {
             self.evaluate_sides(instants, (step, piece), share);
-            let untold = (0..instants.excesses.len())
-                .find(|&event| !self.is_over(event) && !self.is_told(instants, event, share));
-            instants.untold = untold.filter(|&event| !instants.is_contact(event));
-            untold.is_none() && instants.contours.fit(share)
+            let unresolved = (0..instants.excesses.len())
+                .find(|&event| !self.is_over(event) && !self.is_known(instants, event, share));
+            instants.unresolved = unresolved.filter(|&event| !instants.is_contact(event));
+            unresolved.is_none() && instants.contours.fit(share)
         })
     }
 
     /// True if the places of a piece tell the excess at a share of it, where the sides were last evaluated.
-    fn is_told(&mut self, instants: &mut Instants, event: usize, share: f64) -> bool {
+    fn is_known(&mut self, instants: &mut Instants, event: usize, share: f64) -> bool {
         let found = instants.excess(event);
         if onset::fits(&instants.excesses[event], share, found, 0.0) {
             return true;

@@ -117,7 +117,7 @@ pub(super) struct Instants {
     contacts: ContactValues,
     contours: ContourValues,
     /// An event whose places in a piece of the last step do not tell its excess between them.
-    untold: Option<usize>,
+    unresolved: Option<usize>,
     /// How many places within steps have been evaluated, and how many instructions of tapes that is each.
     evaluated: u64,
     evaluation: u64,
@@ -244,7 +244,7 @@ impl Instants {
             indicators: vec![0.0; occasions - instants.events.len()],
             contacts: ContactValues::new(model),
             contours: ContourValues::new(instants.contours().len()),
-            untold: None,
+            unresolved: None,
             evaluated: 0,
             evaluation: lengths.sum(),
             done_before: 0,
