@@ -133,32 +133,9 @@ method = "{method}"
 
 /// A block of 1 kg on a spring, whose friction of 5 N is written as a law of the load's own rate.
 fn with_own_rate(method: &str) -> Result<[f64; 2], String> {
-    let scene = format!(
-        r#"
-format = 1
-name = "own_rate"
-[ground.points]
-wall = [-1, 0]
-[bodies.block]
-mass = 1.0
-[joints.guide]
-type = "prismatic"
-between = ["ground", "block"]
-axis = [1, 0]
-[loads.spring]
-type = "spring"
-between = ["ground.wall", "block"]
-stiffness = 100.0
-length = 1.0
-[loads.rub]
-type = "actuator"
-between = ["ground.wall", "block"]
-force = "-5*sign(rate)"
-[initial]
-"guide.s" = 0.33
-[solver]
-method = "{method}"
-"#
+    let scene = run::block_with_law(
+        "-5*sign(rate)",
+        &format!("[initial]\n\"guide.s\" = 0.33\n[solver]\nmethod = \"{method}\"\n"),
     );
     end(&scene, [3.0, 1e-8], ["guide.s", "guide.v"])
 }

@@ -264,6 +264,14 @@ tolerance = 1e-12
 #[test]
 fn derivatives_go_through_a_grip_of_what_lies_on_feet() {
     check(TAKEN, &["mu", "heavy", "pull", "late", "lift"], 0.5, 1e-4, 1e-6);
+    // At rest, and with a hand at rest, other values lift it or press it down.
+    let still = TAKEN
+        .replace("axis = [1, 0.3]", "axis = [0, 1]")
+        .replace("\"part.vx\" = 1.1", "\"part.vx\" = 0")
+        .replace("[1.0, \"pull\"]", "[0.0, \"9.81 + pull - 25\"]")
+        .replace("lift = 0.4", "lift = 0");
+    let message = refused(&still, "lift", 0.5);
+    assert!(message.contains("derivatives differ on both sides"), "{message}");
 }
 
 /// Two arms that swing between stops.

@@ -106,7 +106,7 @@ fn linear(arena: &mut Arena, law: &Formula) -> Option<LinearLaw> {
     Some(LinearLaw { stiffness: arena.negate(by_length), damping: arena.negate(by_rate), rest })
 }
 
-/// Has a law the value of its linear form at random lengths, rates, times and inputs, for the parameters of the scene?
+/// True if a law has the value of its linear form at random lengths, rates, times and inputs, for the parameters of the scene?
 fn agrees(arena: &mut Arena, law: &Formula, form: LinearLaw, parameters: &[f64]) -> bool {
     /// How often they are compared: rates and lengths are of both signs, from thousandths to thousands.
     const PLACES: u64 = 16;

@@ -11,7 +11,7 @@ enum Degree {
 }
 
 impl Arena {
-    /// Is each of these a constant plus constant multiples of the chosen symbols, for all their values?
+    /// True if each root is a constant plus constant multiples of the chosen symbols, for all their values.
     pub fn is_affine(&self, roots: &[Expr], chosen: impl Fn(Symbol) -> bool) -> bool {
         let mut degrees = vec![Degree::Constant; roots.iter().max().map_or(0, |root| root.index() + 1)];
         for expr in self.reachable(roots.iter().copied()) {

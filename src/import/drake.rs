@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Point3};
 
+use super::options::ImportOptions;
 use super::refusal::Fallible;
 use super::report::ImportReport;
 use super::robot::{BodyPoint, Closure, ClosureKind, Course, JointLaws, PointSpring, SpatialBushing, SpatialModel};
@@ -14,6 +15,26 @@ pub const OF_BUSHINGS: &str = "drake:bushing_frameA drake:bushing_frameC drake:b
 pub const OF_SPRINGS: &str = "drake:linear_spring_damper_body_A drake:linear_spring_damper_body_B drake:linear_spring_damper_p_AP \
     drake:linear_spring_damper_p_BQ drake:linear_spring_damper_free_length drake:linear_spring_damper_stiffness \
     drake:linear_spring_damper_damping";
+
+/// Of a surface: what is read, and how soft a contact is, which has no part in an exact one.
+pub const OF_SURFACES: &str = "drake:mu_dynamic drake:mu_static";
+pub const SOFT_SURFACES: &str = "drake:mesh_resolution_hint drake:rigid_hydroelastic drake:compliant_hydroelastic drake:hydroelastic_modulus \
+    drake:hunt_crossley_dissipation drake:relaxation_time drake:point_contact_stiffness drake:hydroelastic_margin";
+/// What [`read`] reads.
+const READ: [&str; 3] = ["drake:ball_constraint", "drake:linear_bushing_rpy", "drake:linear_spring_damper"];
+
+/// True for elements that [`read`] reads.
+pub fn is_read(name: &str) -> bool {
+    READ.contains(&name)
+}
+
+/// Refuses what joins bodies and has no counterpart, unless the user leaves it out: without it the mechanism has other degrees of freedom.
+pub fn refuse(element: &XmlElement, options: &ImportOptions, report: &mut ImportReport) {
+    if element.name.contains("constraint") || matches!(element.name.as_str(), "drake:joint" | "coupling") {
+        let why = format!("<{}> joins bodies and has no counterpart", element.name);
+        report.refuse_or_leave(element, options, &[&element.name], &why);
+    }
+}
 
 /// A body of the model and a pose in its frame, by the name of a link or a frame.
 pub type FrameOf<'a> = &'a dyn Fn(&XmlElement, &str) -> Fallible<(usize, Isometry3<f64>)>;

@@ -84,14 +84,14 @@ pub fn check(element: &XmlElement, levels: &[Level], report: &mut ImportReport) 
     }
 }
 
-/// Is it zero, false or empty, with everything in it?
+/// True if an element is zero, false or empty, with everything in it.
 fn is_off(element: &XmlElement) -> bool {
+    let zero = |text: &str| xml::numbers(text).is_ok_and(|numbers| numbers.iter().all(|number| *number == 0.0));
     let text = element.text.trim();
-    let off = matches!(text, "" | "false" | "inf" | "-1")
-        || xml::numbers(text).is_ok_and(|numbers| numbers.iter().all(|number| *number == 0.0));
-    let values = element.attributes.iter().filter(|attribute| attribute.name == "value");
-    let zero = |value: &str| xml::numbers(value).is_ok_and(|numbers| numbers.iter().all(|number| *number == 0.0));
-    off && values.clone().all(|attribute| zero(&attribute.value)) && element.children.iter().all(is_off)
+    let mut values = element.attributes.iter().filter(|attribute| attribute.name == "value");
+    (zero(text) || matches!(text, "false" | "inf" | "-1"))
+        && values.all(|attribute| zero(&attribute.value))
+        && element.children.iter().all(is_off)
 }
 
 fn measures(plugin: &XmlElement) -> bool {

@@ -27,33 +27,9 @@ fn a_pendulum_on_a_cart_as_in_the_textbook() {
     });
 }
 
-/// A block on a spring of 100 N/m with a law between it and a wall, moving at this speed.
+/// The block with a law, in the middle, moving at this speed.
 fn with_law(law: &str, speed: f64) -> String {
-    format!(
-        r#"
-        name = "pieces"
-        [ground.points]
-        wall = [-1, 0]
-        [bodies.block]
-        mass = 1
-        [joints.guide]
-        type = "prismatic"
-        between = ["ground", "block"]
-        axis = [1, 0]
-        [loads.spring]
-        type = "spring"
-        between = ["ground.wall", "block"]
-        stiffness = 100
-        length = 1
-        [loads.law]
-        type = "actuator"
-        between = ["ground.wall", "block"]
-        force = "{law}"
-        [initial]
-        "guide.s" = 0
-        "guide.v" = {speed}
-        "#
-    )
+    block_with_law(law, &format!("[initial]\n\"guide.s\" = 0\n\"guide.v\" = {speed}\n"))
 }
 
 /// Laws that have a derivative on each side but none at the point have no linear system there; those with one derivative have.

@@ -5,7 +5,7 @@ use cotree::scene::Resolved;
 use cotree_fmu::model::Model;
 use cotree_study::analysis::{AnalysisFailure, Equilibrium, OperatingPoint, StateSpace, Variation, at_rest};
 
-pub use super::run::scene_of;
+pub use super::run::{block_with_law, scene_of};
 use super::run::{formulated, resolved};
 
 /// A compound pendulum; `GUESS` is to be replaced.

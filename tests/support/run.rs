@@ -24,6 +24,33 @@ pub fn file(path: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
+/// A block of 1 kg on a guide, between whose wall, 1 m away, and itself are a spring of 100 N/m, relaxed in the middle, and the load `rub` of this law; and what else the scene says.
+pub fn block_with_law(law: &str, more: &str) -> String {
+    format!(
+        r#"
+name = "pieces"
+[ground.points]
+wall = [-1, 0]
+[bodies.block]
+mass = 1
+[joints.guide]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+[loads.spring]
+type = "spring"
+between = ["ground.wall", "block"]
+stiffness = 100
+length = 1
+[loads.rub]
+type = "actuator"
+between = ["ground.wall", "block"]
+force = "{law}"
+{more}
+"#
+    )
+}
+
 /// The scene of a model in `models`; what it says of other files of its folder is changed so that it holds from here.
 pub fn scene_of(model: &str) -> String {
     from_here(model, file(&format!("models/{model}/scene.toml")))

@@ -52,10 +52,9 @@ impl Joining {
     pub fn find(&mut self, model: &Model, machine: &mut Machine, state: &State) -> Result<(), Failure> {
         let program = model.program();
         (self.any, _) = (false, self.rows.fill(false));
-        for &(row, place) in &program.instants.masks {
-            let by_event = program.constraints[row as usize].role.is_by_event();
-            if by_event && self.has_begun(state, place as usize) {
-                (self.any, self.rows[row as usize]) = (true, true);
+        for (row, place) in program.masks_by_event() {
+            if self.has_begun(state, place) {
+                (self.any, self.rows[row]) = (true, true);
             }
         }
         if !self.any {

@@ -32,7 +32,7 @@ impl Drift {
         self.steps = 0;
     }
 
-    /// After a step of the importer, where the loops are apart by `gap`: must they be closed?
+    /// True if the loops, which are apart by `gap` after a step of the importer, must be closed.
     pub fn is_due(&mut self, gap: f64, tolerance: f64) -> bool {
         self.steps = self.steps.saturating_add(1);
         if gap > self.limit(tolerance) && self.steps < STEPS_APART {

@@ -210,7 +210,7 @@ impl InstanceError {
         matches!(self, Self::Ended { .. })
     }
 
-    /// Do modes of contacts or friction not fit each other, or the loops that they close? Errors of the method may have decided between them.
+    /// True if modes of contacts or friction do not fit each other, or the loops that they close: errors of the method may have decided between them.
     pub(super) fn is_of_modes(&self) -> bool {
         matches!(self, Self::Solver(Failure::Contact { .. } | Failure::SingularAhead { .. }))
     }

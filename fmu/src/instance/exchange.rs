@@ -127,7 +127,7 @@ impl Instance {
         self.excesses(events)
     }
 
-    /// After an accepted step of the importer's integrator: is anything due, or must the loops be closed?
+    /// True if something is due after an accepted step of the importer's integrator, or the loops must be closed.
     ///
     /// # Errors
     /// The step has gone through a pose in which branches of the motion cross: what comes after it means nothing.

@@ -382,7 +382,7 @@ impl Passage<'_> {
             let mut state = happening.before.clone();
             for impact in &happening.impacts {
                 let found = self.strike(&mut state, (impact, data), (happening, &joining), columns);
-                self.check_modes(&state, (impact, data), found, (columns, moves))?;
+                self.check_modes([&happening.before, &state], (impact, data), found, (columns, moves))?;
             }
         }
         let [before, after] = happening.closed(self.model);
@@ -521,7 +521,7 @@ impl Passage<'_> {
     /// Looks whether the mode of an impact is the same for other values: what is closed presses, what is open moves apart, and friction is within its limit or slides, unless that does not depend on the values.
     fn check_modes(
         &self,
-        state: &State,
+        [before, state]: [&State; 2],
         (impact, data): (&Impact, &Contacts),
         (values, changes): (Vec<f64>, Vec<Vec<f64>>),
         (columns, moves): (&Columns, &[f64]),
@@ -531,6 +531,12 @@ impl Passage<'_> {
         let largest = |all: &mut dyn Iterator<Item = &f64>| all.fold(0.0, |most, value| maximum(most, value.abs()));
         let impulses = [largest(&mut values[n..].iter()), largest(&mut changes[n..].iter().flatten())];
         let rates = [largest(&mut state.rates().iter()), largest(&mut columns.rates.iter())];
+        // Where nothing moves before nor after it, all impulses and rates are rounding errors, and none of them is clear of the others.
+        let rests = |state: &State| {
+            let mut rates = state.rates().iter().zip(&self.model.program().coordinates);
+            rates.all(|(rate, coordinate)| rate.abs() <= TOUCHING * coordinate.scale)
+        };
+        let is_still = rests(before) && rests(state);
         let decided = |(index, contact): &(usize, &Contact)| {
             let multiplier = |row: u32| (values[n + row as usize], changes[n + row as usize].as_slice());
             let rate = (after.0[*index], after.1[*index].as_slice());
@@ -547,7 +553,7 @@ impl Passage<'_> {
                 Some(slip) if way == 0.0 || !rubs(slip.on) => return true,
                 Some(_) => (sum([way, 0.0], [rate; 2]), rates),
             };
-            let is_clear = margin.0.abs() > CANCELLED * sizes[0];
+            let is_clear = !is_still && margin.0.abs() > CANCELLED * sizes[0];
             // At the time to which the instant moves.
             let by_time = margin.1.last().copied().unwrap_or_default();
             let mut changes = margin.1.iter().zip(moves).map(|(change, shift)| change + by_time * shift);

@@ -731,6 +731,12 @@ impl Program {
         self.constraints.iter().any(|row| row.role.places().next().is_some()) || self.instants.writes().any(jumps)
     }
 
+    /// The loop equations that events engage or set, each with the place of its mask among the discrete variables.
+    pub fn masks_by_event(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let masks = self.instants.masks.iter().map(|&(row, mask)| (row as usize, mask as usize));
+        masks.filter(|(row, _)| self.constraints[*row].role.is_by_event())
+    }
+
     /// What a write changes.
     pub fn target(&self, write: Write) -> Target {
         let place = write.target as usize;

@@ -13,7 +13,7 @@ mod solids;
 mod write;
 
 pub use planar::scene;
-pub use solids::{Solid, SolidShape};
+pub use solids::{FRICTION, Solid, SolidShape, across};
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 

@@ -1,9 +1,21 @@
 //! Solids that may touch: the shapes that all robot files have, and the contacts of two of them.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::{BodyPoint, ContactKind, ContactShape, SpatialContact, SpatialModel};
 use crate::import::report::ImportReport;
+
+/// The coefficient of friction of a surface without one, as in Gazebo.
+pub const FRICTION: f64 = 1.0;
+
+/// The pose of a plane through the origin across a normal; none for the length zero.
+pub fn across(normal: [f64; 3]) -> Option<Isometry3<f64>> {
+    let normal = Vector3::from(normal).try_normalize(1e-12)?;
+    // Opposite directions are joined by no unique rotation; any half turn does.
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Some(Isometry3::from_parts(Translation3::identity(), turn))
+}
 
 /// A shape about the origin of its pose; round ones are about z.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,16 +1,13 @@
 //! Collisions of SDF as contacts: planes with spheres, capsules, boxes and cylinders. As in Gazebo, links of one model touch only where it says `self_collide`,
 //! and never those that a joint joins.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 
 use super::{SdfReader, number, pose, vector};
 use crate::import::options::ContactChoice;
 use crate::import::refusal::Fallible;
-use crate::import::robot::{Solid, SolidShape, SpatialModel};
+use crate::import::robot::{FRICTION, Solid, SolidShape, SpatialModel, across};
 use crate::import::xml::XmlElement;
-
-/// The coefficient of friction of a surface without one.
-const FRICTION: f64 = 1.0;
 
 struct Collision {
     solid: Solid,
@@ -43,7 +40,7 @@ impl SdfReader<'_> {
         Ok(())
     }
 
-    /// Whether the links of the model of a link touch each other.
+    /// True if the links of the model of a link touch each other.
     fn self_collides(&self, name: &str, link: &XmlElement) -> bool {
         let is_true = |element: &XmlElement| matches!(element.text.trim(), "true" | "1");
         if let Some(of_link) = link.child("self_collide") {
@@ -116,14 +113,10 @@ fn shape(element: &XmlElement) -> Fallible<Option<(SolidShape, Isometry3<f64>)>>
     match geometry.name.as_str() {
         "empty" => Ok(None),
         "plane" => {
-            let normal = vector(geometry.child("normal"))?.map_or(Vector3::z(), Vector3::from);
-            let normal = normal
-                .try_normalize(1e-12)
+            let normal = vector(geometry.child("normal"))?.unwrap_or([0.0, 0.0, 1.0]);
+            let pose = across(normal)
                 .ok_or_else(|| geometry.refuse(format!("the normal of {} has the length zero", element.called())))?;
-            // Opposite directions are joined by no unique rotation; any half turn does.
-            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
-                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-            Ok(Some((SolidShape::Plane, Isometry3::from_parts(Default::default(), turn))))
+            Ok(Some((SolidShape::Plane, pose)))
         }
         "sphere" => plain(SolidShape::Sphere(size("radius")?)),
         "cylinder" => plain(SolidShape::Cylinder(size("radius")?, size("length")? / 2.0)),

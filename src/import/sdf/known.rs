@@ -54,10 +54,7 @@ pub const LEVELS: &[Level] = &[
     Level::new("contact", "collide_bitmask collide_without_contact")
         .idle("category_bitmask poissons_ratio elastic_modulus ode bullet collide_without_contact_bitmask"),
     Level::new("bounce", "").idle("threshold").off("restitution_coefficient"),
-    Level::new("drake:proximity_properties", "drake:mu_dynamic drake:mu_static").idle(
-        "drake:mesh_resolution_hint drake:rigid_hydroelastic drake:compliant_hydroelastic drake:hydroelastic_modulus \
-         drake:hunt_crossley_dissipation drake:relaxation_time drake:point_contact_stiffness drake:hydroelastic_margin",
-    ),
+    Level::new("drake:proximity_properties", super::drake::OF_SURFACES).idle(super::drake::SOFT_SURFACES),
     Level::new("joint", "parent child pose axis axis2 gearbox_ratio gearbox_reference_body drake:mimic drake:rotor_inertia drake:gear_ratio")
         .idle("physics sensor")
         .attributes("name type"),

@@ -325,14 +325,11 @@ impl<'a> SdfReader<'a> {
         Ok(())
     }
 
-    /// What Drake adds acts between bodies, which are read first; of its other constraints none has a counterpart.
+    /// What Drake adds acts between bodies, which are read first.
     fn drake(&mut self, element: &'a XmlElement, scope: &str) {
-        let name = element.name.as_str();
-        if matches!(name, "drake:linear_bushing_rpy" | "drake:ball_constraint" | "drake:linear_spring_damper") {
-            self.drake.push((scope.to_owned(), element));
-        } else if name.contains("constraint") || name == "drake:joint" {
-            let why = format!("<{name}> of `{scope}` joins bodies and has no counterpart");
-            self.report.refuse_or_leave(element, self.options, &[name], &why);
+        match drake::is_read(&element.name) {
+            true => self.drake.push((scope.to_owned(), element)),
+            false => drake::refuse(element, self.options, self.report),
         }
     }
 

@@ -1,15 +1,12 @@
 //! Collisions of URDF as contacts. The format has no floor; planes are an extension of Bullet.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 
 use super::{UrdfReader, optional, origin};
 use crate::import::options::ContactChoice;
 use crate::import::refusal::Fallible;
-use crate::import::robot::{Solid, SolidShape};
+use crate::import::robot::{FRICTION, Solid, SolidShape, across};
 use crate::import::xml::{self, XmlElement};
-
-/// The coefficient of friction of a surface without one, as in Gazebo.
-const FRICTION: f64 = 1.0;
 
 impl<'a> UrdfReader<'a> {
     /// A contact for each pair of solids that may touch: not those of links that a joint joins.
@@ -75,13 +72,9 @@ fn shape(collision: &XmlElement) -> Fallible<Option<(SolidShape, Isometry3<f64>)
         }
         "plane" => {
             let normal = geometry.attribute("normal").map_or(Ok([0.0, 0.0, 1.0]), |normal| normal.array::<3>())?;
-            let normal = Vector3::from(normal)
-                .try_normalize(1e-12)
-                .ok_or_else(|| geometry.refuse("the normal of a <plane> has the length zero"))?;
-            // Opposite directions are joined by no unique rotation; any half turn does.
-            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal)
-                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-            (SolidShape::Plane, pose * Isometry3::from_parts(Translation3::identity(), turn))
+            let facing =
+                across(normal).ok_or_else(|| geometry.refuse("the normal of a <plane> has the length zero"))?;
+            (SolidShape::Plane, pose * facing)
         }
         _ => (SolidShape::File, pose),
     }))

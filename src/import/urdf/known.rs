@@ -25,10 +25,7 @@ pub const LEVELS: &[Level] = &[
     Level::new("cylinder capsule cone drake:capsule", "").attributes("radius length"),
     Level::new("mesh sdf", "drake:declare_convex").attributes("filename scale"),
     Level::new("drake:ellipsoid", "").attributes("a b c"),
-    Level::new("drake:proximity_properties", "drake:mu_dynamic drake:mu_static").idle(
-        "drake:mesh_resolution_hint drake:rigid_hydroelastic drake:compliant_hydroelastic drake:hydroelastic_modulus \
-         drake:hunt_crossley_dissipation drake:relaxation_time drake:point_contact_stiffness drake:hydroelastic_margin",
-    ),
+    Level::new("drake:proximity_properties", drake::OF_SURFACES).idle(drake::SOFT_SURFACES),
     Level::new("drake:mu_dynamic drake:mu_static drake:rotor_inertia drake:gear_ratio", "").attributes("value"),
     // Of Bullet: how soft a contact is, and friction about its normal, have no part in an exact planar contact.
     Level::new("contact", "lateral_friction").idle("stiffness damping contact_cfm contact_erp spinning_friction friction_anchor inertia_scaling")

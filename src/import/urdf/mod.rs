@@ -394,14 +394,11 @@ impl<'a> UrdfReader<'a> {
         }
     }
 
-    /// What Drake adds between bodies; of its other constraints none has a counterpart.
+    /// What Drake and URDF+ add between bodies.
     fn drake(&mut self, element: &'a XmlElement) -> Fallible<()> {
-        let part = drake::read(element, &|from: &XmlElement, name: &str| self.frame(from, name))?;
-        if let Some(part) = part {
-            part.add(&mut self.model, self.report);
-        } else if element.name.contains("constraint") || matches!(element.name.as_str(), "drake:joint" | "coupling") {
-            let why = format!("{} (line {}) joins bodies and has no counterpart", element.called(), element.place.line);
-            self.report.refuse_or_leave(element, self.options, &[&element.name], &why);
+        match drake::read(element, &|from: &XmlElement, name: &str| self.frame(from, name))? {
+            Some(part) => part.add(&mut self.model, self.report),
+            None => drake::refuse(element, self.options, self.report),
         }
         Ok(())
     }

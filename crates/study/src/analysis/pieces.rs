@@ -42,7 +42,7 @@ impl Variation {
     }
 }
 
-/// Does any value differ as much between the nearer sides as between the farther ones?
+/// True if a value differs as much between the nearer sides as between the farther ones.
 fn jumps([below, above]: &[Vec<f64>; 2], [nearer_below, nearer_above]: &[Vec<f64>; 2]) -> bool {
     (0..below.len()).any(|index| {
         let far = (above[index] - below[index]).abs();

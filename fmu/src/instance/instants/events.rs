@@ -431,11 +431,7 @@ impl Instance {
     /// True if an event that is due engages a joint or sets a rate.
     fn joins(&self) -> bool {
         let (program, Some(instants)) = (self.model.program(), &self.instants) else { return false };
-        let by_event = |row: u32| program.constraints[row as usize].role.is_by_event();
-        let is_mask = |target: Target| {
-            let mut masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
-            masks.any(|&(_, mask)| target == Target::Discrete(mask as usize))
-        };
+        let is_mask = |target: Target| program.masks_by_event().any(|(_, place)| target == Target::Discrete(place));
         let mut events = program.instants.events.iter().zip(&instants.due).filter(|(_, due)| **due);
         events.any(|(event, _)| event.writes.iter().any(|write| is_mask(program.target(*write))))
     }

@@ -55,15 +55,12 @@ impl Happening {
         let program = model.program();
         let events = self.due.iter().filter_map(|&index| program.instants.events.get(index));
         let written: Vec<Target> = events.flat_map(|event| &event.writes).map(|write| program.target(*write)).collect();
-        let by_event = |row: u32| program.constraints[row as usize].role.is_by_event();
-        let masks = program.instants.masks.iter().filter(|(row, _)| by_event(*row));
-        let change = |(row, mask): &(u32, u32)| {
-            let place = *mask as usize;
+        let change = |(row, place): (usize, usize)| {
             let [before, after] = [&self.before, &self.after].map(|state| state.discrete()[place] != 0.0);
             let joins = !before && written.contains(&Target::Discrete(place));
-            (joins || before && !after).then_some((*row as usize, joins))
+            (joins || before && !after).then_some((row, joins))
         };
-        masks.filter_map(change).collect()
+        program.masks_by_event().filter_map(change).collect()
     }
 
     fn of_contacts<T>(&self, model: &Model, value: impl Fn(&Contacts, &State, usize) -> T) -> [Vec<T>; 2] {
