@@ -262,3 +262,67 @@ fn random_levels_move_as_one_equation() {
 fn a_thousand_random_levels_move_as_one_equation() {
     assert!(random_levels(0..1000) > 200);
 }
+
+/// A bar of length l about a large pin, with the share mu R m l / (I + m l^2) of its friction in the force that causes it. In SI units.
+const INERTIA: f64 = 1e-5;
+const LENGTH: f64 = 0.1;
+const PIN_RADIUS: f64 = 0.1;
+
+fn bar_on_a_pin(mu: f64, omega: f64) -> String {
+    format!(
+        r#"
+name = "pin"
+gravity = [0.0, -9.81]
+[bodies.bar]
+mass = 1.0
+inertia = {INERTIA:?}
+points = {{ top = [-{LENGTH:?}, 0] }}
+[joints.hinge]
+type = "revolute"
+between = ["ground", "bar.top"]
+friction = {{ mu = {mu:?}, radius = {PIN_RADIUS:?} }}
+[initial]
+"bar.angle" = "-30 deg"
+"bar.omega" = {omega:?}
+[outputs]
+variables = ["bar.alpha"]
+[experiment]
+stop = "1 ms"
+"#
+    )
+}
+
+/// (I + m l^2) alpha + m g l cos(angle) + sign(omega) mu R |N(alpha)| = 0 by bisection: below a share of one the left side grows with alpha.
+fn acceleration_on_a_pin(mu: f64, omega: f64) -> f64 {
+    let (sine, cosine) = (-30.0_f64).to_radians().sin_cos();
+    let left = |alpha: f64| {
+        let normal = (9.81 * sine - LENGTH * omega * omega).hypot(LENGTH * alpha + 9.81 * cosine);
+        (INERTIA + LENGTH * LENGTH) * alpha + 9.81 * LENGTH * cosine + omega.signum() * mu * PIN_RADIUS * normal
+    };
+    let (mut low, mut high) = (-1e9, 1e9);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        (low, high) = if left(middle) > 0.0 { (low, middle) } else { (middle, high) };
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn a_pin_moves_on_its_own_friction_up_to_a_share_of_one() {
+    for (mu, omega) in [(0.5, 3.0), (0.8, 3.0), (0.9, 3.0), (0.92, 3.0), (0.96, 3.0), (0.98, -20.0), (0.9999, 3.0)] {
+        let model = run::model(&bar_on_a_pin(mu, omega));
+        for engine in [None, Some(Engine::Dop853), Some(Engine::Radau)] {
+            let mut instance = run::started(&model, engine, 1e-3, 1e-11);
+            let (found, right) = (run::value(&mut instance, "bar.alpha"), acceleration_on_a_pin(mu, omega));
+            assert!((found - right).abs() <= 1e-10 * right.abs(), "mu {mu} by {engine:?}: {found}, not {right}");
+        }
+    }
+}
+
+#[test]
+fn a_pin_that_jams_is_named() {
+    let mut instance = cotree_fmu::instance::Instance::new(run::model(&bar_on_a_pin(1.2, 3.0)));
+    instance.setup(0.0, Some(1e-3), Some(1e-9)).expect("times");
+    let message = instance.initialise().expect_err("no motion").to_string();
+    assert!(message.contains("self-locking") && message.contains("hinge"), "{message}");
+}

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::support::power::largest_gap;
 use crate::support::run;
 use cotree::Severity;
 use cotree::compile::{Compiled, compile};
@@ -411,6 +412,10 @@ fn called(run: impl FnOnce() -> Answer) -> Result<Answer, String> {
     if lost { Err("does not end".to_owned()) } else { answer }
 }
 
+/// How far the power balance of a run may be open, as a share of the largest power, and where it is looked at.
+const OPEN: f64 = 1e-7;
+const PLACES: u32 = 7;
+
 /// What commands are asked for by name.
 struct Names<'a> {
     parameter: &'a str,
@@ -429,6 +434,11 @@ fn commands(text: &str, names: &Names) -> Vec<(&'static str, Result<Answer, Stri
         Ok(Err(faults)) => return vec![("check", Ok(Err(codes(&faults))))],
         Err(panic) => return vec![("check", Err(panic))],
     };
+    if let Ok(Some(gap)) = contain(|| largest_gap(&scene, compiled.description.experiment.stop, PLACES))
+        && (gap.is_nan() || gap > OPEN)
+    {
+        return vec![("power balance", Err(format!("open by {gap:e}")))];
+    }
     let opened = || Study::new(&scene);
     let engines = [("simulate", Engine::Taylor), ("explicit", Engine::Dop853), ("implicit", Engine::Radau)];
     let mut done = vec![("check", Ok(Ok(())))];

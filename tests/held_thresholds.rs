@@ -333,3 +333,40 @@ stop = {stop:?}
         }
     }
 }
+
+/// The block of TOML in docs/machines.md that begins so.
+fn pattern(begin: &str) -> String {
+    let page = run::file("docs/machines.md");
+    let found = page.split("```toml\n").find(|block| block.starts_with(begin)).expect("the pattern");
+    found.split("```").next().expect("an end").to_owned()
+}
+
+/// How often the events of a scene happen within a time, by every method.
+fn happen(text: &str, stop: f64, expected: &[(&str, u32)]) {
+    for engine in ENGINES {
+        let mut instance = run::started(&run::model(text), engine, stop, 1e-8);
+        instance.step_to(stop).unwrap_or_else(|error| panic!("{engine:?}: {error}\n{text}"));
+        for &(event, times) in expected {
+            assert_eq!(count(&instance, event), times, "{event} by {engine:?}\n{text}");
+        }
+    }
+}
+
+#[test]
+fn events_of_the_pages_and_models_happen_as_often_as_they_say() {
+    let cart = format!(
+        "name = \"cart\"\n[ground.points]\nwall = [-1, 0]\n[bodies.cart]\nmass = 1\n[joints.rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"cart\"]\naxis = [1, 0]\n[loads.spring]\ntype = \"spring\"\nbetween = [\"ground.wall\", \"cart\"]\nstiffness = 100\nlength = 1\n[initial]\n\"rail.s\" = 0\n\"rail.v\" = 8\n{}",
+        pattern("[events.release]")
+    );
+    // Taut by 60 N at 0.6 m after asin(0.75)/10 s, it goes on with sqrt(64 - 36) m/s: at 2 m after 0.349 s.
+    happen(&cart, 0.34, &[("release", 1), ("too_far", 0)]);
+    let stopped = run::started(&run::model(&cart), None, 0.4, 1e-8).step_to(0.4).expect_err("an end").to_string();
+    assert!(stopped.contains("`too_far` has ended the run at t = 0.349381339"), "{stopped}");
+    let hand = format!(
+        "name = \"hand\"\n[ground.points]\ntable = [3.14159, 0]\n[bodies.hand]\nmass = 1\ninertia = 0.1\npoints = {{ tip = [0.1, 0] }}\n[bodies.part]\nmass = 0.5\ninertia = 0.01\n[bodies.table]\nmass = 1\ninertia = 0.1\n[joints.table_pin]\ntype = \"revolute\"\nbetween = [\"ground.table\", \"table\"]\n[joints.rail]\ntype = \"prismatic\"\nbetween = [\"ground\", \"hand\"]\naxis = [1, 0]\n[joints.bed]\ntype = \"prismatic\"\nbetween = [\"ground\", \"part\"]\naxis = [1, 0]\n[loads.pull]\ntype = \"force\"\non = \"hand\"\nvector = [\"sin(t/1[s])*1[N]\", 0]\n[initial]\n\"rail.s\" = 0\n\"rail.v\" = 0.2\n\"bed.s\" = 0.4\n{}",
+        pattern("[joints.grip]")
+    );
+    happen(&hand, 5.0, &[("grab", 1), ("drop", 1)]);
+    happen(&run::scene_of("gripper"), 3.0, &[("close", 1), ("open", 1)]);
+    happen(&run::scene_of("balancing_cart"), 2.0, &[("release", 1), ("fallen", 0)]);
+}

@@ -1,16 +1,16 @@
 //! What follows from accelerations and reactions and acts on them, in the solution of the equations of motion: friction, and loads whose laws read them.
 //!
 //! With levels s the solution is x = x0 + sum y s: x0 without friction, and y what a level of one adds, both by the same symmetric factors. The levels are laws of x, so there are as many
-//! equations in s as there are levels: linear ones where what presses is a sum, and where it is the size of a vector (a pin) Newton's method converges in a few steps, as friction is small
-//! beside what presses. Where it is not, a pivot here falls to zero: the mechanism locks itself (Painleve 1895; Pfeiffer and Glocker 1996, section 5.4). The value of a load is such a level by a law of its own.
+//! equations in s as there are levels: linear ones where what presses is a sum, a quadratic one for a single vector (a pin), and for several of them Newton's method, which begins where each obeys its own
+//! quadratic equation. Where a pivot falls to zero, the mechanism locks itself (Painleve 1895; Pfeiffer and Glocker 1996, section 5.4). The value of a load is such a level by a law of its own.
 
 use crate::equations::{Equations, Feedback, Level, Pressing};
 use crate::expr::{Arena, Binary, Expr, Order, Symbol, Unary};
 
-/// Newton's steps for pins: each squares an error, which begins with the share of friction in what presses.
+/// Newton's steps for several pins: each squares an error, which begins with what they change in each other's forces.
 const STEPS: usize = 4;
-/// After them a level is known to this share of all levels, or the mechanism is said to lock itself.
-const KNOWN: f64 = 1e-9;
+/// After them a level is known to this share of all levels, or the mechanism is said to lock itself: some thousand roundings.
+const KNOWN: f64 = 1e-12;
 /// Vectors shorter than this have no direction.
 const LEAST: f64 = 1e-150;
 
@@ -145,6 +145,21 @@ impl Levels {
         };
         let zeros = vec![Expr::ZERO; self.all.len()];
         let mut sizes: Vec<Expr> = laws(arena, &zeros).into_iter().map(|(value, _)| value).collect();
+        for index in 0..sizes.len() {
+            let Some(pin) = self.all[index].pin(impact) else { continue };
+            let components = [0, 1].map(|component| {
+                let change = &changes[index][component];
+                let others = change.iter().zip(&sizes).enumerate().filter(|(other, _)| *other != index);
+                let rest = others
+                    .fold(at_rest[index][component], |sum, (_, (&change, &size))| arena.add_product(sum, change, size));
+                [rest, change[index]]
+            });
+            let (size, lock) = pin.solve(arena, components);
+            if sizes.len() == 1 {
+                return (vec![size], vec![lock]);
+            }
+            sizes[index] = size;
+        }
         let is_linear = self.all.iter().all(|law| law.is_linear(arena));
         let mut locks = Vec::new();
         for _ in 0..if is_linear { 1 } else { STEPS } {
@@ -178,6 +193,16 @@ impl MultiplierLaw {
         match self {
             MultiplierLaw::Friction(_, level) => level.row,
             MultiplierLaw::Load(load) => load.row,
+        }
+    }
+
+    /// The law of a single vector of two components.
+    fn pin(&self, impact: bool) -> Option<PinLaw> {
+        match self {
+            MultiplierLaw::Friction(_, Level { pressing: Pressing::Sizes(vectors), free, share, .. }) if matches!(&vectors[..], [vector] if vector.len() == 2) => {
+                Some(PinLaw { free: if impact { Expr::ZERO } else { *free }, share: *share })
+            }
+            MultiplierLaw::Friction(..) | MultiplierLaw::Load(_) => None,
         }
     }
 
@@ -220,6 +245,44 @@ impl MultiplierLaw {
             MultiplierLaw::Friction(..) | MultiplierLaw::Load(_) => Expr::ZERO,
         };
         (arena.add_product(free, share, read), slopes)
+    }
+}
+
+/// The law of one pin by itself: s = free + share |w0 + y s|.
+struct PinLaw {
+    free: Expr,
+    share: Expr,
+}
+
+impl PinLaw {
+    /// The level, and what is positive if there is one with a positive slope of s - share |w0 + y s|; given are w0 and y of both components.
+    ///
+    /// With u = (s - free) / share and w = w0 + y free, u^2 = |w + share y u|^2. As that slope falls from a positive value at u = 0, the least root is the one: (share B + root) / D if B = w y is not negative,
+    /// else the same without cancellation, A / (root - share B), where A = w w, D = 1 - share^2 y y, root^2 = share^2 B^2 + D A.
+    fn solve(&self, arena: &mut Arena, components: [[Expr; 2]; 2]) -> (Expr, Expr) {
+        let [mut a, mut b, mut c] = [Expr::ZERO; 3];
+        for [rest, change] in components {
+            let w = arena.add_product(rest, change, self.free);
+            a = arena.add_product(a, w, w);
+            b = arena.add_product(b, w, change);
+            c = arena.add_product(c, change, change);
+        }
+        let along = arena.multiply(self.share, b);
+        let square = arena.square(self.share);
+        let left = arena.subtract_product(Expr::ONE, square, c);
+        let of_along = arena.square(along);
+        let under = arena.add_product(of_along, left, a);
+        let under_or_none = arena.binary(Binary::Max, under, Expr::ZERO);
+        let root = arena.unary(Unary::Sqrt, under_or_none);
+        let rising = arena.add(along, root);
+        let rising = arena.divide(rising, left);
+        let apart = arena.subtract(root, along);
+        let falling = arena.divide(a, apart);
+        let falls = arena.binary(Binary::Less, b, Expr::ZERO);
+        let size = arena.select(falls, falling, rising);
+        let either = arena.binary(Binary::Max, left, under);
+        let lock = arena.select(falls, either, left);
+        (arena.add_product(self.free, self.share, size), lock)
     }
 }
 

@@ -126,6 +126,13 @@ impl Projection {
         Ok(())
     }
 
+    /// Corrects v at the positions in the registers by a step, however little is open: where a mechanism is held with little leverage, as near a dead centre, what is left open is divided by that and moves it.
+    pub fn rates_exactly(&mut self, model: &Model, machine: &mut Machine, v: &mut [f64]) -> Result<(), Failure> {
+        let goal = CLOSED * (1.0 + largest(model, v));
+        self.newton(model, machine, Level::Rate, v, [0.0, goal, f64::INFINITY], &mut |_| ())?;
+        Ok(())
+    }
+
     /// Closes positions and rates of a driven mechanism to rounding errors, from a state that is as close to its motion as steps are. So near to a singular
     /// pose that rounding errors would move it further than that it is left alone. The state must be in the registers.
     ///

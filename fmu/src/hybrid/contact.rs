@@ -595,7 +595,7 @@ impl ContactValues {
             return self.accept(context, mode, &found).map(|()| true);
         }
         context.state.discrete_mut().copy_from_slice(&self.kept);
-        if found.locked { Err(context.failure(&self.choices, LOCKS)) } else { Ok(false) }
+        if found.locked { Err(context.jam(&self.choices, found.jammed)) } else { Ok(false) }
     }
 
     /// Tries all modes, those with redundant constraints or the others, up to one that lasts.
@@ -620,6 +620,7 @@ impl ContactValues {
             }
             if self.is_locked() {
                 found.locked = true;
+                found.jammed = self.locks.iter().position(|&lock| lock.is_nan() || lock <= 0.0);
                 continue;
             }
             if !self.is_idle_held(context) {
@@ -909,6 +910,8 @@ struct Found {
     best: Option<Mode>,
     /// True if a mode fits but for friction that locks, or with redundant constraints.
     locked: bool,
+    /// The first friction that does, by number among all frictions.
+    jammed: Option<usize>,
     redundant: bool,
     /// The number of combinations tried, and whether friction locks in one that fits: with margins of usual accelerations, then with those of the present ones.
     tried: [usize; 2],
@@ -1002,6 +1005,15 @@ impl Place<'_> {
         let joining = values.joining.names(self.model.program()).map(str::to_owned);
         let contacts = values.choices.concerned().map(|index| self.data.all[index].name.clone());
         Failure::Contact { time: self.state.time(), names: joining.chain(contacts).collect(), why }
+    }
+
+    /// Friction that locks: the one that does, then what was to be decided.
+    fn jam(&self, choices: &Choices, jammed: Option<usize>) -> Failure {
+        let frictions = (0..self.data.all.len()).filter(|&index| self.data.all[index].slip.is_some());
+        let jammed = jammed.and_then(|number| frictions.into_iter().nth(number));
+        let others = choices.concerned().filter(|index| Some(*index) != jammed);
+        let names = jammed.into_iter().chain(others).map(|index| self.data.all[index].name.clone()).collect();
+        Failure::Contact { time: self.state.time(), names, why: LOCKS }
     }
 
     pub(super) fn failure(&self, choices: &Choices, why: &'static str) -> Failure {

@@ -202,7 +202,7 @@ impl Stepper {
         state: &mut State,
     ) -> Result<(), Failure> {
         machine.load(model, state);
-        self.projection.rates(model, machine, state.rates_mut(), CLOSED)
+        self.projection.rates_exactly(model, machine, state.rates_mut())
     }
 
     /// Looks at the beginning of a run before its first step, so that the steps need no storage for it.

@@ -10,15 +10,17 @@ use super::normals::Normals;
 use super::{Coefficient, Jet, Shape, flat};
 use crate::linalg::lane::{Lane, by_width, plus, splat};
 use crate::linalg::number::Elementary;
-use crate::math::maximum;
+use crate::math::{maximum, minimum};
 use crate::program::arm_form::{ArmForm, Friction, NormalForce, ORDERS, Slope, Solved};
 use crate::taylor::products::convolution;
 use crate::taylor::tape::{Numbers, Scalars};
 
-/// Newton's steps at most: each squares an error, which begins with the share of friction in the normal force.
-const STEPS: usize = 12;
+/// Newton's steps at most. Each squares an error, which begins with the share of friction in the normal force; as that share nears one, the limit grows without bound, and steps double it at first.
+const STEPS: usize = 50;
 /// Limits are known where a step has changed them by no more than this share of the largest: its square is below rounding errors.
 const KNOWN: f64 = 1e-8;
+/// A mechanism locks itself if its limits are not known up to this part of its shares of friction short of the whole: twenty halves.
+const SHORTEST_PART_OF_SHARES: f64 = 1e-6;
 
 /// All limits of a form.
 #[derive(Clone, Debug, Default)]
@@ -32,8 +34,9 @@ pub(super) struct Limits<N, const L: usize> {
     /// Its inverse, by columns.
     inverse: Vec<Lane<N, L>>,
     right: Vec<N>,
-    /// The newest coefficients.
+    /// The newest coefficients, and those of a smaller part of all shares.
     newest: Vec<Lane<N, L>>,
+    kept: Vec<Lane<N, L>>,
 }
 
 /// One of them.
@@ -101,6 +104,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
             inverse: vec![splat(N::ZERO); count * lanes],
             right: vec![N::ZERO; count],
             newest: vec![splat(N::ZERO); lanes],
+            kept: vec![splat(N::ZERO); lanes],
         }
     }
 
@@ -193,44 +197,71 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
         }
     }
 
-    /// Order zero, by Newton's method. Where it does not converge, or a pivot is not positive (the mechanism locks itself), no limit is a number.
+    /// Order zero, by Newton's method. Where it does not converge, or the determinant is not positive (the mechanism locks itself), no limit is a number.
     fn begin(&mut self, known: Known<N, L>) {
-        let count = self.all.len();
         self.newest.fill(splat(N::ZERO));
-        for step in 0..=STEPS {
-            self.linearize(known);
-            let newest = self.newest.as_flattened_mut();
-            if step == 0 {
-                // Without what friction does to the normal forces.
-                newest.iter_mut().zip(&self.right).for_each(|(newest, law)| *newest = *law);
-                continue;
+        self.linearize(known, 1.0);
+        // Without what friction does to the normal forces.
+        for (newest, law) in self.newest.as_flattened_mut().iter_mut().zip(&self.right) {
+            *newest = *law;
+        }
+        if self.converge(known, 1.0) || self.follow(known) {
+            self.invert(known);
+        } else {
+            self.newest.fill(splat(N::all(f64::NAN)));
+        }
+    }
+
+    /// The limits as all shares grow from zero to what they are. Where they are zero, so is what friction presses, and the solution goes on continuously while the determinant of 1 - share n Y is positive
+    /// (implicit function theorem): Newton's method converges from one share to another that is near enough. False if the solution ends before: the mechanism locks itself.
+    fn follow(&mut self, known: Known<N, L>) -> bool {
+        for (newest, limit) in self.newest.as_flattened_mut().iter_mut().zip(&self.all) {
+            *newest = known.factor(limit.data.free, 0);
+        }
+        let (mut reached, mut stretch) = (0.0, 1.0);
+        while reached < 1.0 && stretch > SHORTEST_PART_OF_SHARES {
+            let part = minimum(1.0, reached + stretch);
+            self.kept.copy_from_slice(&self.newest);
+            if self.converge(known, part) {
+                (reached, stretch) = (part, 2.0 * stretch);
+            } else {
+                self.newest.copy_from_slice(&self.kept);
+                stretch *= 0.5;
             }
-            let regular = factor(&mut self.matrix, count);
+        }
+        reached == 1.0
+    }
+
+    /// Newton's method from the newest limits, with this part of all shares. A determinant that is not positive ends it.
+    fn converge(&mut self, known: Known<N, L>, part: f64) -> bool {
+        let count = self.all.len();
+        for _ in 0..STEPS {
+            self.linearize(known, part);
+            let regular = factor(&mut self.matrix, count) > 0.0;
             solve(&self.matrix, &mut self.right);
             let (mut change, mut size) = (0.0, 0.0);
-            for (newest, step) in newest.iter_mut().zip(&self.right) {
+            for (newest, step) in self.newest.as_flattened_mut().iter_mut().zip(&self.right) {
                 *newest += *step;
                 change = maximum(change, step.value().abs());
                 size = maximum(size, newest.value().abs());
             }
-            if regular && change <= KNOWN * size {
-                self.invert(known);
-                break;
+            if !regular || change.is_nan() {
+                return false;
             }
-            if !regular || step == STEPS {
-                newest.fill(N::all(f64::NAN));
-                break;
+            if change <= KNOWN * size {
+                return true;
             }
         }
+        false
     }
 
-    /// At the newest limits: by how much the laws differ from them, and 1 - share n Y.
-    fn linearize(&mut self, known: Known<N, L>) {
+    /// At the newest limits: by how much the laws, with this part of all shares, differ from them, and 1 - share n Y.
+    fn linearize(&mut self, known: Known<N, L>, part: f64) {
         let count = self.all.len();
         let newest = self.newest.as_flattened();
         self.normals.linearize(newest, known.coefficients);
         for (index, limit) in self.all.iter().enumerate() {
-            let (share, vectors) = (limit.share[0], limit.vectors.clone());
+            let (share, vectors) = (limit.share[0].times(part), limit.vectors.clone());
             for (column, entry) in self.matrix[index * count..][..count].iter_mut().enumerate() {
                 let unit = if column == index { N::all(1.0) } else { N::ZERO };
                 *entry = unit - share * self.normals.slope(vectors.clone(), column);
@@ -242,7 +273,7 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
 
     /// What all other orders are found by.
     fn invert(&mut self, known: Known<N, L>) {
-        self.linearize(known);
+        self.linearize(known, 1.0);
         factor(&mut self.matrix, self.all.len());
         let lanes = self.newest.len();
         for column in 0..self.all.len() {
@@ -294,13 +325,13 @@ impl<N: Elementary, const L: usize> Limits<N, L> {
     }
 }
 
-/// Factors a matrix; false if a pivot is not positive.
-fn factor<N: Elementary>(matrix: &mut [N], count: usize) -> bool {
-    let mut regular = true;
+/// Factors a matrix; its determinant.
+fn factor<N: Elementary>(matrix: &mut [N], count: usize) -> f64 {
+    let mut determinant = 1.0;
     for pivot in 0..count {
         let (upper, lower) = matrix.split_at_mut((pivot + 1) * count);
         let upper = &upper[pivot * count..];
-        regular &= upper[pivot].value() > 0.0;
+        determinant *= upper[pivot].value();
         for row in lower.chunks_exact_mut(count) {
             let factor = row[pivot].over(upper[pivot]);
             row[pivot] = factor;
@@ -309,7 +340,7 @@ fn factor<N: Elementary>(matrix: &mut [N], count: usize) -> bool {
             }
         }
     }
-    regular
+    determinant
 }
 
 /// The solution by factors, in the place of the right-hand side.
