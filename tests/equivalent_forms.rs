@@ -10,7 +10,7 @@ use cotree_fmu::instance::{Instance, InstanceError};
 use cotree_fmu::model::Model;
 use cotree_fmu::program::Engine;
 
-use crate::support::run::{message, resolved, sound, value};
+use crate::support::run::{message, model, resolved, sound, started, value};
 
 /// Where the forms are compared \[s\], the tolerance of the runs, and by how much they may differ: errors grow at impacts.
 const TIMES: [f64; 6] = [0.1, 0.25, 0.4, 0.6, 0.8, 1.0];
@@ -634,6 +634,73 @@ fn compare(methods: &[Option<Engine>]) -> usize {
     println!("{count} runs, {} wrong", wrong.len());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     count
+}
+
+/// A four-bar whose crank is driven.
+const DRIVEN: &str = r#"
+[ground.points]
+a = $g[0, 0]L
+d = $g[0.9, 0.1]L
+[bodies.crank]
+mass = $n1M
+inertia = $n0.02MLL
+points = { a = $b[-0.15, 0]L, b = $b[0.15, 0]L }
+[bodies.coupler]
+mass = $n1.5M
+inertia = $n0.08MLL
+points = { b = $b[-0.4, 0]L, c = $b[0.4, 0]L }
+[bodies.rocker]
+mass = $n1.2M
+inertia = $n0.05MLL
+points = { c = $b[0.3, 0]L, d = $b[-0.3, 0]L }
+[joints.a]
+type = "revolute"
+between = ["ground.a", "crank.a"]
+[joints.b]
+type = "revolute"
+between = ["crank.b", "coupler.b"]
+[joints.c]
+type = "revolute"
+between = ["coupler.c", "rocker.c"]
+[joints.d]
+type = "revolute"
+between = ["ground.d", "rocker.d"]
+[drivers.motor]
+joint = "a"
+angle = "5*t + 1"
+[initial]
+"coupler.angle" = { guess = 0.3 }
+"rocker.angle" = { guess = 1.3 }
+[outputs]
+variables = ["motor.torque"]
+"#;
+
+/// Products with powers of two are exact: where nothing is compared with a length, all bits are those of the larger mechanism.
+#[test]
+fn a_small_driven_mechanism_has_the_bits_of_a_large_one() {
+    let torques = |length: f64| {
+        let text = Form::Scaled(length, 1.0).write(DRIVEN);
+        let mut run = started(&model(&text), None, 4.0, 1e-8);
+        let torque = |step: u32| {
+            run.step_to(0.1 * f64::from(step)).expect("a step");
+            value(&mut run, "motor.torque") / (length * length)
+        };
+        (1..=40).map(torque).collect::<Vec<f64>>()
+    };
+    assert_eq!(torques(1.0 / 128.0), torques(1.0));
+}
+
+/// Of all others no decision does either: what is left are last digits of what is kept to scales that are no powers of two.
+#[test]
+fn powers_of_two_change_no_more_than_last_digits() {
+    const SIZES: [[f64; 2]; 4] = [[1.0 / 128.0, 1.0], [1.0, 1.0 / 1024.0], [1.0 / 128.0, 1.0 / 1024.0], [16.0, 1024.0]];
+    for (name, pattern) in SCENES {
+        let plain = moved(&Form::Plain.write(pattern), None);
+        for form in SIZES.map(|[length, mass]| Form::Scaled(length, mass)) {
+            let apart = apart(form, &plain, &moved(&form.write(pattern), None));
+            assert!(matches!(apart, Ok(apart) if apart < 1e-13), "{name}, {form:?}: {apart:?}");
+        }
+    }
 }
 
 #[test]

@@ -276,7 +276,7 @@ const FEATURES: &[Feature] = &[
     Feature(
         "weld by an event",
         Cart,
-        "[joints.hold]\ntype = \"weld\"\nbetween = [\"box\", \"arm\"]\nengaged = false\n[events.hold_on]\nwhen = \"t > 0.35\"\nengage = [\"hold\"]",
+        "[joints.glue]\ntype = \"weld\"\nbetween = [\"box\", \"arm\"]\nengaged = false\n[events.glued]\nwhen = \"t > 0.35\"\nengage = [\"glue\"]",
     ),
     Feature(
         "gear by an event",

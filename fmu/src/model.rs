@@ -20,11 +20,19 @@ pub struct Model {
     /// Rows among which independent ones are chosen in every pose; none if there is no choice.
     eligible: Vec<usize>,
     driven: bool,
+    lever: f64,
     /// Of each parameter: is it the known value of a variable at the start?
     imposed: Vec<bool>,
     /// Inputs that drivers follow and whose rates are needed, in order.
     followed: Vec<usize>,
     time_switches: Vec<usize>,
+}
+
+/// Loop equations of lengths change by so much with an angle: the length of the mechanism. One where slides count among the coordinates, or angles among the loop equations: some rows are shares already.
+fn lever(program: &Program) -> f64 {
+    let turns = program.coordinates.iter().all(|coordinate| coordinate.scale == 1.0);
+    let lengths = program.constraints.iter().all(|row| !row.is_angle());
+    if turns && lengths { program.length } else { 1.0 }
 }
 
 impl Model {
@@ -63,7 +71,8 @@ impl Model {
         }
         let followed = program.inputs_with_rates();
         let time_switches = time_switches::of_laws(&program, &layout);
-        Self { driven: program.is_driven(), program, layout, active, eligible, imposed, followed, time_switches }
+        let (driven, lever) = (program.is_driven(), lever(&program));
+        Self { driven, lever, program, layout, active, eligible, imposed, followed, time_switches }
     }
 
     /// The program.
@@ -94,6 +103,11 @@ impl Model {
     /// Do drivers determine the motion?
     pub fn is_driven(&self) -> bool {
         self.driven
+    }
+
+    /// By what the distances of loop equations from each other are divided to be shares of one, see [`lever`].
+    pub(crate) fn lever(&self) -> f64 {
+        self.lever
     }
 
     /// The inputs that drivers follow, in order.

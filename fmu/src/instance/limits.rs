@@ -4,7 +4,7 @@
 //! pose they amplify rounding errors. So values are found from those before and after, by polynomials through places at which the equations determine them. Several
 //! polynomials, none of which shares a place with the next one, must agree; what grows without bound, and what the motion does not determine, has no value.
 
-use crate::constraints::reciprocals::is_within;
+use crate::constraints::reciprocals::is_any_within;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::math::maximum;
@@ -13,7 +13,7 @@ use crate::motion::Run;
 use crate::program::Source;
 use crate::singular::detect::dependent;
 
-/// Loop equations this close to depending on each other amplify rounding errors in accelerations and loads, by up to the fourth power of that: at a tenth of it more than 1e-7 is lost.
+/// Loop equations this close to depending on each other, as a share of the lever, amplify rounding errors in accelerations and loads, by up to the fourth power of that: at a tenth of it more than 1e-7 is lost.
 const BESIDE: f64 = 3e-2;
 /// Places of a polynomial.
 const POLYNOMIAL_PLACES: usize = 8;
@@ -54,8 +54,7 @@ struct Limit {
 
 /// How close to a singular pose the accelerations in the registers were evaluated.
 pub(crate) fn is_beside_pose(model: &Model, machine: &Machine) -> bool {
-    let pivots = model.program().tapes.reciprocal_pivots.iter().map(|&place| machine.registers()[place as usize]);
-    model.is_driven() && pivots.into_iter().any(|pivot| !pivot.is_finite() || is_within(pivot, BESIDE))
+    model.is_driven() && is_any_within(model, machine, BESIDE)
 }
 
 impl Limits {
