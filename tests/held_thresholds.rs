@@ -367,6 +367,7 @@ fn events_of_the_pages_and_models_happen_as_often_as_they_say() {
         pattern("[joints.grip]")
     );
     happen(&hand, 5.0, &[("grab", 1), ("drop", 1)]);
-    happen(&run::scene_of("gripper"), 3.0, &[("close", 1), ("open", 1)]);
+    // As long as nothing has been grabbed its time is negative: what waits for less than that happens at the start, too, and releases nothing.
+    happen(&run::scene_of("gripper"), 3.0, &[("close", 1), ("open", 2)]);
     happen(&run::scene_of("balancing_cart"), 2.0, &[("release", 1), ("fallen", 0)]);
 }

@@ -478,7 +478,7 @@ fn all(seeds: std::ops::Range<u64>) {
             match run(&case, engine) {
                 Outcome::Right => right += 1,
                 Outcome::Refused(why) => refused.push(format!("{seed} {:?} {engine:?}: {why}", case.kind)),
-                Outcome::Wrong(why) if (seed, engine) == OPEN => println!("open: {why}"),
+                Outcome::Wrong(why) if (seed, engine) == OPEN => println!("open: {why}\n{}", case.scene()),
                 Outcome::Wrong(why) => wrong.push(format!("{seed} {engine:?}: {why}\n{}", case.scene())),
             }
         }

@@ -40,6 +40,7 @@ mod hertz;
 mod house;
 mod implicit;
 mod initial_values;
+mod islands;
 mod laws;
 mod laws_in_pieces;
 mod laws_without_value;

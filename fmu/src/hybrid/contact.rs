@@ -9,6 +9,7 @@
 
 use super::ahead::{Ahead, TIMES_AHEAD};
 use super::engage::Joining;
+use super::islands::Division;
 use super::modes::{Choices, MOST_TRIALS};
 use crate::constraints::reciprocals::{is_within, read};
 use crate::failure::Failure;
@@ -72,8 +73,9 @@ pub(crate) struct ContactValues {
     pub(super) solved: Vec<f64>,
     /// By how much the rate of each loop equation has to fall.
     pub(super) requested: Vec<f64>,
-    /// What is undecided.
+    /// What is undecided, and by which islands it is decided.
     pub(super) choices: Choices,
+    pub(super) division: Division,
     /// Where a mode leads.
     pub(super) ahead: Ahead,
     /// True for contacts that have hit in the last impact.
@@ -139,6 +141,7 @@ impl ContactValues {
             solved: vec![0.0; n + m],
             requested: vec![0.0; m],
             choices: Choices::with_capacity(count + sums),
+            division: Division::new(model, count + sums),
             ahead: Ahead::new(model, count),
             hit: vec![false; count],
             pressing: vec![false; count],
@@ -295,6 +298,19 @@ impl ContactValues {
         self.kept.copy_from_slice(context.state.discrete());
         self.rest.copy_from_slice(context.state.rates());
         self.list_of_impact(context);
+        let found =
+            self.by_islands(context, Self::find_impact, Self::is_impact_of_all, |values, index| values.rates[index])?;
+        if found {
+            self.keep_impulses(context);
+            self.record(context);
+            (0..self.pressing.len()).for_each(|index| self.pressing[index] = context.is_closed(index));
+        }
+        context.state.discrete_mut().copy_from_slice(&self.kept);
+        if found { Ok(()) } else { Err(context.failure_of(self, NO_IMPACT)) }
+    }
+
+    /// Tries impulses up to those that solve an impact, and leaves the rates after it; of a part of what collides at once the modes only. False if none do.
+    fn find_impact(&mut self, context: &mut Place) -> Result<bool, Failure> {
         let trials = self.choices.trials();
         if trials > MOST_TRIALS {
             return Err(context.failure_of(self, TOO_MANY));
@@ -302,18 +318,26 @@ impl ContactValues {
         for trial in 0..trials {
             if self.choices.set(trial, context.data, context.state.discrete_mut()) && !self.is_joined_twice(context) {
                 self.strike(context);
-                if self.is_impact(context) && self.is_joined_idle(context) {
-                    self.keep_impulses(context);
-                    self.record(context);
-                    (0..self.pressing.len()).for_each(|index| self.pressing[index] = context.is_closed(index));
-                    context.state.discrete_mut().copy_from_slice(&self.kept);
-                    return Ok(());
+                let found = self.is_impact(context) && self.is_joined_idle(context);
+                if !found || self.division.is_part {
+                    context.state.rates_mut().copy_from_slice(&self.rest);
                 }
-                context.state.rates_mut().copy_from_slice(&self.rest);
+                if found {
+                    return Ok(true);
+                }
             }
         }
-        context.state.discrete_mut().copy_from_slice(&self.kept);
-        Err(context.failure_of(self, NO_IMPACT))
+        Ok(false)
+    }
+
+    /// The impact in the modes that islands have been found to have.
+    fn is_impact_of_all(&mut self, context: &mut Place) -> bool {
+        self.strike(context);
+        let found = self.is_impact(context);
+        if !found {
+            context.state.rates_mut().copy_from_slice(&self.rest);
+        }
+        found
     }
 
     /// Records the impact that has been tried last, if they are recorded.
@@ -350,7 +374,7 @@ impl ContactValues {
                 false => self.choices.slip(index, likely),
             }
             for &sign in &data.all[index].state.signs {
-                self.choices.sign(sign, context.state.discrete()[sign as usize]);
+                self.choices.sign(index, sign, context.state.discrete()[sign as usize]);
             }
         }
     }
@@ -420,8 +444,9 @@ impl ContactValues {
 
     /// True if what presses has the signs that are assumed.
     fn have_signs(&self, context: &Place, largest: f64) -> bool {
-        let rubbing = context.data.all.iter().filter_map(|contact| Some((contact, contact.slip.as_ref()?)));
-        rubbing.into_iter().all(|(contact, slip)| {
+        let rubbing = context.data.all.iter().enumerate();
+        let rubbing = rubbing.filter_map(|(index, contact)| Some((index, contact, contact.slip.as_ref()?)));
+        rubbing.into_iter().filter(|(index, ..)| self.is_concerned(*index)).all(|(_, contact, slip)| {
             let sums = self.sums[slip.sums as usize..].iter();
             contact.state.signs.iter().zip(sums).all(|(&sign, sum)| {
                 context.state.discrete()[sign as usize] * sum >= -CANCELLED * maximum(largest, sum.abs())
@@ -583,6 +608,11 @@ impl ContactValues {
     /// are zero, it is the one that the motion does not leave: the rates of these margins tell (see [`Ahead`]). One with redundant constraints is taken only where no other fits. False if none fits.
     fn choose(&mut self, context: &mut Place, turns: impl Fn(usize) -> bool) -> Result<bool, Failure> {
         self.list_of_modes(context, turns);
+        self.by_islands(context, Self::find_mode, Self::is_mode_of_all, |values, index| values.accelerations[index])
+    }
+
+    /// Tries all modes of what is undecided, and leaves the one that is chosen. False if none fits.
+    fn find_mode(&mut self, context: &mut Place) -> Result<bool, Failure> {
         if self.choices.trials() > MOST_TRIALS {
             return Err(context.failure(&self.choices, TOO_MANY));
         }
@@ -596,6 +626,12 @@ impl ContactValues {
         }
         context.state.discrete_mut().copy_from_slice(&self.kept);
         if found.locked { Err(context.jam(&self.choices, found.jammed)) } else { Ok(false) }
+    }
+
+    /// True if the modes of all islands fit together.
+    fn is_mode_of_all(&mut self, context: &mut Place) -> bool {
+        self.accelerate(context);
+        self.is_mode(context, false)
     }
 
     /// Tries all modes, those with redundant constraints or the others, up to one that lasts.
@@ -728,7 +764,7 @@ impl ContactValues {
             for (place, &sign) in data.all[index].state.signs.iter().enumerate().filter(|_| rubs) {
                 let turned = turns(count + slip.sums as usize + place);
                 let value = self.kept[sign as usize];
-                self.choices.sign(sign, if turned { -value } else { value });
+                self.choices.sign(index, sign, if turned { -value } else { value });
             }
         }
     }

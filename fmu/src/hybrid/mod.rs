@@ -7,6 +7,7 @@ pub(crate) mod contact;
 pub(crate) mod contour;
 pub(crate) mod descent;
 pub(crate) mod engage;
+mod islands;
 pub(crate) mod modes;
 pub(crate) mod onset;
 mod redundant;

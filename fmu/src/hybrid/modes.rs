@@ -32,8 +32,22 @@ enum What {
     Closed(usize),
     /// 0 if it sticks, 1 or -1 if it slips, a level at rest by that while it slips if other parts hold it and it takes its full share, or none if it does not rub.
     Slips(usize),
-    /// A sign, by its place among the discrete variables.
-    Sign(u32),
+    /// A sign of what presses a friction, by its place among the discrete variables.
+    Sign(usize, u32),
+}
+
+impl What {
+    /// The contact or friction.
+    fn index(self) -> usize {
+        match self {
+            What::Closed(index) | What::Slips(index) | What::Sign(index, _) => index,
+        }
+    }
+
+    /// True for a sign, whose friction need not be undecided.
+    fn is_sign(self) -> bool {
+        matches!(self, What::Sign(..))
+    }
 }
 
 /// What is undecided.
@@ -79,9 +93,39 @@ impl Choices {
         self.all.push(Choice::of(What::Slips(index), if ratio == 1.0 { &all[..4] } else { &all }));
     }
 
-    /// A sign of what presses, more likely this one.
-    pub fn sign(&mut self, sign: u32, likely: f64) {
-        self.all.push(Choice::of(What::Sign(sign), &[Some(likely), Some(-likely)]));
+    /// A sign of what presses a friction, more likely this one.
+    pub fn sign(&mut self, index: usize, sign: u32, likely: f64) {
+        self.all.push(Choice::of(What::Sign(index, sign), &[Some(likely), Some(-likely)]));
+    }
+
+    /// Those of others that belong to some contacts and frictions.
+    pub fn take_part(&mut self, others: &Choices, belongs: impl Fn(usize) -> bool) {
+        self.all.clear();
+        self.all.extend(others.all.iter().filter(|choice| belongs(choice.what.index())));
+    }
+
+    /// The contact or friction of each.
+    pub fn owners(&self) -> impl Iterator<Item = usize> {
+        self.all.iter().map(|choice| choice.what.index())
+    }
+
+    /// Opens what is undecided, and lets nothing undecided rub.
+    pub fn open(&self, data: &Contacts, discrete: &mut [f64]) {
+        for index in self.concerned() {
+            data.all[index].slips(discrete, None);
+        }
+    }
+
+    /// Copies how all of them are set.
+    pub fn copy(&self, data: &Contacts, from: &[f64], to: &mut [f64]) {
+        for choice in &self.all {
+            let state = &data.all[choice.what.index()].state;
+            let places = match choice.what {
+                What::Sign(_, place) => [Some(place), None],
+                What::Closed(_) | What::Slips(_) => [Some(state.closed), state.direction],
+            };
+            places.into_iter().flatten().for_each(|place| to[place as usize] = from[place as usize]);
+        }
     }
 
     /// How many combinations there are.
@@ -91,10 +135,7 @@ impl Choices {
 
     /// The contacts, and what slips, that are undecided.
     pub fn concerned(&self) -> impl Iterator<Item = usize> {
-        self.all.iter().filter_map(|choice| match choice.what {
-            What::Closed(index) | What::Slips(index) => Some(index),
-            What::Sign(_) => None,
-        })
+        self.all.iter().filter(|choice| !choice.what.is_sign()).map(|choice| choice.what.index())
     }
 
     /// True for what is undecided.
@@ -117,7 +158,7 @@ impl Choices {
                     is_new &= rubs || is_first;
                     data.all[index].slips(discrete, option.filter(|_| rubs));
                 }
-                What::Sign(sign) => discrete[sign as usize] = option.unwrap_or(0.0),
+                What::Sign(_, sign) => discrete[sign as usize] = option.unwrap_or(0.0),
             }
         }
         is_new

@@ -16,7 +16,7 @@ use crate::program::{Constraint, Role};
 impl ContactValues {
     /// Notes which open contacts the chosen mode makes redundant: they touch, do not move apart, and closed they would hold something twice.
     pub(super) fn find_redundant(&mut self, context: &mut Place) {
-        self.redundant.fill(false);
+        self.choices.concerned().for_each(|index| self.redundant[index] = false);
         let engages = |row: &Constraint| matches!(row.role, Role::Engaging { .. });
         let may_engage = context.model.program().constraints.iter().any(engages);
         if !may_engage && !self.choices.concerned().any(|index| context.is_closed(index)) {
@@ -52,13 +52,14 @@ impl ContactValues {
     /// It is not.
     pub(super) fn check_determinate(&mut self, context: &mut Place) -> Result<(), Failure> {
         let n = context.model.coordinates();
-        if !self.redundant.contains(&true) {
+        if !self.choices.concerned().any(|index| self.redundant[index]) {
             return Ok(());
         }
         self.reference.copy_from_slice(&self.solved[..n]);
         let mut determinate = true;
         for index in 0..self.redundant.len() {
-            let Some(friction) = self.friction_of(context, index).filter(|_| self.redundant[index]) else { continue };
+            let is_redundant = self.redundant[index] && self.choices.includes(index);
+            let Some(friction) = self.friction_of(context, index).filter(|_| is_redundant) else { continue };
             self.accelerate(context);
             let Some(way) = self.way(context, friction) else { continue };
             if self.may_be_preloaded(context, index) {
