@@ -1,7 +1,7 @@
-//! Feeds damaged scenes or programs to cotree, or calls in any order to a runtime, and looks for panics and for inputs that take too long.
+//! Feeds damaged scenes or programs to cotree, tasks to its synthesis, or calls in any order to a runtime, and looks for panics and for inputs that take too long.
 //!
-//! usage: fuzz scene|program|calls SECONDS [SEED]
-//!        fuzz scene|program|calls FILE             tries one input again
+//! usage: fuzz scene|program|calls|task SECONDS [SEED]
+//!        fuzz scene|program|calls|task FILE             tries one input again
 //!
 //! What is found is saved in `target/fuzz/`, and the exit code is 1. The same seed gives the same inputs. A build with debug
 //! assertions also finds arithmetic that overflows.
@@ -10,6 +10,7 @@ mod calls;
 mod mutate;
 mod program;
 mod scene;
+mod task;
 
 use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         "scene" => Box::new(scene::Scenes::new()),
         "program" => Box::new(program::Programs::new()),
         "calls" => Box::new(calls::Calls::new()),
+        "task" => Box::new(task::Tasks),
         _ => return usage(),
     };
     if let (Err(_), [_, file]) = (&seconds, &words[..]) {
@@ -56,7 +58,7 @@ fn main() -> ExitCode {
 }
 
 fn usage() -> ExitCode {
-    eprintln!("usage: fuzz scene|program|calls SECONDS [SEED]\n       fuzz scene|program|calls FILE");
+    eprintln!("usage: fuzz scene|program|calls|task SECONDS [SEED]\n       fuzz scene|program|calls|task FILE");
     ExitCode::from(2)
 }
 

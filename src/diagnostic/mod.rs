@@ -5,6 +5,7 @@ mod every;
 pub mod fault;
 mod layout;
 mod messages;
+pub(crate) mod metres;
 pub(crate) mod render;
 pub mod span;
 pub mod suggest;

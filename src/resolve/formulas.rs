@@ -9,10 +9,11 @@ use super::context::Context;
 use super::{Resolver, UNKNOWN};
 use crate::diagnostic::degrees;
 use crate::diagnostic::fault::Fault;
+use crate::diagnostic::metres;
 use crate::diagnostic::span::{Span, Text};
 use crate::expr::{Binary, Function};
 use crate::model::measure::{
-    ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
+    ANGLE, ANGULAR_VELOCITY, DAMPING, INERTIA, LENGTH, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Wanted,
 };
 use crate::model::{Bound, Exponents, Formula, Range, Unit};
 use crate::scene::constant;
@@ -97,7 +98,11 @@ impl Resolver<'_> {
                     ("scene::out_of_range", format!("{what} {rule}, but is {value}{unit}{by_default}"), rule)
                 }
             };
-            self.faults.push(Fault::new(code, message, quantity.span).label(label));
+            let fault = Fault::new(code, message, quantity.span).label(label);
+            self.faults.push(match positive(quantity).filter(|_| is_number && value < 0.0) {
+                Some(positive) => fault.help(format!("write `{positive}`")),
+                None => fault,
+            });
         }
         if let Some(limit) = range.limit() {
             self.keep_within(what.to_string(), &formula, limit);
@@ -148,7 +153,7 @@ impl Resolver<'_> {
     ) -> ReadFormula {
         let text = match &quantity.value {
             Value::Number(number) => {
-                self.suspect_degrees(*number, what, wanted, quantity.span);
+                self.suspect_bare(*number, what, wanted, quantity.span);
                 let formula = self.finite(*number, what, quantity.span);
                 return ReadFormula { formula, unit: None, known: KnownUnit::Number };
             }
@@ -167,7 +172,7 @@ impl Resolver<'_> {
                 ReadFormula::UNKNOWN
             }
             Ok(QuantityReading::Number(number)) => {
-                self.suspect_degrees(number, what, wanted, quantity.span);
+                self.suspect_bare(number, what, wanted, quantity.span);
                 ReadFormula { formula: self.finite(number, what, quantity.span), unit: None, known: KnownUnit::Number }
             }
             Ok(QuantityReading::Measure(value, unit)) => {
@@ -190,17 +195,21 @@ impl Resolver<'_> {
                     None => formula,
                 };
                 if let (Formula::Parameter(_), KnownUnit::Nothing) = (&formula, known) {
-                    self.suspect_degrees(self.value(&formula), what, wanted, quantity.span);
+                    self.suspect_bare(self.value(&formula), what, wanted, quantity.span);
                 }
                 ReadFormula { formula, unit: known.unit().map(from_exponents), known }
             }
         }
     }
 
-    /// Warns of a bare angle that is a usual number of degrees: as radians it would be many turns.
-    fn suspect_degrees(&mut self, number: f64, what: &str, wanted: &Wanted, span: Span) {
-        if degrees::is_usual(number) && wanted.exponents == ANGLE.exponents {
+    /// Warns of a bare angle that is a usual number of degrees: as radians it would be many turns; and of bare lengths that are too large for metres, once for all of them.
+    fn suspect_bare(&mut self, number: f64, what: &str, wanted: &Wanted, span: Span) {
+        if wanted.exponents == ANGLE.exponents && degrees::is_usual(number) {
             self.faults.push(degrees::warning(what, number, span));
+        }
+        let is_long = wanted.exponents == LENGTH.exponents && metres::is_unusual(number);
+        if is_long && !self.faults.again(metres::SUBJECT, span) {
+            self.faults.push_about(metres::SUBJECT, metres::warning(what, number, span));
         }
     }
 
@@ -380,5 +389,13 @@ impl Resolver<'_> {
             Value::Number(number) => number.to_string(),
             Value::Text(text) => shortened(text),
         }
+    }
+}
+
+/// A quantity as it is written, without its minus sign.
+fn positive(quantity: &Quantity) -> Option<String> {
+    match &quantity.value {
+        Value::Number(number) => Some(format!("{}", -number)),
+        Value::Text(text) => text.trim_start().strip_prefix('-').map(|rest| rest.trim_start().to_owned()),
     }
 }

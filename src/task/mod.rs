@@ -7,11 +7,11 @@ mod schema;
 use std::path::Path;
 
 use cotree_synthesis::path::CouplerPath;
-use cotree_synthesis::{DyadCondition, LinkageLimits, Pair, Point, Pose, Region, Zero};
+use cotree_synthesis::{DyadCondition, LinkageLimits, Pair, Point, Pose, Region, Zero, reach};
 
-use crate::diagnostic::degrees;
 use crate::diagnostic::fault::{Fault, Faults, Sink};
 use crate::diagnostic::span::{Source, Span, Text};
+use crate::diagnostic::{degrees, metres};
 use crate::files;
 use crate::model::{Formula, ParameterId, Unit};
 use crate::scene::constant::evaluate;
@@ -99,7 +99,7 @@ pub struct Demands {
 /// What is preferred of linkages whose error is small enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preference {
-    /// Short bars.
+    /// A small linkage.
     #[default]
     Size,
     /// A large transmission angle.
@@ -181,7 +181,11 @@ const STROKE: &[TaskKey] = &[
 const LIMITS: &[TaskKey] = &[
     Key::optional("ground", ValueForm::Area, "where pins in the ground may be: a box or the corners of a polygon [m]"),
     Key::optional("moving", ValueForm::Area, "where pins in the body may be, in its frame [m]"),
-    Key::optional("length", ValueForm::Pair, "lengths of the shortest and longest permitted bar [m]"),
+    Key::optional(
+        "length",
+        ValueForm::Pair,
+        "length of the shortest bar, and largest distance of two points of a link, the point that draws a path included [m]",
+    ),
     Key::optional(
         "transmission",
         ValueForm::Number,
@@ -201,7 +205,7 @@ const LIMITS: &[TaskKey] = &[
     Key::optional(
         "prefer",
         ValueForm::Preference,
-        "with `within`: \"size\" (shortest bars; if absent) or \"transmission\"",
+        "with `within`: \"size\" (the smallest linkage; if absent) or \"transmission\"",
     ),
 ];
 const CHOOSE: &[TaskKey] = &[
@@ -298,7 +302,7 @@ struct TaskReader<'f> {
     faults: &'f mut Sink,
     /// Where tables are.
     folder: &'f Path,
-    /// The last angles of which it was said that they look like degrees: those of a list are one warning.
+    /// The last numbers of which it was said that they look like degrees or millimetres: those of a list are one warning.
     suspected: Option<String>,
 }
 
@@ -339,7 +343,11 @@ impl TaskReader<'_> {
             "path" => self.path(node, span),
             _ => self.stroke(node, span),
         };
-        let limits = top.get("limits").map(|node| self.limits(node, read.as_ref())).unwrap_or_default();
+        let mut limits = top.get("limits").map(|node| self.limits(node, read.as_ref())).unwrap_or_default();
+        if let Some(TaskKind::Path(path)) = &read {
+            limits.linkage.tracer = true;
+            self.is_within_reach(node, path, limits.linkage.length)?;
+        }
         let choose = top.get("choose").map(|node| self.choose(node)).unwrap_or_default();
         let is_free = match &read {
             Some(TaskKind::Poses { at, tolerance, weight }) => at.len() <= 4 && tolerance.is_none() && weight.is_none(),
@@ -390,7 +398,7 @@ impl TaskReader<'_> {
         let quantity = self.faults.quantity(node, what)?;
         let text = match quantity.value {
             Value::Number(number) => {
-                self.suspect_degrees(node, what, number, unit);
+                self.suspect_unit(node, what, number, unit);
                 return Some(number);
             }
             Value::Text(text) => Text::new(text, node.span),
@@ -402,7 +410,7 @@ impl TaskReader<'_> {
                 None
             }
             Ok(QuantityReading::Number(number)) => {
-                self.suspect_degrees(node, what, number, unit);
+                self.suspect_unit(node, what, number, unit);
                 Some(number)
             }
             Ok(QuantityReading::Measure(number, given)) if given.exponents == unit.exponents => Some(number),
@@ -415,11 +423,17 @@ impl TaskReader<'_> {
         }
     }
 
-    /// Warns of a bare angle that is a usual number of degrees.
-    fn suspect_degrees(&mut self, node: &DocumentNode, what: &str, number: f64, unit: &Unit) {
-        let is_said = self.suspected.as_deref() == Some(what);
-        if degrees::is_usual(number) && unit.exponents == Unit::angle().exponents && !is_said {
-            self.faults.push(degrees::warning(what, number, node.span));
+    /// Warns of a bare angle that is a usual number of degrees, and of a bare length that is too large for metres.
+    fn suspect_unit(&mut self, node: &DocumentNode, what: &str, number: f64, unit: &Unit) {
+        let warning = if unit.exponents == Unit::angle().exponents && degrees::is_usual(number) {
+            degrees::warning(what, number, node.span)
+        } else if unit.exponents == Unit::length().exponents && metres::is_unusual(number) {
+            metres::warning(what, number, node.span)
+        } else {
+            return;
+        };
+        if self.suspected.as_deref() != Some(what) {
+            self.faults.push(warning);
             self.suspected = Some(what.to_owned());
         }
     }
@@ -567,10 +581,13 @@ impl TaskReader<'_> {
         match found {
             Ok((found, bare)) => {
                 for (index, column) in columns.iter().enumerate().filter(|(index, _)| bare[*index]) {
-                    let angles = found[index].as_deref().filter(|_| column.unit.exponents == Unit::angle().exponents);
-                    if let Some(angle) = angles.and_then(degrees::among) {
-                        let what = format!("`{}` of `{}`", column.name, path.display());
+                    let of = |unit: Unit| found[index].as_deref().filter(|_| column.unit.exponents == unit.exponents);
+                    let what = format!("`{}` of `{}`", column.name, path.display());
+                    if let Some(angle) = of(Unit::angle()).and_then(degrees::among) {
                         self.faults.push(degrees::of_column(&what, column.name, angle, node.span));
+                    }
+                    if let Some(length) = of(Unit::length()).and_then(metres::among) {
+                        self.faults.push(metres::of_column(&what, column.name, length, node.span));
                     }
                 }
                 Some(found)
@@ -821,6 +838,31 @@ impl TaskReader<'_> {
         Some(Region::Box(Point::new(left, bottom), Point::new(right, top)))
     }
 
+    /// A point of a link is within two sizes of the linkage from the crank's pivot, so that its curve is at most four sizes long.
+    fn is_within_reach(&mut self, node: &DocumentNode, path: &CouplerPath, length: Option<[f64; 2]>) -> Option<()> {
+        let (long, [_, most]) = (reach(&path.points), length.unwrap_or([0.0, f64::INFINITY]));
+        if long <= 4.0 * most {
+            return Some(());
+        }
+        let points = match &node.kind {
+            Content::Table(entries) => entries.iter().find(|(key, _)| key.text == "points").map(|(_, points)| points),
+            _ => None,
+        };
+        let bare = points.and_then(bare_number);
+        let message = format!(
+            "the path is {} m long, but no link may be longer than {} m (`length` of `[limits]`)",
+            number(long, 0.0),
+            number(most, 0.0)
+        );
+        let help = match bare {
+            Some(bare) => format!(
+                "numbers without a unit are in metres: for millimetres write `\"{bare} mm\"` instead of `{bare}`"
+            ),
+            None => "make `length` longer".to_owned(),
+        };
+        self.wrong(points.unwrap_or(node), message, &help)
+    }
+
     fn limits(&mut self, node: &DocumentNode, kind: Option<&TaskKind>) -> Demands {
         let Some(fields) = Fields::open(node, "`limits`", node.span, &names(LIMITS), self.faults) else {
             return Demands::default();
@@ -845,7 +887,7 @@ impl TaskReader<'_> {
             let _ = self.without(&fields, &["prefer"], "a task without `within`");
         }
         let bars = fields.get("bars").and_then(|node| self.bars(node, kind));
-        let linkage = LinkageLimits { ground, moving, length, transmission, crank };
+        let linkage = LinkageLimits { ground, moving, length, transmission, crank, ..LinkageLimits::default() };
         Demands { linkage, within, prefer, bars }
     }
 
@@ -921,6 +963,15 @@ impl TaskReader<'_> {
             line("moving_y").map(|value| DyadCondition::Moving { direction: y, value }),
         ];
         Choose { ground: [a, b], moving: [c, d], lines: lines.into_iter().flatten().collect() }
+    }
+}
+
+/// The first number in a list of lists that is not zero and has no unit.
+fn bare_number(node: &DocumentNode) -> Option<f64> {
+    match &node.kind {
+        Content::Array(items) => items.iter().find_map(bare_number),
+        Content::Number(number) if *number != 0.0 => Some(*number),
+        _ => None,
     }
 }
 

@@ -131,7 +131,7 @@ pub fn answers(task: &str) -> serde_json::Value {
     let solution = |solution: &Solution| {
         let curve: Vec<[f64; 2]> = solution.curve().iter().map(|point| [point.re, point.im]).collect();
         json!({
-            "class": solution.class, "lengths": solution.lengths, "error": solution.error, "transmission": solution.transmission,
+            "class": solution.class, "lengths": solution.lengths, "size": solution.size, "error": solution.error, "transmission": solution.transmission,
             "turns": solution.full_turn, "scene": solution.scene, "curve": curve,
         })
     };

@@ -7,6 +7,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::chain::{Chain, Cosine, DIMENSIONS, Node, Places};
+use crate::corridor::{Corridor, ends};
 use crate::function::Pair;
 use crate::least::{factor, solve};
 use crate::limits::Region;
@@ -19,8 +20,8 @@ pub(crate) type Slopes = [f64; DIMENSIONS];
 /// What a linkage is to do.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Goal<'t> {
-    /// A point is on a path; of a timed one the crank has turned so far at each point, from the angle that is the dimension of this number on.
-    Path { tracer: usize, points: &'t [Point], turns: Option<(&'t [f64], usize)> },
+    /// A point is on a path, and between its points inside the corridor; of a timed one the crank has turned so far at each point, from the angle that is the dimension of this number on.
+    Path { tracer: usize, points: &'t [Point], corridor: &'t Corridor, turns: Option<(&'t [f64], usize)> },
     /// A body from one place to another takes poses: a point of it is at places, and the body, whose frame is turned by a dimension, has angles, which count `weight` times.
     Poses { tracer: usize, body: [usize; 2], zero: usize, points: &'t [Point], angles: &'t [f64], weight: f64 },
     /// A bar from its pivot to its pin turns with the crank, both from angles that are dimensions.
@@ -90,7 +91,7 @@ impl Normal {
 pub(crate) const SPARE: f64 = 1e-8;
 /// An angle of the crank moves by no more than this at once on the way to the nearest point.
 const STRIDE: f64 = 0.25;
-/// Places of a turn at which the transmission angles of the second dyad are looked at.
+/// Places of a turn at which the transmission angles of the second dyad are looked at, and those of a curve at which its distance from the path is.
 const PLACES: usize = 48;
 
 impl Search<'_> {
@@ -157,6 +158,7 @@ impl Search<'_> {
                 self.keep_cosine(&cosine, &mut normal, shifts, weight);
             }
         }
+        self.departures(trial, &mut normal, &mut places);
         normal.sum = normal.cost - normal.excess_cost(shifts, weight);
         self.whole_turn(trial, &mut normal, shifts, weight, &mut places);
         self.chain.place(&trial.x, trial.inputs.first().copied().unwrap_or(0.0), true, &mut places);
@@ -183,7 +185,7 @@ impl Search<'_> {
         let (count, x) = (self.chain.dimensions, trial.x);
         let mut by_dimension = [0.0; DIMENSIONS];
         match self.goal {
-            Goal::Path { tracer, points, turns } => {
+            Goal::Path { tracer, points, turns, .. } => {
                 match turns {
                     Some((turns, phase)) => {
                         trial.inputs[index] = x[phase] + turns[index];
@@ -243,11 +245,34 @@ impl Search<'_> {
         normal.by_dimension.push(by_dimension);
     }
 
+    /// By what the curve of a path leaves the corridor between its ends, or in a full turn: all places together count as much as the points.
+    fn departures(&self, trial: &Trial, normal: &mut Normal, places: &mut Places) {
+        let Goal::Path { tracer, corridor, .. } = self.goal else { return };
+        let (count, inputs) = (self.chain.dimensions, &trial.inputs);
+        let by = |end: f64| inputs.iter().position(|input| *input == end).map(|index| normal.by_dimension[index]);
+        let (low, high) = ends(inputs);
+        let Some((at_low, at_high)) = by(low).zip(by(high)) else { return };
+        let weight = (inputs.len() as f64 / PLACES as f64).sqrt();
+        for place in 0..PLACES {
+            let share = (place as f64 + 0.5) / PLACES as f64;
+            let (input, way): (f64, Slopes) = if corridor.is_closed() {
+                (TAU * share, [0.0; DIMENSIONS])
+            } else {
+                (low + (high - low) * share, std::array::from_fn(|i| at_low[i] + (at_high[i] - at_low[i]) * share))
+            };
+            self.chain.place(&trial.x, input, false, places);
+            let Some((excess, along)) = corridor.outside(places.all[tracer].at) else { continue };
+            self.chain.place(&trial.x, input, true, places);
+            let traced = &places.all[tracer];
+            let slope = |i: usize| weight * dot(along, traced.by[i] + traced.by_input * way[i]);
+            normal.row(weight * excess, &std::array::from_fn(slope), count);
+        }
+    }
+
     /// The transmission angles between the points: at the extremes of the first dyad, at places of a whole turn of the others.
     fn whole_turn(&self, trial: &Trial, normal: &mut Normal, shifts: &[f64], weight: f64, places: &mut Places) {
         let x = &trial.x;
-        let low = trial.inputs.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = trial.inputs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (low, high) = ends(&trial.inputs);
         let mut pins = self.chain.dyads();
         let Some(first) = pins.next() else { return };
         let (from, to) = match self.chain.nodes[first] {
@@ -358,6 +383,11 @@ impl Search<'_> {
 
     /// To a minimum at which all inequalities hold, if there is one near.
     pub fn settle(&self, trial: &mut Trial) {
+        self.shifts(trial);
+    }
+
+    /// The same; gives the shifts that hold the inequalities there.
+    fn shifts(&self, trial: &mut Trial) -> Vec<f64> {
         let mut shifts = Vec::new();
         for round in 0..ROUNDS {
             let excess = self.minimise(trial, &shifts, HARD, STEPS);
@@ -367,15 +397,19 @@ impl Search<'_> {
             shifts.resize(excess.len(), 0.0);
             shifts.iter_mut().zip(&excess).for_each(|(shift, excess)| *shift = (*shift + excess).max(0.0));
         }
+        shifts
     }
 
-    /// By how much half the sum of squares falls per unit by which each bound of a dimension gives way: zero where none is active.
-    pub fn prices(&self, trial: &Trial) -> Slopes {
-        let normal = self.normal(&mut trial.clone(), &[], 0.0);
-        std::array::from_fn(|i| {
-            let at_bound = trial.x[i] <= self.low[i] || trial.x[i] >= self.high[i];
-            if i < self.chain.dimensions && at_bound { normal.right[i].abs() } else { 0.0 }
-        })
+    /// By how much half the sum of squares falls per unit by which the limits of these lengths and of all distances give way: the sum of their multipliers, zero where none is active.
+    pub fn price(&self, trial: &Trial, lengths: &[usize]) -> f64 {
+        let mut trial = trial.clone();
+        let shifts = self.shifts(&mut trial);
+        let normal = self.normal(&mut trial, &shifts, HARD);
+        let at_bound = |i: &&usize| trial.x[**i] <= self.low[**i] || trial.x[**i] >= self.high[**i];
+        let bars: f64 = lengths.iter().filter(at_bound).map(|&i| normal.right[i].abs()).sum();
+        let first = normal.excess.len().saturating_sub(2 * self.inequalities.distances.len());
+        let shifted = normal.excess.iter().zip(&shifts).skip(first).map(|(excess, shift)| excess + shift);
+        bars + shifted.map(|shifted| HARD * HARD * shifted.max(0.0)).sum::<f64>()
     }
 }
 

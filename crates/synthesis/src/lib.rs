@@ -30,6 +30,7 @@ mod bounded;
 mod chain;
 mod cognates;
 mod conics;
+mod corridor;
 mod defects;
 mod dyad;
 mod function;
@@ -48,6 +49,7 @@ mod valley;
 pub mod within;
 
 pub use cognates::{cognates, coupler_cognates};
+pub use corridor::reach;
 pub use defects::{Defect, Verdict, judge};
 pub use dyad::{Dyad, DyadCondition, Family, circle_dyad, dyads, nearest_dyads};
 pub use function::{

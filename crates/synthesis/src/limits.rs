@@ -109,8 +109,10 @@ pub struct LinkageLimits {
     pub ground: Option<Region>,
     /// Where pins in the body may be, in its frame.
     pub moving: Option<Region>,
-    /// Shortest and longest bar \[m\].
+    /// Shortest bar, and largest distance of two points of a link \[m\].
     pub length: Option<[f64; 2]>,
+    /// Is the body's origin one of these points, as the one that draws a path?
+    pub tracer: bool,
     /// The smallest transmission angle \[rad\].
     pub transmission: Option<f64>,
     /// Must the input turn fully?
@@ -174,7 +176,9 @@ impl LinkageLimits {
         let wrong = |length: f64| {
             self.length.map_or(0.0, |[low, high]| (low * (1.0 - HELD) - length).max(length - high * (1.0 + HELD)))
         };
-        let length = linkage.lengths().into_iter().flatten().map(wrong).fold(0.0, f64::max);
+        let bars = linkage.lengths().into_iter().flatten().map(wrong).fold(0.0, f64::max);
+        let too_large = |[_, high]: [f64; 2]| linkage.size(self.tracer) - high * (1.0 + HELD);
+        let length = bars.max(self.length.map_or(0.0, too_large));
         let crank = if self.crank && !verdict.full_turn { f64::INFINITY } else { 0.0 };
         let transmission = self.transmission.map_or(0.0, |least| least * (1.0 - HELD) - verdict.transmission);
         let all = [
@@ -190,9 +194,9 @@ impl LinkageLimits {
     /// The limits that a linkage has just reached.
     pub fn active(&self, linkage: &Linkage, verdict: &Verdict) -> Vec<LinkageLimit> {
         let lengths = || linkage.lengths().into_iter().flatten();
-        let size = lengths().fold(0.0, f64::max);
+        let size = linkage.size(self.tracer);
         let near = |value: f64, bound: f64| (value - bound).abs() <= ACTIVE * bound.abs();
-        let at_length = |[low, high]: [f64; 2]| lengths().any(|length| near(length, low) || near(length, high));
+        let at_length = |[low, high]: [f64; 2]| near(size, high) || lengths().any(|length| near(length, low));
         let at_side = |region: &Option<Region>, of: fn(&Dyad) -> Option<Point>| {
             let pins = || [linkage.first, linkage.second].iter().filter_map(of).collect::<Vec<_>>();
             region

@@ -160,6 +160,16 @@ impl Linkage {
         [between(a0, b0), first, between(a, b), second]
     }
 
+    /// The largest distance of two points of one link, the ground included; with `tracer` the body's origin is one of its points \[m\].
+    pub fn size(&self, tracer: bool) -> f64 {
+        let arm = |dyad: &Dyad| match *dyad {
+            Dyad::Bar { moving, .. } | Dyad::Slider { moving, .. } if tracer => Some(moving.norm()),
+            Dyad::Bar { .. } | Dyad::Slider { .. } | Dyad::Slot { .. } => None,
+        };
+        let arms = [arm(&self.first), arm(&self.second)];
+        self.lengths().into_iter().chain(arms).flatten().fold(0.0, f64::max)
+    }
+
     /// A point's place on the coupler curve: at an input, and on a side.
     pub fn trace(&self, point: Point, input: f64, side: Side) -> Option<Point> {
         self.pose(input, side).map(|pose| pose.carry(point))

@@ -10,6 +10,8 @@
 use std::f64::consts::TAU;
 
 use crate::atlas::{self, Start};
+use crate::corridor::Corridor;
+use crate::defects::Verdict;
 use crate::dyad::Dyad;
 use crate::least::{EndCriteria, TermResiduals, Terms, Unknowns, minimise};
 use crate::linkage::Linkage;
@@ -29,6 +31,16 @@ pub struct CouplerPath {
     pub crank: Option<Vec<f64>>,
     /// The pivots in the ground, if they are given \[m\].
     pub pivots: Option<[Point; 2]>,
+}
+
+impl CouplerPath {
+    /// How far the curve of a linkage leaves the path at most: between the inputs of its ends, or in a full turn if the path is closed.
+    ///
+    /// Between two points the path may be as round as the arcs through neighbouring points are, up to 2 % of its size.
+    pub fn departure(&self, linkage: &Linkage, verdict: &Verdict) -> f64 {
+        let at = |input: f64| linkage.pose(input, verdict.side).map(|pose| pose.at);
+        Corridor::of(&self.points, self.closed).departure(&verdict.inputs, at)
+    }
 }
 
 /// How much is tried.
@@ -53,9 +65,9 @@ pub struct PathFollower {
     pub linkage: Linkage,
     /// The coupler where it is nearest to each point of the path, or where the crank has the given turn.
     pub poses: Vec<Pose>,
-    /// The largest distance of a point from where it should be \[m\].
+    /// The largest distance of a point of the path from where it should be \[m\].
     pub largest: f64,
-    /// The root mean square of the distances, in each direction \[m\].
+    /// The root mean square of these distances, in each direction; what the search within limits minimises counts the curve between the points, too \[m\].
     pub rms: f64,
 }
 

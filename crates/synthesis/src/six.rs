@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 use crate::bounded::{Goal, Inequalities, SPARE};
 use crate::chain::{Chain, DIMENSIONS, Node, Places};
+use crate::corridor::{Corridor, ends, reach};
 use crate::function::Pair;
 use crate::limits::{LinkageLimits, Region};
 use crate::path::{CouplerPath, PathFollower, Scaled, scaled};
@@ -86,6 +87,8 @@ const ZERO: usize = 16;
 const COUNT: usize = 17;
 const BARS: [usize; 6] = [GROUND, CRANK, COUPLER, SECOND, LINK, OUTPUT];
 
+/// So often bars are drawn at random for a crank that turns fully.
+const TRIES: usize = 1000;
 /// Starts of each kind that are made at random, and beside each four-bar.
 const ANYWHERE: usize = 480;
 const BESIDE: usize = 24;
@@ -99,6 +102,18 @@ pub struct SixBody {
     pub points: Vec<(&'static str, Point)>,
     /// Its angle at the start \[rad\].
     pub angle: f64,
+}
+
+impl SixBar {
+    /// The largest distance of two points of one link, the ground included; the tracer is a point of its link only if it is asked for \[m\].
+    pub fn size(&self, tracer: bool) -> f64 {
+        let is_counted = |name: &str| tracer || name != "tracer";
+        let points = |points: &[(&'static str, Point)]| -> Vec<Point> {
+            points.iter().filter(|(name, _)| is_counted(name)).map(|(_, point)| *point).collect()
+        };
+        let links = self.bodies.iter().map(|body| points(&body.points)).chain([points(&self.ground)]);
+        links.map(|link| reach(&link)).fold(0.0, f64::max)
+    }
 }
 
 /// A six-bar that does its task.
@@ -132,10 +147,13 @@ pub struct SixBar {
 pub fn six_bar_followers(path: &CouplerPath, limits: &LinkageLimits, known: &[PathFollower], seed: u64) -> Vec<SixBar> {
     let scaled = scaled(path);
     let turns = path.crank.as_ref().map(|turns| (&turns[..], PHASE));
-    let goal = Goal::Path { tracer: 7, points: &scaled.points, turns };
+    let corridor = Corridor::of(&scaled.points, path.closed);
+    let goal = Goal::Path { tracer: 7, points: &scaled.points, corridor: &corridor, turns };
     let mut found = Vec::new();
     for kind in KINDS {
         let mut plan = plan(kind, goal, scaled.size, limits.crank || path.closed, limits);
+        let [_, most] = lengths(limits, scaled.size);
+        plan.inequalities.distances.extend([4, 6].map(|pin| ([pin, 7], [0.0, most])));
         plan.order = turns.is_none().then_some(path.closed);
         plan.inequalities.regions = regions(kind, limits, &scaled);
         let mut random = RandomNumbers::new(seed);
@@ -250,9 +268,14 @@ pub fn six_bar_functions(pairs: &[Pair], ground: f64, limits: &LinkageLimits, se
 /// Without limits bars are between these shares of the size.
 const LENGTHS: [f64; 2] = [0.02, 6.0];
 
-fn plan<'p>(kind: SixKind, goal: Goal<'p>, size: f64, turn: bool, limits: &LinkageLimits) -> Plan<'p> {
+/// The shortest bar and the largest distance of two points of a link, in sizes of the task.
+fn lengths(limits: &LinkageLimits, size: f64) -> [f64; 2] {
     let [least, most] = limits.length.map_or(LENGTHS, |range| range.map(|range| range / size));
-    let least = least.max(LENGTHS[0].min(0.5 * most));
+    [least.max(LENGTHS[0].min(0.5 * most)), most]
+}
+
+fn plan<'p>(kind: SixKind, goal: Goal<'p>, size: f64, turn: bool, limits: &LinkageLimits) -> Plan<'p> {
+    let [least, most] = lengths(limits, size);
     let [mut low, mut high] = [[f64::NEG_INFINITY; DIMENSIONS], [f64::INFINITY; DIMENSIONS]];
     BARS.iter().for_each(|&bar| (low[bar], high[bar]) = (least, most));
     // Sides of bodies with three pins are bars too.
@@ -337,8 +360,8 @@ fn anywhere(kind: SixKind, plan: &Plan<'_>, pairs: &[Pair], random: &mut RandomN
         let [low, high] = [plan.low[bar].max(0.1), plan.high[bar].min(3.0)];
         low * (high.max(low) / low).powf(random.between(0.0, 1.0))
     };
-    // Where the crank is to turn fully it is the shortest bar, and the others close in all of its turn.
-    loop {
+    // Where the crank is to turn fully it is the shortest bar, and the others close in all of its turn; limits of lengths may permit no such bars.
+    for _ in 0..TRIES {
         for bar in [CRANK, COUPLER, SECOND] {
             x[bar] = within(bar, random);
         }
@@ -383,7 +406,7 @@ fn built(
     let (chain, dimensions) = ((plan.chain)(candidate.sides), &candidate.trial.x);
     let mut places = Places::new();
     let inputs = || candidate.trial.inputs.iter().copied();
-    let (low, high) = (inputs().fold(f64::INFINITY, f64::min), inputs().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = ends(&candidate.trial.inputs);
     let span = if plan.inequalities.turn { TAU } else { high - low };
     let mut most = [0.0f64; 2];
     for place in 0..=LOOKED_AT {
@@ -403,6 +426,13 @@ fn built(
         outputs.push(output);
         turns.extend(frame.map(|zero| (places.all[6].at - places.all[4].at).arg() + zero));
         largest = largest.max(error);
+    }
+    if let Goal::Path { tracer, corridor, .. } = plan.goal {
+        let at = |input: f64| {
+            chain.place(dimensions, input, false, &mut places);
+            Some(places.all[tracer].at)
+        };
+        largest = largest.max(size * corridor.departure(&candidate.trial.inputs, at));
     }
     chain.place(dimensions, inputs().next()?, false, &mut places);
     let real = |node: usize| places.all[node].at * size + Point::new(x, y);

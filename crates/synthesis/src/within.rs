@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 use crate::atlas::{self, Start};
 use crate::bounded::{Goal, Inequalities, SPARE, Search, Slopes, Trial};
 use crate::chain::{Chain, DIMENSIONS, Node, Places};
+use crate::corridor::Corridor;
 use crate::dyad::Dyad;
 use crate::limits::LinkageLimits;
 use crate::linkage::Linkage;
@@ -78,11 +79,12 @@ impl Plan<'_> {
         Search { chain, goal: self.goal, low: self.low, high: self.high, inequalities }
     }
 
-    /// With no bar longer than this.
-    fn shorter(&self, longest: f64) -> Plan<'_> {
-        let mut high = self.high;
-        self.lengths.iter().for_each(|&i| high[i] = high[i].min(longest).max(self.low[i]));
-        Plan { high, inequalities: self.inequalities.clone(), ..*self }
+    /// With no two points of a link farther apart than this.
+    fn smaller(&self, size: f64) -> Plan<'_> {
+        let (mut high, mut inequalities) = (self.high, self.inequalities.clone());
+        self.lengths.iter().for_each(|&i| high[i] = high[i].min(size).max(self.low[i]));
+        inequalities.distances.iter_mut().for_each(|(_, [low, high])| *high = high.min(size).max(*low));
+        Plan { high, inequalities, ..*self }
     }
 
     /// With transmission angles that are at least so large \[rad\].
@@ -101,19 +103,31 @@ impl Plan<'_> {
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
-    fn longest(&self, candidate: &Candidate) -> f64 {
-        self.lengths.iter().map(|&i| candidate.trial.x[i].abs()).fold(0.0, f64::max)
+    /// The largest distance of two points of one link.
+    fn size(&self, candidate: &Candidate) -> f64 {
+        let (x, mut places) = (&candidate.trial.x, Places::new());
+        let input = candidate.trial.inputs.first().copied().unwrap_or(0.0);
+        (self.chain)(candidate.sides).place(x, input, false, &mut places);
+        let distances =
+            self.inequalities.distances.iter().map(|([a, b], _)| (places.all[*b].at - places.all[*a].at).norm());
+        self.lengths.iter().map(|&i| x[i].abs()).chain(distances).fold(0.0, f64::max)
     }
 }
 
 /// Dimensions of a path's four-bar and their bounds, in the size of the path.
-fn path_plan<'p>(scaled: &'p Scaled, path: &'p CouplerPath, limits: &LinkageLimits) -> Plan<'p> {
+fn path_plan<'p>(
+    scaled: &'p Scaled,
+    corridor: &'p Corridor,
+    path: &'p CouplerPath,
+    limits: &LinkageLimits,
+) -> Plan<'p> {
     let [least, longest] = limits.length.map_or([0.0, f64::INFINITY], |range| range.map(|range| range / scaled.size));
     let region = limits.ground.as_ref().map(|ground| ground.scaled(scaled.middle, scaled.size));
     let regions = region.iter().flat_map(|zone| [(0, zone.clone()), (1, zone.clone())]).collect();
     let [mut low, mut high] = [[f64::NEG_INFINITY; DIMENSIONS], [f64::INFINITY; DIMENSIONS]];
+    let longest = longest.min(LARGEST).max(least);
     for length in BARS {
-        (low[length], high[length]) = (least.max(LEAST), longest.min(LARGEST).max(least));
+        (low[length], high[length]) = (least.max(LEAST.min(longest)), longest);
     }
     if let Some([a, b]) = scaled.pivots {
         for (dimension, value) in [a.re, a.im, (b - a).norm(), (b - a).arg()].into_iter().enumerate() {
@@ -121,9 +135,10 @@ fn path_plan<'p>(scaled: &'p Scaled, path: &'p CouplerPath, limits: &LinkageLimi
         }
     }
     let turns = path.crank.as_ref().map(|turns| (&turns[..], PHASE));
-    let goal = Goal::Path { tracer: TRACER, points: &scaled.points, turns };
+    let goal = Goal::Path { tracer: TRACER, points: &scaled.points, corridor, turns };
     let turn = limits.crank || path.closed;
-    let inequalities = Inequalities { cosine: cosine(limits), turn, regions, distances: Vec::new() };
+    let distances = [2, SECOND_PIN].map(|pin| ([pin, TRACER], [0.0, longest])).to_vec();
+    let inequalities = Inequalities { cosine: cosine(limits), turn, regions, distances };
     let order = turns.is_none().then_some(path.closed);
     Plan { chain, goal, low, high, inequalities, lengths: &BARS, order }
 }
@@ -220,7 +235,7 @@ pub(crate) fn is_in_order(inputs: &[f64], closed: bool) -> bool {
 pub enum Wish {
     /// The smallest error.
     Accuracy,
-    /// The shortest bars with errors of at most so much \[m or rad\].
+    /// The smallest linkage with errors of at most so much \[m or rad\].
     Size(f64),
     /// The largest transmission angle with errors of at most so much \[m or rad\].
     Transmission(f64),
@@ -231,7 +246,7 @@ pub enum Wish {
 pub struct Bounded {
     /// The four-bar.
     pub follower: PathFollower,
-    /// By how much the root mean square of the distances falls per unit by which the limit of lengths gives way, where a bar is at it.
+    /// By how much the root mean square of the distances falls per unit by which the limit of lengths gives way, where a link is at it.
     pub price: f64,
 }
 
@@ -269,9 +284,10 @@ fn keep(all: &mut Vec<Candidate>, most: usize, plan: &Plan<'_>) {
         if all.len() >= most {
             break;
         }
+        let size = plan.size(&candidate);
         let near = |other: &Candidate| {
             let same = |&i: &usize| (candidate.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * candidate.trial.x[i].abs();
-            let place = |i: usize| (candidate.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * plan.longest(&candidate);
+            let place = |i: usize| (candidate.trial.x[i] - other.trial.x[i]).abs() < 1e-3 * size;
             candidate.sides == other.sides && plan.lengths.iter().all(same) && place(0) && place(1)
         };
         if !all.iter().any(near) {
@@ -292,13 +308,13 @@ pub(crate) fn drawn_in(
     }
     let [mut from, mut to] = match wish {
         Wish::Accuracy => return Some(candidate.clone()),
-        Wish::Size(_) => [plan.longest(candidate), 0.1 * plan.longest(candidate)],
+        Wish::Size(_) => [plan.size(candidate), 0.1 * plan.size(candidate)],
         Wish::Transmission(_) => [plan.inequalities.cosine.acos(), 0.5 * PI],
     };
     let mut best = candidate.clone();
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from + to);
-        let tighter = if let Wish::Size(_) = wish { plan.shorter(middle) } else { plan.transmitting(middle) };
+        let tighter = if let Wish::Size(_) = wish { plan.smaller(middle) } else { plan.transmitting(middle) };
         let mut next = best.clone();
         next.bound(&tighter);
         tighter.search(next.sides).settle(&mut next.trial);
@@ -323,34 +339,48 @@ pub fn bounded_followers(
         return Vec::new();
     }
     let scaled = scaled(path);
-    let plan = path_plan(&scaled, path, limits);
+    let corridor = Corridor::of(&scaled.points, path.closed);
+    let plan = path_plan(&scaled, &corridor, path, limits);
     let settled = searched(&plan, starts(&plan, path, &scaled, known, effort), effort.seed);
-    let largest = |candidate: &Candidate| follower(&scaled, path, candidate).largest;
+    let error = |candidate: &Candidate| {
+        follower(&scaled, path, candidate).largest.max(departure(&scaled, &corridor, candidate))
+    };
     let is_ordered =
         |candidate: &Candidate| plan.order.is_none_or(|closed| is_in_order(&candidate.trial.inputs, closed));
     let drawn = |candidate: &Candidate| {
-        let is_exact = wish == Wish::Accuracy && largest(candidate) < EXACT * scaled.size;
+        let is_exact = wish == Wish::Accuracy && error(candidate) < EXACT * scaled.size;
         let wish = if is_exact { Wish::Transmission(EXACT * scaled.size) } else { wish };
         let within = match wish {
             Wish::Accuracy => f64::INFINITY,
             Wish::Size(within) | Wish::Transmission(within) => within,
         };
-        drawn_in(&plan, candidate, wish, |candidate| is_ordered(candidate) && largest(candidate) <= within)
+        drawn_in(&plan, candidate, wish, |candidate| is_ordered(candidate) && error(candidate) <= within)
     };
     let drawn: Vec<Candidate> = settled.iter().filter_map(drawn).collect();
     let chosen = if drawn.is_empty() { &settled } else { &drawn };
     chosen.iter().map(|candidate| bounded(&scaled, path, &plan, candidate)).collect()
 }
 
-/// Four-bars for a path whose bars get shorter and shorter, from one that is there on: each is as accurate as it can be.
-pub fn shorter_followers(
+/// How far the curve of a candidate leaves its path \[m\].
+fn departure(scaled: &Scaled, corridor: &Corridor, candidate: &Candidate) -> f64 {
+    let (chain, mut places) = (chain(candidate.sides), Places::new());
+    let at = |input: f64| {
+        chain.place(&candidate.trial.x, input, false, &mut places);
+        Some(places.all[TRACER].at)
+    };
+    corridor.departure(&candidate.trial.inputs, at) * scaled.size
+}
+
+/// Four-bars for a path that get smaller and smaller, from one that is there on: each is as accurate as it can be.
+pub fn smaller_followers(
     path: &CouplerPath,
     limits: &LinkageLimits,
     from: &[PathFollower],
     count: usize,
 ) -> Vec<Bounded> {
     let scaled = scaled(path);
-    let whole = path_plan(&scaled, path, limits);
+    let corridor = Corridor::of(&scaled.points, path.closed);
+    let whole = path_plan(&scaled, &corridor, path, limits);
     let mut list: Vec<Start> = from.iter().filter_map(|follower| of_follower(follower, &scaled)).collect();
     list.truncate(VARIED);
     let both = list
@@ -359,10 +389,10 @@ pub fn shorter_followers(
     let mut all: Vec<Candidate> = both.collect();
     all.iter_mut().for_each(|candidate| whole.search(candidate.sides).settle(&mut candidate.trial));
     keep(&mut all, VARIED, &whole);
-    let Some(begin) = all.first().map(|candidate| whole.longest(candidate)) else { return Vec::new() };
+    let Some(begin) = all.first().map(|candidate| whole.size(candidate)) else { return Vec::new() };
     let mut found = Vec::new();
     for step in 1..=count {
-        let plan = whole.shorter(begin * SHORTER.powi(step as i32));
+        let plan = whole.smaller(begin * SMALLER.powi(step as i32));
         for candidate in &mut all {
             candidate.bound(&plan);
             plan.search(candidate.sides).settle(&mut candidate.trial);
@@ -376,8 +406,8 @@ pub fn shorter_followers(
     found
 }
 
-/// From one linkage to the next the longest bar is this much shorter.
-const SHORTER: f64 = 0.8;
+/// From one linkage to the next the size is this share.
+const SMALLER: f64 = 0.8;
 
 fn starts(
     plan: &Plan<'_>,
@@ -420,11 +450,9 @@ fn of_follower(follower: &PathFollower, scaled: &Scaled) -> Option<Start> {
 
 fn bounded(scaled: &Scaled, path: &CouplerPath, plan: &Plan<'_>, candidate: &Candidate) -> Bounded {
     let follower = follower(scaled, path, candidate);
+    let price = plan.search(candidate.sides).price(&candidate.trial, plan.lengths);
     let count = (2 * scaled.points.len()) as f64;
-    let rms = (candidate.trial.sum / count).sqrt();
-    let prices = plan.search(candidate.sides).prices(&candidate.trial);
-    let price = plan.lengths.iter().map(|&i| prices[i]).fold(0.0, f64::max);
-    let price = if rms > 0.0 { price / (count * rms) } else { 0.0 };
+    let price = if follower.rms > 0.0 { price * scaled.size / (count * follower.rms) } else { 0.0 };
     Bounded { follower, price }
 }
 
@@ -450,8 +478,8 @@ fn follower(scaled: &Scaled, path: &CouplerPath, candidate: &Candidate) -> PathF
         let angle = poses.last().map_or(angle, |last: &Pose| last.angle + way(last.angle, angle));
         poses.push(Pose { at: real(places.all[TRACER].at), angle });
     }
-    let ways = || poses.iter().zip(&path.points).map(|(pose, point)| (pose.at - point).norm());
-    let largest = ways().fold(0.0, f64::max);
-    let square = ways().map(|distance| distance * distance).sum::<f64>() / (2 * poses.len()) as f64;
-    PathFollower { linkage: Linkage { first, second }, poses, largest, rms: square.sqrt() }
+    let distances = poses.iter().zip(&path.points).map(|(pose, point)| (pose.at - point).norm());
+    let largest = distances.fold(0.0, f64::max);
+    let rms = (candidate.trial.sum / (2 * poses.len()) as f64).sqrt() * scaled.size;
+    PathFollower { linkage: Linkage { first, second }, poses, largest, rms }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use cotree_synthesis::path::{CouplerPath, PathEffort, followers};
-use cotree_synthesis::within::{Bounded, Wish, bounded_followers, shorter_followers};
+use cotree_synthesis::within::{Bounded, Wish, bounded_followers, smaller_followers};
 use cotree_synthesis::{
     LinkageLimit, LinkageLimits, Pair, Point, RandomNumbers, Region, Zero, bounded_couplers, extent, judge, polar,
 };
@@ -261,7 +261,7 @@ fn size_and_transmission_are_drawn_in_as_far_as_the_error_allows() {
     let most = strong.iter().map(angle).fold(0.0, f64::max);
     assert!(strong.iter().all(|own| own.follower.largest <= 1e-3));
     assert!(most > angle(&accurate[0]).max(PI / 4.0), "{}", most.to_degrees());
-    let shorter = shorter_followers(&path, &limits, std::slice::from_ref(&accurate[0].follower), 4);
+    let shorter = smaller_followers(&path, &limits, std::slice::from_ref(&accurate[0].follower), 4);
     assert!(shorter.len() >= 2);
     assert!(shorter.windows(2).all(|two| longest(&two[1]) < longest(&two[0])));
 }
@@ -301,4 +301,22 @@ fn sliders_keep_their_limits() {
         .filter_map(|own| own.errors(&pairs, own.linkage.side(&own.pose(&pairs[0]))))
         .fold(f64::INFINITY, |least, own| least.min(own[0]));
     assert!(least < 1e-8, "{least}");
+}
+
+/// Limits that no linkage can keep for this task end in an answer, with what does or with nothing.
+#[test]
+fn limits_that_contradict_the_task_end() {
+    let path = CouplerPath {
+        points: (0..7).map(|i| Point::new(50.0 * f64::from(i), 0.0)).collect(),
+        ..CouplerPath::default()
+    };
+    let pairs: Vec<Pair> =
+        (0..12).map(|i| Pair { input: 0.5 * f64::from(i), output: 0.2 * f64::from(i % 3) }).collect();
+    for length in [[1e-9, 1e-6], [0.1, 0.15]] {
+        let limits = LinkageLimits { length: Some(length), crank: true, ..LinkageLimits::default() };
+        let found = bounded_followers(&path, &limits, Wish::Accuracy, &[], &PathEffort { starts: 60, seed: 1 });
+        assert!(found.iter().all(|found| found.follower.largest.is_finite()));
+        let six_bars = cotree_synthesis::six::six_bar_functions(&pairs, 1.0, &limits, 1);
+        assert!(six_bars.iter().all(|six_bar| six_bar.largest.is_finite()));
+    }
 }

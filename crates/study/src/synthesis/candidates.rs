@@ -12,7 +12,7 @@ use cotree_synthesis::within::{Bounded, Wish, bounded_followers};
 use cotree_synthesis::{
     Coupler, Dyad, DyadCondition, Family, Linkage, LinkageLimits, Pair, Point, Pose, Region, Special, Zero,
     bounded_couplers, circle_dyad, coupler_cognates, couplers, dyads, extent, nearest_couplers, nearest_dyads,
-    nearest_slider_cranks, slider_cranks, special,
+    nearest_slider_cranks, reach, slider_cranks, special,
 };
 
 use super::{CandidateLinkage, Candidates, MET};
@@ -379,14 +379,8 @@ fn followed(coupler: &Coupler, pairs: &[Pair], ground: f64) -> Option<CandidateL
 /// So many points determine finitely many four-bars between given pivots (Morgan, Wampler 1990).
 const FINITE: usize = 5;
 
-/// Where a path's task says nothing of lengths, bars are at most so many times as long as the path.
+/// Where a path's task says nothing of lengths, links are at most so many times as large as the path.
 pub(super) const SIZES: f64 = 5.0;
-
-/// The largest distance of two points of a path.
-pub(super) fn reach(points: &[Point]) -> f64 {
-    let from = |a: &Point| points.iter().map(|b| (b - a).norm()).fold(0.0, f64::max);
-    points.iter().map(from).fold(0.0, f64::max)
-}
 
 /// The limits of a path's search: bars of any length would be as long as a few points on a circle can be far away.
 pub(super) fn path_limits(path: &CouplerPath, limits: &LinkageLimits) -> LinkageLimits {

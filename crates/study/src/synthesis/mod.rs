@@ -13,8 +13,10 @@ use cotree::scene::Faults;
 use cotree::task::{Task, TaskKind};
 use cotree::typeset::number;
 use cotree_synthesis::path::{CouplerPath, PathEffort, PathFollower};
-use cotree_synthesis::within::{Wish, bounded_followers, shorter_followers};
-use cotree_synthesis::{Defect, Dyad, Linkage, LinkageLimit, LinkageLimits, Point, Pose, Side, Verdict, extent, judge};
+use cotree_synthesis::within::{Wish, bounded_followers, smaller_followers};
+use cotree_synthesis::{
+    Defect, Dyad, Linkage, LinkageLimit, LinkageLimits, Point, Pose, Side, Verdict, extent, judge, reach,
+};
 
 use drive::{PoseStation, largest_miss};
 use six::{SixSolution, six_bars};
@@ -27,7 +29,7 @@ pub struct Answer {
     pub dyads: Vec<Dyad>,
     /// Good ones, best first; then the others, if they are asked for.
     pub solutions: Vec<Solution>,
-    /// Good ones for a path with shorter bars and larger errors, one after the other.
+    /// Good ones for a path that are smaller and have larger errors, one after the other.
     pub shorter: Vec<Solution>,
     /// Six-bars, best first, if they are asked for or no four-bar is within what is accepted.
     pub six_bars: Vec<SixSolution>,
@@ -49,8 +51,10 @@ pub struct Solution {
     pub dyads: Option<[usize; 2]>,
     /// Ground, first bar, coupler, second bar, as far as there are \[m\].
     pub lengths: [Option<f64>; 4],
+    /// The largest distance of two points of one link, the ground and the point that draws a path included \[m\].
+    pub size: f64,
     pub class: &'static str,
-    /// By how much the task is missed at most \[m or rad\].
+    /// By how much the task is missed at most; of a path also how far its curve leaves it between the points \[m or rad\].
     pub error: f64,
     /// The smallest transmission angle over the part used \[rad\].
     pub transmission: f64,
@@ -175,7 +179,7 @@ pub fn synthesize_watched(task: &Task, all: bool, watch: &dyn Fn(usize, usize)) 
     Ok(answer)
 }
 
-/// Linkages with shorter bars for a path, from good ones on: what size costs.
+/// Smaller linkages for a path, from good ones on: what size costs.
 fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution> {
     let TaskKind::Path(path) = &task.kind else { return Vec::new() };
     if path.pivots.is_some() || task.limits.within.is_some() {
@@ -190,25 +194,21 @@ fn shorter(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Soluti
             rms: good.error,
         })
         .collect();
-    let found = shorter_followers(path, &candidates::path_limits(path, limits), &known, SHORTER);
+    let found = smaller_followers(path, &candidates::path_limits(path, limits), &known, SMALLER);
     let judged = found.into_iter().filter_map(|candidate| best(&candidates::bounded(candidate, path), limits, task));
     let driven = judged
         .filter(|judged| judged.reason.is_none())
         .enumerate()
         .map(|(index, judgement)| solution(task, judgement, index + 1));
-    let longest = |solution_data: &Solution| solution_data.lengths.into_iter().flatten().fold(0.0, f64::max);
     let all: Vec<Solution> = driven.filter(|driven| driven.reason.is_none()).collect();
-    // One with longer bars and a larger error than a later one is no choice.
+    // One that is larger than a later one and has a larger error is no choice.
     let is_choice = |candidate: &Solution| {
-        good.iter()
-            .take(1)
-            .chain(&all)
-            .all(|other| longest(other) >= longest(candidate) || other.error > candidate.error)
-            && !good.iter().take(1).any(|best| longest(candidate) > 0.99 * longest(best))
+        good.iter().take(1).chain(&all).all(|other| other.size >= candidate.size || other.error > candidate.error)
+            && !good.iter().take(1).any(|best| candidate.size > 0.99 * best.size)
     };
     let mut choices: Vec<Solution> = Vec::new();
     for candidate in all.iter().filter(|candidate| is_choice(candidate)) {
-        if choices.last().is_none_or(|last| longest(candidate) < 0.99 * longest(last)) {
+        if choices.last().is_none_or(|last| candidate.size < 0.99 * last.size) {
             choices.push(candidate.clone());
         }
     }
@@ -230,14 +230,15 @@ fn near(task: &Task, limits: &LinkageLimits, good: &[Solution]) -> Vec<Solution>
         .collect()
 }
 
-/// So many linkages with shorter and shorter bars are looked for.
-const SHORTER: usize = 8;
+/// So many smaller and smaller linkages are looked for.
+const SMALLER: usize = 8;
 
 /// A candidate with its better input.
 struct Judged {
     linkage: Linkage,
     verdict: Verdict,
     poses: Vec<Pose>,
+    size: f64,
     error: f64,
     dyads: Option<[usize; 2]>,
     reason: Option<String>,
@@ -259,15 +260,11 @@ impl Judged {
         }
     }
 
-    fn longest(&self) -> f64 {
-        self.linkage.lengths().into_iter().flatten().fold(0.0, f64::max)
-    }
-
     /// The less the better: what is preferred where errors are small enough; the error where tasks are met nearly, else the transmission angle.
     fn rank(&self, task: &Task) -> f64 {
         match candidates::wish(task) {
             Wish::Accuracy => {}
-            Wish::Size(_) => return self.longest(),
+            Wish::Size(_) => return self.size,
             Wish::Transmission(_) => return -self.verdict.transmission,
         }
         let size = extent(self.poses.iter().map(|pose| pose.at)).1;
@@ -287,24 +284,20 @@ fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Op
     let count = if candidate.both { 2 } else { 1 };
     let judged = ways.into_iter().take(count).filter(|(linkage, _)| linkage.has_input()).map(|(linkage, dyads)| {
         let verdict = judged(&linkage, &candidate.poses, limits.crank || is_turn(task), task);
-        let lengths: Vec<f64> = linkage.lengths().into_iter().flatten().collect();
-        let longest = lengths.iter().copied().fold(0.0, f64::max);
-        let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+        let (error, size) = (error(candidate, &linkage, &verdict, task), linkage.size(limits.tracer));
         let misses = limits.misses(&linkage, &verdict);
         let defect = verdict.defects.first().map(|defect| (*defect as usize + 1, reason_of(*defect).to_owned(), 0.0));
-        let nothing =
-            (shortest < NO_BAR * longest).then(|| (0, "a bar is shorter than 0.0001 of the longest".to_owned(), 0.0));
-        let far = is_far(task, longest, candidate.error).map(|reason| (0, reason, 0.0));
+        let odd = disproportion(task, candidate, &linkage, &verdict).map(|reason| (0, reason, 0.0));
         let limit =
             misses.first().map(|(limit, miss)| (*limit as usize + 4, format!("limit `{}`", limit.name()), *miss));
-        let within = task.limits.within.filter(|within| candidate.error > within * (1.0 + 1e-9));
-        let within = within.map(|within| (WITHIN, "error above `within`".to_owned(), candidate.error - within));
-        let (stage, reason, miss) = match nothing.or(far).or(defect).or(limit).or(within) {
+        let within = task.limits.within.filter(|within| error > within * (1.0 + 1e-9));
+        let within = within.map(|within| (WITHIN, "error above `within`".to_owned(), error - within));
+        let (stage, reason, miss) = match odd.or(defect).or(limit).or(within) {
             Some((stage, reason, miss)) => (stage, Some(reason), miss),
             None => (WITHIN + 1, None, 0.0),
         };
         let (active, poses, price) = (limits.active(&linkage, &verdict), candidate.poses.clone(), candidate.price);
-        Judged { linkage, verdict, poses, error: candidate.error, dyads, reason, stage, miss, misses, active, price }
+        Judged { linkage, verdict, poses, size, error, dyads, reason, stage, miss, misses, active, price }
     });
     judged.max_by(|a, b| {
         (a.stage, a.verdict.transmission)
@@ -316,8 +309,24 @@ fn best(candidate: &CandidateLinkage, limits: &LinkageLimits, task: &Task) -> Op
 /// How far a linkage came that keeps all limits and is off by too much.
 const WITHIN: usize = 10;
 
-/// Why a linkage is out of all proportion, where the task says nothing of lengths.
-fn is_far(task: &Task, longest: f64, error: f64) -> Option<String> {
+/// By how much a task is missed: of a path also how far the curve leaves it between its points.
+fn error(candidate: &CandidateLinkage, linkage: &Linkage, verdict: &Verdict, task: &Task) -> f64 {
+    match &task.kind {
+        TaskKind::Path(path) => candidate.error.max(path.departure(linkage, verdict)),
+        TaskKind::Poses { .. } | TaskKind::Function { .. } | TaskKind::Stroke { .. } => candidate.error,
+    }
+}
+
+/// Why a linkage is none: a bar that vanishes, a closed path without a full turn, or, where the task says nothing of lengths, bars out of all proportion.
+fn disproportion(task: &Task, candidate: &CandidateLinkage, linkage: &Linkage, verdict: &Verdict) -> Option<String> {
+    let lengths = || linkage.lengths().into_iter().flatten();
+    let (longest, shortest) = (lengths().fold(0.0, f64::max), lengths().fold(f64::INFINITY, f64::min));
+    if shortest < NO_BAR * longest {
+        return Some("a bar is shorter than 0.0001 of the longest".to_owned());
+    }
+    if is_turn(task) && !verdict.full_turn && matches!(task.kind, TaskKind::Path(_)) {
+        return Some("the input does not turn fully, as a closed path needs".to_owned());
+    }
     if task.limits.linkage.length.is_some() {
         return None;
     }
@@ -327,10 +336,10 @@ fn is_far(task: &Task, longest: f64, error: f64) -> Option<String> {
             Some(format!("a bar is more than {FAR} times as long as the ground; {no_limit}"))
         }
         TaskKind::Path(CouplerPath { points, pivots: None, .. }) => {
-            let reach = candidates::reach(points);
-            let is_it = points.len() >= DETERMINED && error <= 1e-7 * reach;
-            let far = longest > candidates::SIZES * reach && !is_it;
-            far.then(|| format!("a bar is more than {} times as long as the path; {no_limit}", candidates::SIZES))
+            let reach = reach(points);
+            let is_it = points.len() >= DETERMINED && candidate.error <= 1e-7 * reach;
+            let far = linkage.size(true) > candidates::SIZES * reach && !is_it;
+            far.then(|| format!("a link is more than {} times as large as the path; {no_limit}", candidates::SIZES))
         }
         TaskKind::Function { .. } | TaskKind::Poses { .. } | TaskKind::Path(_) | TaskKind::Stroke { .. } => None,
     }
@@ -416,11 +425,11 @@ fn costs(task: &Task, bad: &[Judged], best: Option<&Judged>) -> Vec<String> {
         if best.is_some_and(|best| best.error <= nearest.error) {
             return None;
         }
-        let (error, longest) = (written(task, nearest.error), number(1e3 * nearest.longest(), 0.0));
+        let (error, size) = (written(task, nearest.error), number(1e3 * nearest.size, 0.0));
         let angle = number(nearest.verdict.transmission.to_degrees(), 0.0);
         let name = limit.name();
         Some(format!(
-            "without the limit `{name}` a linkage has an error of {error}: its longest bar is {longest} mm, its transmission angle at least {angle} deg"
+            "without the limit `{name}` a linkage has an error of {error}: its size is {size} mm, its transmission angle at least {angle} deg"
         ))
     };
     all.into_iter().filter_map(cost).collect()
@@ -443,6 +452,7 @@ fn undriven(judged: Judged) -> Solution {
         linkage: judged.linkage,
         dyads: judged.dyads,
         lengths: judged.linkage.lengths(),
+        size: judged.size,
         class: class(&judged.linkage, &judged.verdict),
         error: judged.error,
         transmission: judged.verdict.transmission,

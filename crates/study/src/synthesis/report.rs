@@ -171,6 +171,7 @@ impl Answer {
                 first,
                 coupler,
                 second,
+                number(solution.size, "m"),
                 error,
                 number(solution.transmission, "rad"),
                 note
@@ -183,6 +184,7 @@ impl Answer {
             named("first", "m"),
             named("coupler", "m"),
             named("second", "m"),
+            named("size", "m"),
             named("error", self.error_unit()),
             named("transmission", "rad"),
             ""
@@ -195,12 +197,17 @@ impl Answer {
         let lengths = names.into_iter().map(|name| named(name, "m"));
         let mut columns = row!["scene", "six-bar"];
         columns.extend(lengths);
-        columns.extend(row![named("error", self.error_unit()), named("transmission", "rad"), named("and", "rad")]);
+        columns.extend(row![
+            named("size", "m"),
+            named("error", self.error_unit()),
+            named("transmission", "rad"),
+            named("and", "rad")
+        ]);
         let rows = self.six_bars.iter().enumerate().map(|(index, six_bar)| {
             let mut cells = row![format!("six_{}.toml", index + 1), six_bar.kind.name()];
             cells.extend(six_bar.lengths.map(|length| number(length, "m")));
             let [first, second] = six_bar.transmission.map(|angle| number(angle, "rad"));
-            cells.extend(row![number(six_bar.error, self.error_unit()), first, second]);
+            cells.extend(row![number(six_bar.size, "m"), number(six_bar.error, self.error_unit()), first, second]);
             cells
         });
         let heading = Cell::from("six-bars, driven through the task".to_owned());
@@ -222,6 +229,7 @@ impl Answer {
             json!({
                 "class": solution_data.class,
                 "lengths": solution_data.lengths,
+                "size": solution_data.size,
                 "first": dyad(&solution_data.linkage.first),
                 "second": dyad(&solution_data.linkage.second),
                 "error": solution_data.error,
@@ -241,6 +249,7 @@ impl Answer {
             json!({
                 "kind": six_data.kind.name(),
                 "lengths": six_data.lengths,
+                "size": six_data.size,
                 "error": six_data.error,
                 "transmission": six_data.transmission,
                 "full_turn": six_data.full_turn,

@@ -20,6 +20,8 @@ pub struct SixSolution {
     pub kind: SixKind,
     /// Ground, crank, coupler, second bar, both bars of the dyad \[m\].
     pub lengths: [f64; 6],
+    /// The largest distance of two points of one link, the ground and the point that draws a path included \[m\].
+    pub size: f64,
     /// The largest error \[m or rad\].
     pub error: f64,
     /// The smallest transmission angle of each loop \[rad\].
@@ -107,6 +109,7 @@ fn driven(task: &Task, six_bar: &SixBar, number: usize) -> Option<SixSolution> {
     Some(SixSolution {
         kind: six_bar.kind,
         lengths: six_bar.lengths,
+        size: six_bar.size(task.limits.linkage.tracer),
         error: six_bar.largest,
         transmission: six_bar.transmission,
         full_turn: six_bar.full_turn,

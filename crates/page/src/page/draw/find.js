@@ -85,12 +85,12 @@ export async function find() {
   offerTrade(solutions, shorter);
 }
 function answerButton(solution, k) {
-  const { lengths, transmission, error } = solution, button = Object.assign(document.createElement("button"), { type: "button" });
+  const { lengths, size, transmission, error } = solution, button = Object.assign(document.createElement("button"), { type: "button" });
   const bars = lengths.map((length) => length === null ? "–" : `${+(1e3 * length).toPrecision(4)}`).join(" · ");
   button.append(
     Object.assign(document.createElement("b"), { textContent: solution.class }),
     Object.assign(document.createElement("span"), {
-      textContent: `ground, bars: ${bars} mm; transmission angle at least ${+(180 / Math.PI * transmission).toPrecision(3)}°${
+      textContent: `ground, bars: ${bars} mm; size ${+(1e3 * size).toPrecision(4)} mm; transmission angle at least ${+(180 / Math.PI * transmission).toPrecision(3)}°${
         error > 1e-9 ? `; off by ${+(1e3 * error).toPrecision(2)} mm` : ""
       }`,
     }),
@@ -113,8 +113,7 @@ function takeAnswer(k) {
   drawing.fits = true;
   edit(wish.answers[k].scene, `${wish.answers[k].class} taken`);
 }
-const longest = ({ lengths }) => Math.max(...lengths.filter((length) => length !== null));
-/** A slider from the most accurate linkage to the one with the shortest bars. */
+/** A slider from the most accurate linkage to the smallest one. */
 function offerTrade(solutions, shorter) {
   $("trade").hidden = !solutions.length || !shorter.length;
   if ($("trade").hidden) return;
@@ -124,7 +123,7 @@ function offerTrade(solutions, shorter) {
 }
 function tellTrade() {
   const own = wish.answers[wish.trade[+$("size").value]],
-    text = `bars up to ${+(1e3 * longest(own)).toPrecision(3)} mm, off by ${+(1e3 * own.error).toPrecision(2)} mm`;
+    text = `size ${+(1e3 * own.size).toPrecision(3)} mm, off by ${+(1e3 * own.error).toPrecision(2)} mm`;
   $("size").setAttribute("aria-valuetext", text);
   $("size-text").textContent = text;
 }
