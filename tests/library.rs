@@ -36,6 +36,7 @@ mod friction_levels;
 mod gallery;
 mod hard_set;
 mod held_thresholds;
+mod helps;
 mod hertz;
 mod house;
 mod implicit;

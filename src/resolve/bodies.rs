@@ -19,8 +19,21 @@ const ORIGIN: [Formula; 2] = [Formula::Number(0.0), Formula::Number(0.0)];
 impl Resolver<'_> {
     pub(super) fn gravity(&mut self) -> [Formula; 2] {
         match &self.scene.gravity {
-            Some(gravity) => self.vector(gravity, "`gravity`", &ACCELERATION, Context::Constant),
+            Some(gravity) => {
+                let vector = self.vector(gravity, "`gravity`", &ACCELERATION, Context::Constant);
+                self.suspect_upwards(&vector, gravity.span);
+                vector
+            }
             None => ORIGIN,
+        }
+    }
+
+    /// Warns of gravity that acts upwards, as the sign of y is in the scene's pictures and pages.
+    fn suspect_upwards(&mut self, [x, y]: &[Formula; 2], span: Span) {
+        let [across, up] = [x, y].map(|part| self.value(part));
+        if up > 0.0 && across == 0.0 {
+            let fault = Fault::warning("scene::upwards", format!("gravity acts upwards: y is {up} m/s2"), span);
+            self.faults.push(fault.label("along y").help(format!("write `[0, {}]`", -up)));
         }
     }
 

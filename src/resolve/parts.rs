@@ -63,6 +63,17 @@ impl PartReading<'_> {
     }
 }
 
+/// What types of joints and loads are called elsewhere.
+const CALLED: [(&str, &[&str]); 7] = [
+    ("revolute", &["hinge", "pin", "pivot", "rotary", "rotational", "pin_joint"]),
+    ("prismatic", &["slider", "translational", "linear", "sliding", "guide"]),
+    ("weld", &["fixed", "rigid", "welded"]),
+    ("rope", &["cable", "string", "wire"]),
+    ("torque", &["moment"]),
+    ("torsion_spring", &["rotational_spring", "rotary_spring"]),
+    ("torsion_damper", &["rotational_damper", "rotary_damper"]),
+];
+
 /// What people write for a driver's speed, and the motions that it can be of.
 const RATES: [(&[&str], &[&str]); 2] = [
     (&["omega", "rpm", "angular_velocity", "rotational_speed", "frequency"], &["angle"]),
@@ -141,7 +152,11 @@ impl<'s> Resolver<'s> {
         let known = suggest::list(names.iter().copied());
         let Some(node) = fields.required("type", &format!("the types are {known}"), self.faults) else { return };
         let Some(kind) = self.faults.text(node, &fields.name_of("type")) else { return };
-        let help = suggest::hint(&kind.text, names.iter().copied(), format!("the types are {known}"));
+        let meant = CALLED.iter().find(|(_, words)| words.contains(&kind.text.to_lowercase().as_str()));
+        let help = match meant.filter(|(name, _)| names.contains(name)) {
+            Some((name, _)) => format!("did you mean `{name}`?"),
+            None => suggest::hint(&kind.text, names.iter().copied(), format!("the types are {known}")),
+        };
         let message = format!("{called} has an unknown type: `{}`", kind.text);
         self.faults.push(Fault::new("scene::unknown_type", message, kind.span).label("no such type").help(help));
     }

@@ -122,7 +122,7 @@ impl Resolver<'_> {
             true => format!("{} has no variables", found.called),
             false => format!("{} has {}", found.called, suggest::list(names.iter().copied())),
         };
-        let near = suggest::nearest(last, names.iter().copied());
+        let near = meant(last, &names).or_else(|| suggest::nearest(last, names.iter().copied()));
         let bare = last.split(['[', '(', ' ', '/']).next().unwrap_or_default();
         let help = match near {
             _ if bare != last && names.contains(&bare) => format!(
@@ -194,8 +194,8 @@ impl Resolver<'_> {
             return;
         }
         let help = match named {
-            Some(Named::Body(id)) => points_hint(first, rest, &self.names.points[id.0]),
-            _ if first == "ground" => points_hint(first, rest, &self.names.ground),
+            Some(Named::Body(id)) => self.points_hint(first, rest, &self.names.points[id.0]),
+            _ if first == "ground" => self.points_hint(first, rest, &self.names.ground),
             Some(Named::Input(_)) => {
                 format!("`{first}` is an input, which is always a variable of the FMU")
             }
@@ -207,11 +207,42 @@ impl Resolver<'_> {
                 let known = self.names.all(|named| !named.is_number());
                 let otherwise =
                     "variables are named `BODY.angle`, `BODY.POINT.x`, `JOINT.fx`, `energy.total` and the like";
-                suggest::hint(first, known.into_iter().chain(["energy", "constraint", "ground"]), otherwise.to_string())
+                let known = known.into_iter().chain(["energy", "constraint", "ground"]);
+                suggest::nearest(first, known).map_or(otherwise.to_owned(), |near| self.whole_name(near, rest))
             }
         };
         let message = format!("{user} names a variable that does not exist: `{}`", name.text);
         self.faults.push_about(subject, Fault::new(code, message, name.span).label("no such variable").help(help));
+    }
+
+    fn points_hint(&self, owner: &str, rest: &str, points: &HashMap<&str, usize>) -> String {
+        let (point, last) = rest.split_once('.').unwrap_or((rest, ""));
+        let mut points: Vec<&str> = points.keys().copied().collect();
+        points.sort_unstable();
+        match (suggest::nearest(point, points.iter().copied()), points.first()) {
+            (Some(near), _) => self.whole_name(&format!("{owner}.{near}"), last),
+            (None, None) => format!("`{owner}` has no points"),
+            (None, Some(first)) => {
+                let list = suggest::list(points.iter().copied());
+                format!("`{owner}` has the points {list}, with variables such as `{owner}.{first}.x`")
+            }
+        }
+    }
+
+    /// "did you mean `hinge.fx`?", of the name that its owner should have and what follows it; variables that there are where that is none.
+    fn whole_name(&self, owner: &str, rest: &str) -> String {
+        let (owner, last) = match rest.rsplit_once('.') {
+            Some((point, last)) => (format!("{owner}.{point}"), last),
+            None => (owner.to_owned(), rest),
+        };
+        let variables = self.variables_of(&owner);
+        let near = variables.iter().find(|variable| **variable == last).copied();
+        let near =
+            near.or_else(|| meant(last, &variables)).or_else(|| suggest::nearest(last, variables.iter().copied()));
+        match near.or(variables.first().copied()) {
+            Some(variable) => format!("did you mean `{owner}.{variable}`?"),
+            None => format!("did you mean `{owner}`?"),
+        }
     }
 
     /// The last words of the variables of an owner.
@@ -237,16 +268,18 @@ impl Resolver<'_> {
 }
 
 /// Which point may have been meant, or which there are.
-fn points_hint(owner: &str, rest: &str, points: &HashMap<&str, usize>) -> String {
-    let point = rest.split('.').next().unwrap_or_default();
-    let mut points: Vec<&str> = points.keys().copied().collect();
-    points.sort_unstable();
-    match (suggest::nearest(point, points.iter().copied()), points.first()) {
-        (Some(near), _) => format!("did you mean `{owner}.{near}`?"),
-        (None, None) => format!("`{owner}` has no points"),
-        (None, Some(first)) => {
-            let list = suggest::list(points.iter().copied());
-            format!("`{owner}` has the points {list}, with variables such as `{owner}.{first}.x`")
-        }
-    }
+/// What variables are called elsewhere.
+const CALLED: [(&str, &[&str]); 6] = [
+    ("angle", &["theta", "phi", "rotation", "q"]),
+    ("omega", &["w", "theta_dot", "thetadot", "angular_velocity", "qd"]),
+    ("alpha", &["angular_acceleration", "qdd"]),
+    ("vx", &["dx", "xdot", "x_dot"]),
+    ("vy", &["dy", "ydot", "y_dot"]),
+    ("fn", &["normal_force", "n"]),
+];
+
+/// The one of the variables that is meant by a word that is none of them.
+fn meant<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
+    let called = CALLED.iter().filter(|(_, words)| words.contains(&word.to_lowercase().as_str()));
+    called.filter_map(|(name, _)| names.iter().find(|candidate| *candidate == name)).next().copied()
 }

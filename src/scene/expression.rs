@@ -424,10 +424,30 @@ impl<'t> Parser<'t> {
         self.tree(SyntaxKind::Table(lookup, file, Box::new(argument)), start, end)
     }
 
+    /// `sind(30)` and the like: the function of an angle in degrees, as other programs call it.
+    fn of_degrees(&self, name: &str, start: usize) -> Option<Fault> {
+        let function = ["sin", "cos", "tan"].into_iter().find(|function| name.strip_suffix('d') == Some(function))?;
+        let (open, mut depth) = (self.place().1, 0);
+        let close = self.text.text[open..].find(|c| {
+            depth += i32::from(c == '(') - i32::from(c == ')');
+            depth < 0
+        })?;
+        let argument = self.text.text[open..open + close].trim();
+        let is_number = argument.parse::<f64>().is_ok();
+        let angle = if is_number { format!("{argument}[deg]") } else { format!("({argument})*1[deg]") };
+        let message = format!("there is no function `{name}`: angles have their unit");
+        let span = self.text.part(start, open + close + 1);
+        let fault = Fault::new("scene::unknown_function", message, span).label("not a function");
+        Some(fault.help(format!("write `{function}({angle})`")))
+    }
+
     /// The name of a function has been read, `(` is next.
     fn call(&mut self, name: &str, start: usize, name_end: usize) -> Result<SyntaxTree, Fault> {
         let span = self.text.part(start, name_end);
         let Some(function) = Function::named(name) else {
+            if let Some(fault) = self.of_degrees(name, start) {
+                return Err(fault);
+            }
             let names = || Function::all().map(Function::name).chain(Lookup::NAMES.map(|(name, _)| name));
             let otherwise =
                 format!("the functions are {} and `if(a < b, x, y)`", names().collect::<Vec<_>>().join(", "));
@@ -537,7 +557,7 @@ impl<'t> Parser<'t> {
                 return without_product(self.text, start, end);
             }
             let meant = format!("{}[{unit}]", &self.text.text[number..until]);
-            return unit_in_expression(self.text.part(start, end), &meant);
+            return unit_in_expression(self.text.part(number, end), &meant);
         }
         if self.follows_factor() && matches!(self.peek(), Token::Name(_) | Token::Open | Token::Number(_)) {
             return without_product(self.text, start, end);
@@ -606,7 +626,7 @@ mod tests {
             ("1 + atan2(1)", "scene::bad_expression", (4, 12)),
             ("a < b", "scene::bad_expression", (2, 3)),
             ("if(a, 1, 2)", "scene::bad_expression", (4, 5)),
-            ("x + 3 mm", "scene::unit_in_expression", (6, 8)),
+            ("x + 3 mm", "scene::unit_in_expression", (4, 8)),
             ("x + 2 pi", "scene::bad_expression", (6, 8)),
             ("2(x + 1)", "scene::bad_expression", (1, 2)),
             ("x y", "scene::bad_expression", (2, 3)),

@@ -88,7 +88,8 @@ pub(crate) fn read(text: &Text) -> Result<QuantityReading, Fault> {
         let known = unit::separated(&unit_text.text).is_some();
         return Err(unit::parse(&unit_text).err().filter(|_| known).unwrap_or_else(|| {
             let word = rest.split(|c: char| "+-() ,<>*".contains(c)).next().unwrap_or_default();
-            unit_in_expression(unit_text.span, &format!("{}[{word}]", text.text[..at].trim()))
+            let first = text.text.len() - text.text.trim_start().len();
+            unit_in_expression(text.part(first, begin + word.len()), &format!("{}[{word}]", text.text[..at].trim()))
         }));
     }
     let unit = unit::parse(&unit_text).map_err(|fault| factor_with_unit(text, at, &unit_text).unwrap_or(fault))?;
@@ -121,7 +122,7 @@ fn factor_with_unit(text: &Text, number: usize, unit: &Text) -> Option<Fault> {
         return None;
     }
     let meant = format!("{}[{}]{}", text.text[..number].trim(), first.text, &unit.text[end..]);
-    Some(unit_in_expression(first.span, &meant))
+    Some(unit_in_expression(text.part(0, text.text.len()), &meant))
 }
 
 /// `"2 pi t"`, `"2pi"`: a number, and then a name that is no unit in an expression of several words, or that of a constant.

@@ -212,8 +212,10 @@ impl Decoder {
         const SUBJECT: &str = "the points of the ground";
         if !self.faults.again(SUBJECT, node.span) {
             let fault = wrong_type(node, what, "a list of two numbers");
-            let help =
-                format!("{}; or, if a body begins here, write its header above: `[bodies.NAME]`", as_vector(node));
+            let help = format!(
+                "{}; or, if a body begins here, write its header above: `[bodies.NAME]`",
+                as_vector(node, what)
+            );
             self.faults.push_about(SUBJECT, fault.help(help));
         }
     }

@@ -35,13 +35,7 @@ impl<'n> Fields<'n> {
             // Editors find the schema of a JSON file by this key.
             if !keys.contains(&key.text.as_str()) && key.text != "$schema" {
                 let near = meant(&key.text, keys);
-                let help = match near {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!(
-                        "the keys of {owner} are {}",
-                        suggest::joined(keys.iter().map(|key| format!("`{key}`")), keys.len())
-                    ),
-                };
+                let help = unknown_key_help(&key.text, owner, near, keys);
                 faults.push(
                     Fault::new("scene::unknown_key", format!("{owner} has no key `{}`", key.text), key.span)
                         .label("unknown key")
@@ -109,7 +103,7 @@ impl<'n> Fields<'n> {
 }
 
 /// What keys are called by people who know other programs.
-const CALLED: [(&str, &[&str]); 11] = [
+const CALLED: [(&str, &[&str]); 17] = [
     ("parameters", &["param", "params", "constants", "variables"]),
     ("ground", &["frame", "fixed", "base"]),
     ("bodies", &["body", "link", "links", "member", "members", "segments"]),
@@ -121,13 +115,35 @@ const CALLED: [(&str, &[&str]); 11] = [
     ("proportional", &["kp", "k_p", "p", "p_gain"]),
     ("integral", &["ki", "k_i", "i", "i_gain"]),
     ("derivative", &["kd", "k_d", "d", "d_gain"]),
+    ("stiffness", &["k", "spring_constant", "spring_rate"]),
+    ("damping", &["c", "b", "d", "damping_coefficient"]),
+    ("mass", &["m", "weight"]),
+    ("inertia", &["i", "j", "izz", "moment_of_inertia"]),
+    ("com", &["cg", "cog", "centroid", "center_of_mass", "centre_of_mass"]),
+    ("angle", &["theta", "phi", "rotation"]),
 ];
 
 /// The one of the keys that is meant by a word that is none of them.
 fn meant<'k>(word: &str, keys: &[&'k str]) -> Option<&'k str> {
-    let called = CALLED.iter().find(|(_, words)| words.contains(&word.to_lowercase().as_str()));
-    let known = called.and_then(|(key, _)| keys.iter().find(|candidate| *candidate == key));
-    known.copied().or_else(|| suggest::nearest(word, keys.iter().copied()))
+    let word = word.to_lowercase();
+    let called = CALLED.iter().filter(|(_, words)| words.contains(&word.as_str()));
+    let mut known = called.filter_map(|(key, _)| keys.iter().find(|candidate| *candidate == key));
+    known.next().copied().or_else(|| suggest::nearest(&word, keys.iter().copied()))
+}
+
+/// What to write where a key is not known.
+fn unknown_key_help(key: &str, owner: &str, near: Option<&str>, keys: &[&str]) -> String {
+    let of_element = ["type", "between"].contains(&key);
+    match near {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if of_element => {
+            "`type` and `between` belong to a joint or a load: write its header above this line, such as `[joints.NAME]`".to_owned()
+        }
+        None => {
+            let known = suggest::joined(keys.iter().map(|key| format!("`{key}`")), keys.len());
+            format!("the keys of {owner} are {known}")
+        }
+    }
 }
 
 pub(super) fn wrong_type(node: &DocumentNode, what: &str, wanted: &str) -> Fault {
@@ -154,18 +170,48 @@ pub(crate) fn written(node: &DocumentNode) -> Option<String> {
     }
 }
 
-/// Two components, as near as possible to what is there.
-pub(super) fn as_vector(node: &DocumentNode) -> String {
+/// Two components, as near as possible to what is there: `what` begins with the key, whose direction or unit an example has.
+pub(super) fn as_vector(node: &DocumentNode, what: &str) -> String {
     let value = |key: &str| match &node.kind {
         Content::Table(entries) => {
             entries.iter().find(|(name, _)| name.text == key).and_then(|(_, node)| written(node))
         }
         _ => None,
     };
-    match (written(node), value("x"), value("y")) {
+    let key = what.trim_start_matches('`').split('`').next().unwrap_or_default();
+    match (written(node).filter(|_| is_value(node)), value("x"), value("y")) {
+        (Some(value), ..) if key == "gravity" => {
+            let down = value.trim_start_matches(['"', '-']);
+            let quote = if value.starts_with('"') { "\"" } else { "" };
+            format!("gravity acts downwards, against y: write `[0, {quote}-{down}]`")
+        }
         (Some(value), ..) => format!("give x and y: `[{value}, 0]`, or `[0, {value}]`"),
         (None, Some(x), Some(y)) => format!("give x and y as a list: `[{x}, {y}]`"),
-        _ => "give x and y, such as `[0.5, 0.0]`".to_owned(),
+        _ => format!("give x and y, such as `{}`", example(key, node)),
+    }
+}
+
+/// A number, a number with its unit or a formula; a mere word is none.
+fn is_value(node: &DocumentNode) -> bool {
+    match &node.kind {
+        Content::Text(text) => !text.trim_start_matches('-').chars().all(|c| c.is_alphabetic() || c == '_'),
+        _ => true,
+    }
+}
+
+/// A vector for a key, along the axis that is named.
+fn example(key: &str, node: &DocumentNode) -> &'static str {
+    let named = match &node.kind {
+        Content::Text(text) => text.trim().to_lowercase(),
+        _ => String::new(),
+    };
+    match (key, named.as_str()) {
+        ("axis", "y" | "vertical") => "[0, 1]",
+        ("axis", "-x") => "[-1, 0]",
+        ("axis", "-y") => "[0, -1]",
+        ("axis", _) => "[1, 0]",
+        ("gravity", _) => "[0, -9.81]",
+        _ => "[\"50 mm\", 0]",
     }
 }
 
@@ -230,7 +276,7 @@ impl Sink {
     /// One or two components; `resolve` knows how many there must be.
     pub fn vector(&mut self, node: &DocumentNode, what: &str) -> Option<Vector> {
         let Content::Array(items) = &node.kind else {
-            self.push(wrong_type(node, what, "a list of two numbers").help(as_vector(node)));
+            self.push(wrong_type(node, what, "a list of two numbers").help(as_vector(node, what)));
             return None;
         };
         let components: Option<Vec<Quantity>> = items.iter().map(|item| self.quantity(item, what)).collect();
