@@ -74,12 +74,17 @@ fn dotted(line: &str, owner: bool) -> Option<String> {
 /// What may slip in a line of a table with this header.
 type Slip = (&'static str, fn(&str, &str) -> Option<String>);
 
-const SLIPS: [Slip; 13] = [
+const SLIPS: [Slip; 14] = [
     ("owner of an output", |header, line| dotted(line, true).filter(|_| header == "[outputs]")),
     ("variable of an output", |header, line| dotted(line, false).filter(|_| header == "[outputs]")),
     ("owner of an initial value", |header, line| dotted(line, true).filter(|_| header == "[initial]")),
     ("point", |_, line| dotted(line, false).filter(|_| line.starts_with("between"))),
     ("body of a point", |_, line| dotted(line, true).filter(|_| line.starts_with("between"))),
+    ("key", |header, line| {
+        let (key, rest) =
+            line.split_once('=').filter(|_| header.starts_with("[joints.") || header.starts_with("[loads."))?;
+        Some(format!("{} ={rest}", mistyped(key.trim())?))
+    }),
     ("type", |_, line| {
         let kind = line.strip_prefix("type")?.split('"').nth(1)?;
         Some(line.replacen(kind, &mistyped(kind)?, 1))

@@ -149,6 +149,11 @@ impl<'s> Resolver<'s> {
             self.motions(&fields, &names);
             return;
         }
+        if let Some(key) = fields.misspelt("type").filter(|_| fields.get("type").is_none()) {
+            let fault = Fault::new("scene::unknown_key", format!("{called} has no key `{}`", key.text), key.span);
+            self.faults.push(fault.label("unknown key").help("did you mean `type`?"));
+            return;
+        }
         let known = suggest::list(names.iter().copied());
         let Some(node) = fields.required("type", &format!("the types are {known}"), self.faults) else { return };
         let Some(kind) = self.faults.text(node, &fields.name_of("type")) else { return };

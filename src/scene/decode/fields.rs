@@ -69,6 +69,11 @@ impl<'n> Fields<'n> {
         tables.flatten().filter(is_table).map(|(name, _)| name.text.as_str())
     }
 
+    /// The key of an entry that may be meant by this one.
+    pub fn misspelt(&self, key: &str) -> Option<&'n Text> {
+        self.entries.iter().map(|(name, _)| name).find(|name| name.text != key && meant(&name.text, &[key]).is_some())
+    }
+
     pub fn get(&self, key: &str) -> Option<&'n DocumentNode> {
         self.all(key).next().map(|(_, node)| node)
     }
