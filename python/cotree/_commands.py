@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 #: A table in memory has no more numbers than this: eight gigabytes.
 MOST_NUMBERS = 2**30
 
+#: So many points of a motion with inputs over time are shown by a film.
+FILM_POINTS = 1921
+
 #: What the Rust part hands over: JSON, text, table, picture.
 Told = tuple[str, str, str, str | None]
 
@@ -204,20 +207,44 @@ class Commands:
         with raised():
             return _drawn(_cotree.graph(self._core, format), format)
 
-    def film(
-        self, *, speed: float = 1.0, start: Value | None = None, stop: Value | None = None, set: Mapping[str, Value] | None = None
-    ) -> Drawing:
-        """A picture that moves by itself (SVG), with so many seconds of the mechanism in one, from `start` to `stop` [s] and with parameters, constant inputs and initial values that are `set`.
+    @property
+    def film_variables(self) -> list[str]:
+        """The variables that a film shows: where the bodies are, paths of points, and what marks parts that hold or strike.
 
-        Where the motion ends early it has what comes before, and a RuntimeWarning says why.
+        >>> model.film_variables[:3]
+        ['bob.x', 'bob.y', 'bob.angle']
         """
         with raised():
-            film, _, cut = _cotree.filmed(self._set_to(set, start, stop), speed, None)
-        _warn(cut)
+            poses, others = _cotree.film_variables(self._core)
+        return [*poses, *others]
+
+    def film(
+        self,
+        results: Any = None,
+        *,
+        speed: float = 1.0,
+        start: Value | None = None,
+        stop: Value | None = None,
+        set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
+    ) -> Drawing:
+        """A picture that moves by itself (SVG), with so many seconds of the mechanism in one, from `start` to `stop` [s], with parameters, constant inputs and initial values that are `set` and with
+        `inputs` over time, as `simulate` takes them.
+
+        Or of `results`: what a run has given, or a data frame or mapping with "time", such as the rows that a controller has seen.
+
+        >>> seen = model.simulate(outputs=model.film_variables, stop=1)
+        >>> model.film(seen, speed=0.5).startswith("<svg")
+        True
+
+        Lengths are those of the scene and of `set`. Where the motion ends early it has what comes before, and a RuntimeWarning says why. Raises ValueError where results lack a variable.
+        """
+        film, _ = self._filmed(results, inputs, (start, stop, set), speed, None)
         return Drawing(film)
 
     def frames(
         self,
+        results: Any = None,
         *,
         fps: float = 25.0,
         speed: float = 1.0,
@@ -225,20 +252,70 @@ class Commands:
         start: Value | None = None,
         stop: Value | None = None,
         set: Mapping[str, Value] | None = None,
+        inputs: Any = None,
     ) -> list[bytes]:
         """The pictures of a film, PNG; as `film` otherwise."""
-        with raised():
-            _, frames, cut = _cotree.filmed(self._set_to(set, start, stop), speed, (fps, float(width)))
-        _warn(cut)
+        _, frames = self._filmed(results, inputs, (start, stop, set), speed, (fps, float(width)))
         return frames
 
-    def _set_to(self, set: Mapping[str, Value] | None, start: Value | None, stop: Value | None) -> _cotree.Core:
-        """The scene with these values and times in place of its own."""
+    def _filmed(
+        self,
+        results: Any,
+        inputs: Any,
+        scene: tuple[Value | None, Value | None, Mapping[str, Value] | None],
+        speed: float,
+        pictures: tuple[float, float] | None,
+    ) -> tuple[str, list[bytes]]:
+        start, stop, set = scene
+        cut = None
+        if results is not None:
+            if any(own is not None for own in (start, stop, inputs)):
+                raise TypeError("film: results have their own times and inputs; `results.between(start, stop)` is a part of them")
+            set = {**(getattr(results, "parameters", None) or {}), **dict(given.settings(set))}
+        model = self._set_to(set, start, stop)
+        if results is None and inputs is not None:
+            results, cut = model._motion(inputs)
+        with raised():
+            motion = None if results is None else model._shown(results)
+            film, frames, own = _cotree.filmed(model._core, motion, speed, pictures)
+        if cut or own:
+            warnings.warn(cut or own or "", RuntimeWarning, stacklevel=3)
+        return film, frames
+
+    def _motion(self: Model, inputs: Any) -> tuple[Results, str | None]:  # type: ignore[misc]
+        """A run that shows all that a film does, and why it ends early if it does. Functions are called at the communication points of the scene."""
+        with raised():
+            points = self._core.points(given.Times(None, None, None, None))
+        times = None if given.laws(inputs) else np.linspace(points[0], points[-1], FILM_POINTS)
+        try:
+            seen = self.simulate(outputs=self.film_variables, times=times, inputs=inputs)
+        except RunError as error:
+            if error.results is None or not len(error.results.time):
+                raise
+            return error.results, f"{error}; the film has what comes before"
+        return seen, f"event `{seen.ended}` has ended the run; the film has what comes before" if seen.ended else None
+
+    def _shown(self, results: Any) -> given.Columns | None:
+        """What a film shows of results."""
+        columns = given.inputs(results, "results")
+        poses, others = _cotree.film_variables(self._core)
+        if columns is None:
+            return None
+        times, names, values = columns
+        for name in poses:
+            if name not in names:
+                raise ValueError(f"results: there is no {name!r}; `simulate(outputs=model.film_variables)` has all that a film shows")
+        kept = [(name, column) for name, column in zip(names, values, strict=True) if name in {*poses, *others}]
+        return times, [name for name, _ in kept], [column for _, column in kept]
+
+    def _set_to(self, set: Mapping[str, Value] | None, start: Value | None, stop: Value | None) -> Model:
+        """The model with these values and times in place of its own."""
         times = {f"experiment.{name}": time for name, time in (("start", start), ("stop", stop)) if time is not None}
         for name, time in times.items():
             given.check_value(name.removeprefix("experiment."), time)
         values = {**dict(given.settings(set)), **{name: given.duration(time) for name, time in times.items()}}
-        return self.replace(values)._core if values else self._core
+        model: Model = self  # type: ignore[assignment]
+        return model.replace(values) if values else model
 
     def motion(
         self,
@@ -469,8 +546,3 @@ def _folder(runtimes: str | os.PathLike[str] | None) -> str | None:
 def _drawn(text: str, format: str) -> str:
     """A picture that notebooks show, or a text for another program."""
     return Drawing(text) if format == "svg" else text
-
-
-def _warn(cut: str | None) -> None:
-    if cut is not None:
-        warnings.warn(cut, RuntimeWarning, stacklevel=3)

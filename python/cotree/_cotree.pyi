@@ -20,6 +20,7 @@ __all__ = [
     "design",
     "drawing",
     "export",
+    "film_variables",
     "filmed",
     "graph",
     "imported",
@@ -84,7 +85,10 @@ def export(
     folder: str | None,
     extent: tuple[bool, bool],
 ) -> None: ...
-def filmed(core: Core, speed: float, pictures: tuple[float, float] | None) -> tuple[str, list[bytes], str | None]: ...
+def film_variables(core: Core) -> tuple[list[str], list[str]]: ...
+def filmed(
+    core: Core, motion: _Inputs, speed: float, pictures: tuple[float, float] | None
+) -> tuple[str, list[bytes], str | None]: ...
 def synthesize(text: str | None, path: str | None, all: bool, progress: _Progress) -> tuple[_Told, list[str]]: ...
 def optimized(
     core: Core,

@@ -340,11 +340,18 @@ fn libraries(platforms: &[String], folder: Option<&Path>) -> PyResult<Vec<Runtim
     named.into_iter().map(|platform| Runtime::find(platform, &folder).map_err(file_error)).collect()
 }
 
-/// A film that moves by itself (SVG), or pictures of it (PNG).
+/// The variables that a film shows: those without which there is none, and the others.
+#[pyfunction]
+pub fn film_variables(core: &Bound<'_, Core>) -> PyResult<[Vec<String>; 2]> {
+    film::film_variables(core.get().scene()).map_err(|faults| scene_error(&faults))
+}
+
+/// A film that moves by itself (SVG), or pictures of it (PNG): of the scene's motion, or of one that is given.
 #[pyfunction]
 pub fn filmed<'py>(
     py: Python<'py>,
     core: &Bound<'py, Core>,
+    motion: Option<Columns>,
     speed: f64,
     pictures: Option<(f64, f32)>,
 ) -> PyResult<(String, Vec<Bound<'py, PyBytes>>, Option<String>)> {
@@ -355,8 +362,12 @@ pub fn filmed<'py>(
     }
     let scene = core.get().scene();
     let take = Take { rate: pictures.map(|(rate, _)| rate), speed };
-    let taken = interruptible(py, || film::film(scene, take, MOST_PICTURES))?;
-    let (_, taken) = taken.map_err(|faults| scene_error(&faults))?;
+    let motion = motion.map(|(times, names, columns)| request::table(names, times, columns)).transpose()?;
+    let taken = interruptible(py, || match &motion {
+        Some(motion) => film::film_of(scene, motion, take, MOST_PICTURES),
+        None => film::film(scene, take, MOST_PICTURES).map(|(_, taken)| taken),
+    })?;
+    let taken = taken.map_err(|faults| scene_error(&faults))?;
     let Taken { film, cut, inaccuracy } = taken.map_err(failed)?;
     inaccuracy.iter().try_for_each(|found| warn(py, "", found))?;
     let count = film.len();

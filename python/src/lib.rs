@@ -41,6 +41,7 @@ fn _cotree(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(commands::graph, module)?)?;
     module.add_function(wrap_pyfunction!(commands::comparison, module)?)?;
     module.add_function(wrap_pyfunction!(commands::export, module)?)?;
+    module.add_function(wrap_pyfunction!(commands::film_variables, module)?)?;
     module.add_function(wrap_pyfunction!(commands::filmed, module)?)?;
     module.add_function(wrap_pyfunction!(commands::synthesize, module)?)?;
     module.add_function(wrap_pyfunction!(commands::optimized, module)?)?;

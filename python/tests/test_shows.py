@@ -287,3 +287,32 @@ def test_gradients_of_many_runs_are_those_of_each(slider_crank):
     assert np.array_equal(alone[1], gradients)
     with pytest.raises(cotree.RunError):
         slider_crank.value_and_gradient("max(cylinder.s)", {"crank_length": [0.4, 0.5, 3.0, 0.45]}, stop=2)
+
+
+def test_films_are_taken_of_results_and_with_inputs(cart_pole, root, tmp_path):
+    push = {"time": [0, 0.2, 0.5], "push": [0.0, 8.0, -8.0]}
+    seen = cart_pole.simulate(outputs=cart_pole.film_variables, inputs=push, stop=0.5, times=None, step=0.5 / 1920)
+    film = cart_pole.film(inputs=push, stop=0.5)
+    assert film == cart_pole.film(seen) and film != cart_pole.film(stop=0.5)
+    # A run without inputs is the film of the scene, whoever has made it.
+    plain = cart_pole.simulate(outputs=cart_pole.film_variables, stop=0.5, step=0.5 / 1920)
+    assert cart_pole.film(plain) == cart_pole.film(stop=0.5)
+    held = cart_pole.film(inputs={"push": lambda t, run: -5.0 * run["rail.v"] + 3.0}, stop=0.5)
+    assert held not in (film, cart_pole.film(stop=0.5)) and held.startswith("<svg")
+    # Any table will do, such as the rows that a controller has seen; lengths are those of what is set.
+    rows = {"time": seen.time[::64], **{name: seen[name][::64] for name in ("cart.x", "cart.y", "cart.angle", "pole.x", "pole.y", "pole.angle")}}
+    assert len(cart_pole.frames(rows, fps=4, width=120)) == 3
+    assert cart_pole.film(rows, set={"pole_length": "2 m"}) != cart_pole.film(rows)
+    member = cart_pole.simulate_many({"pole_length": [2.0]}, outputs=cart_pole.film_variables, stop=0.5)[0]
+    assert cart_pole.film(member) == cart_pole.film(member, set={"pole_length": 2.0})
+    with pytest.raises(ValueError, match="results: there is no 'cart.x'; `simulate\\(outputs=model.film_variables\\)`"):
+        cart_pole.film(cart_pole.simulate(stop=0.1))
+    with pytest.raises(TypeError, match="results have their own times and inputs"):
+        cart_pole.film(seen, stop=0.1)
+    # What ends early has what comes before, and marks what strikes.
+    stopped = cotree.load(root / "models/end_stop/scene.toml")
+    run = stopped.simulate(outputs=stopped.film_variables, stop=1)
+    assert stopped.film(run).count("<animate") >= stopped.film({"time": run.time, **{name: run[name] for name in run if name.count(".") == 1 and name.split(".")[1] in ("x", "y", "angle")}}).count("<animate")
+    far = cotree.loads(cart_pole.text + '[events.far]\nwhen = "rail.s > 0.05[m]"\nstop = true\n')
+    with pytest.warns(RuntimeWarning, match="`far` has ended the run"):
+        assert far.film(inputs={"time": [0], "push": [5.0]}).startswith("<svg")

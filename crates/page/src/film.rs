@@ -3,6 +3,7 @@
 use cotree::compile::{Compiled, compile_asking, everything};
 use cotree::model::Dimension;
 use cotree::model::Quantity::{Angle, X, Y};
+use cotree::report::csv::CsvTable;
 use cotree::scene::{Faults, Requested, Scene};
 use cotree_draw::drawing::{Drawing, Film, HeldPart, Shows};
 use cotree_draw::pose::{draw, frames};
@@ -38,73 +39,160 @@ pub struct Taken {
 /// # Errors
 /// Everything that is wrong with the scene.
 pub fn film(scene: &Scene, take: Take, most: u32) -> Result<(Compiled, Result<Taken, MotionlessError>), Faults> {
-    let (names, _) = everything(scene)?;
-    let (everything, mut formulated) = compile_asking(scene, &Requested::Also(names))?;
-    let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
-    let experiment = everything.description.experiment;
-    let duration = (experiment.stop - experiment.start) / take.speed;
-    let count = take.rate.map_or(SAMPLES, |rate| (duration * rate).round().max(1.0));
-    let step = (SAMPLES / count).ceil().max(1.0);
-    let timing = Timing { count: (count * step) as u32, step: step as usize, duration };
-    let taken = match count <= f64::from(most) {
-        true => taken(scene, &everything, drawing, &start, timing),
-        false => Err(MotionlessError(format!(
-            "a film of {count:.0} pictures is too long: at most {most}; choose a higher speed or a lower rate"
-        ))),
-    };
-    Ok((everything, taken))
+    let set = FilmSet::new(scene)?;
+    let experiment = set.compiled.description.experiment;
+    let run = |set: &FilmSet, count| sampled(&set.compiled, &set.seen.variables(), experiment, count);
+    let taken = set.taken(take, most, experiment.stop - experiment.start, run);
+    Ok((set.compiled, taken))
 }
 
-/// Samples after the first, those of one picture, and seconds of the film.
-struct Timing {
-    count: u32,
-    step: usize,
-    duration: f64,
-}
-
-fn taken(
+/// A film of a motion that is given: the values of [`film_variables`] over time, straight in between. What only marks parts that hold or strike may be missing.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn film_of(
     scene: &Scene,
-    everything: &Compiled,
-    mut drawing: Drawing,
-    start: &[[f64; 3]],
-    Timing { count, step, duration }: Timing,
-) -> Result<Taken, MotionlessError> {
-    let description = &everything.description;
-    let variable = |name: &str| description.variables.iter().position(|variable| variable.name == name);
-    let pose = if scene.dimension == Dimension::One { &[X][..] } else { &[X, Y, Angle] };
-    let places = scene.bodies.iter().map(|body| -> Vec<usize> {
-        pose.iter().filter_map(|quantity| variable(&quantity.of(&body.name.text))).collect()
-    });
-    let places: Vec<Vec<usize>> = places.collect();
-    let paths = points(scene).into_iter().filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?]));
-    let paths: Vec<[usize; 2]> = if scene.dimension == Dimension::One { Vec::new() } else { paths.collect() };
-    let modes: Vec<ModeVariables> = drawing.held.iter().map(|held| ModeVariables::new(held, &variable)).collect();
-    let seen = places.iter().flatten().chain(paths.iter().flatten()).copied();
-    let recorded: Vec<usize> = seen.chain(modes.iter().flat_map(ModeVariables::variables)).collect();
-    let SampledRun { times, columns, cut, inaccuracy } = sampled(everything, &recorded, description.experiment, count)?;
-    let column = |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
-    let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);
-    let pose = |sample: usize| -> Vec<[f64; 3]> {
-        let of_body = |(body, start): (&Vec<usize>, &[f64; 3])| {
-            let mut pose = *start;
-            body.iter().enumerate().for_each(|(axis, &variable)| pose[axis] = value(variable, sample));
-            pose
-        };
-        places.iter().zip(start).map(of_body).collect()
+    motion: &CsvTable,
+    take: Take,
+    most: u32,
+) -> Result<Result<Taken, MotionlessError>, Faults> {
+    let set = FilmSet::new(scene)?;
+    let [Some(&begin), Some(&end)] = [motion.times().first(), motion.times().last()] else {
+        return Ok(Err(MotionlessError("the motion has no points".to_owned())));
     };
-    let mut poses: Vec<Vec<[f64; 3]>> = (0..times.len()).map(pose).collect();
-    if scene.dimension == Dimension::One {
-        let gain = gain(&drawing, &poses);
-        if gain < 1.0 {
-            drawing.title += &format!(" (motion x {gain})");
-        }
-        shrink(&mut poses, gain);
+    let place = |name: &String| motion.names().iter().position(|known| known == name);
+    if let Some(lacking) = set.names(&set.seen.poses()).iter().find(|name| place(name).is_none()) {
+        return Ok(Err(MotionlessError(format!("the motion has no `{lacking}`"))));
     }
-    let curve = |[x, y]: &[usize; 2]| (0..times.len()).map(|sample| [value(*x, sample), value(*y, sample)]).collect();
-    let duration = duration * (times.len() - 1) as f64 / f64::from(count);
-    let shows = modes.iter().map(|modes| modes.shows(times.len(), &value)).collect();
-    let film = Film::new(drawing, poses, paths.iter().map(curve).collect(), duration, step).showing(shows);
-    Ok(Taken { film, cut, inaccuracy })
+    Ok(set.taken(take, most, end - begin, |set, count| {
+        let time = |index: u32| begin + (end - begin) * f64::from(index) / f64::from(count);
+        let times: Vec<f64> = (0..=count).map(time).collect();
+        let column = |name: &String| match place(name) {
+            Some(place) => times.iter().map(|&time| motion.at(place, time).0).collect(),
+            None => vec![f64::NAN; times.len()],
+        };
+        let columns = set.names(&set.seen.variables()).iter().map(column).collect();
+        Ok(SampledRun { times, columns, cut: None, inaccuracy: None })
+    }))
+}
+
+/// The names of the variables that a film shows: of bodies where they are; then of points whose paths are drawn, and of what marks parts that hold or strike.
+///
+/// # Errors
+/// Everything that is wrong with the scene.
+pub fn film_variables(scene: &Scene) -> Result<[Vec<String>; 2], Faults> {
+    let set = FilmSet::new(scene)?;
+    let (poses, all) = (set.seen.poses(), set.seen.variables());
+    Ok([&all[..poses.len()], &all[poses.len()..]].map(|variables| set.names(variables)))
+}
+
+/// A scene that is ready to be filmed.
+struct FilmSet<'s> {
+    scene: &'s Scene,
+    compiled: Compiled,
+    drawing: Drawing,
+    /// Where the bodies are drawn.
+    start: Vec<[f64; 3]>,
+    seen: SeenVariables,
+}
+
+/// The variables that a film shows.
+struct SeenVariables {
+    /// Of each body where it is.
+    places: Vec<Vec<usize>>,
+    /// Of each point whose path is drawn x and y.
+    paths: Vec<[usize; 2]>,
+    modes: Vec<ModeVariables>,
+}
+
+impl SeenVariables {
+    fn poses(&self) -> Vec<usize> {
+        self.places.iter().flatten().copied().collect()
+    }
+
+    fn variables(&self) -> Vec<usize> {
+        let seen = self.places.iter().flatten().chain(self.paths.iter().flatten()).copied();
+        seen.chain(self.modes.iter().flat_map(ModeVariables::variables)).collect()
+    }
+}
+
+impl<'s> FilmSet<'s> {
+    fn new(scene: &'s Scene) -> Result<Self, Faults> {
+        let (names, _) = everything(scene)?;
+        let (compiled, mut formulated) = compile_asking(scene, &Requested::Also(names))?;
+        let (drawing, start) = (draw(&mut formulated), frames(&mut formulated));
+        let variables = &compiled.description.variables;
+        let variable = |name: &str| variables.iter().position(|variable| variable.name == name);
+        let is_line = scene.dimension == Dimension::One;
+        let pose = if is_line { &[X][..] } else { &[X, Y, Angle] };
+        let places = scene.bodies.iter().map(|body| -> Vec<usize> {
+            pose.iter().filter_map(|quantity| variable(&quantity.of(&body.name.text))).collect()
+        });
+        let places: Vec<Vec<usize>> = places.collect();
+        let drawn = points(scene).into_iter().filter(|_| !is_line);
+        let paths = drawn.filter_map(|point| Some([variable(&X.of(point))?, variable(&Y.of(point))?])).collect();
+        let modes = drawing.held.iter().map(|held| ModeVariables::new(held, &variable)).collect();
+        Ok(FilmSet { scene, compiled, drawing, start, seen: SeenVariables { places, paths, modes } })
+    }
+
+    fn names(&self, variables: &[usize]) -> Vec<String> {
+        let all = &self.compiled.description.variables;
+        variables.iter().map(|&variable| all[variable].name.clone()).collect()
+    }
+
+    /// A film of a motion that is so long \[s\]; `run` gives its variables at that many equal steps.
+    fn taken(
+        &self,
+        take: Take,
+        most: u32,
+        length: f64,
+        run: impl FnOnce(&Self, u32) -> Result<SampledRun, MotionlessError>,
+    ) -> Result<Taken, MotionlessError> {
+        let duration = length / take.speed;
+        let pictures: f64 = take.rate.map_or(SAMPLES, |rate| (duration * rate).round().max(1.0));
+        if pictures > f64::from(most) {
+            return Err(MotionlessError(format!(
+                "a film of {pictures:.0} pictures is too long: at most {most}; choose a higher speed or a lower rate"
+            )));
+        }
+        let step = (SAMPLES / pictures).ceil().max(1.0);
+        let count = (pictures * step) as u32;
+        let run = run(self, count)?;
+        let duration = duration * (run.times.len() - 1) as f64 / f64::from(count);
+        Ok(self.shown(run, duration, step as usize))
+    }
+
+    /// The film of a run, of so many seconds and with a picture after so many samples.
+    fn shown(&self, run: SampledRun, duration: f64, step: usize) -> Taken {
+        let SampledRun { times, columns, cut, inaccuracy } = run;
+        let recorded = self.seen.variables();
+        let column =
+            |variable: usize| recorded.iter().position(|&known| known == variable).map(|place| &columns[place]);
+        let value = |variable: usize, sample: usize| column(variable).map_or(f64::NAN, |column| column[sample]);
+        let pose = |sample: usize| -> Vec<[f64; 3]> {
+            let of_body = |(body, start): (&Vec<usize>, &[f64; 3])| {
+                let mut pose = *start;
+                body.iter().enumerate().for_each(|(axis, &variable)| pose[axis] = value(variable, sample));
+                pose
+            };
+            self.seen.places.iter().zip(&self.start).map(of_body).collect()
+        };
+        let mut poses: Vec<Vec<[f64; 3]>> = (0..times.len()).map(pose).collect();
+        let mut drawing = self.drawing.clone();
+        if self.scene.dimension == Dimension::One {
+            let gain = gain(&drawing, &poses);
+            if gain < 1.0 {
+                drawing.title += &format!(" (motion x {gain})");
+            }
+            shrink(&mut poses, gain);
+        }
+        let curve =
+            |[x, y]: &[usize; 2]| (0..times.len()).map(|sample| [value(*x, sample), value(*y, sample)]).collect();
+        let paths = self.seen.paths.iter().filter(|path| path.iter().all(|&axis| !value(axis, 0).is_nan()));
+        let shows = self.seen.modes.iter().map(|modes| modes.shows(times.len(), &value)).collect();
+        let film = Film::new(drawing, poses, paths.map(curve).collect(), duration, step).showing(shows);
+        Taken { film, cut, inaccuracy }
+    }
 }
 
 /// The variables that say whether something holds, each with its value then, and that of the last impulse.
@@ -129,8 +217,9 @@ impl ModeVariables {
     fn shows(&self, samples: usize, value: &dyn Fn(usize, usize) -> f64) -> Shows {
         let is_held =
             |sample: usize| self.while_held.iter().all(|&(variable, wanted)| value(variable, sample) == wanted);
-        let struck =
-            |sample: usize, variable: usize| sample > 0 && value(variable, sample) != value(variable, sample - 1);
+        let struck = |sample: usize, variable: usize| {
+            sample > 0 && (value(variable, sample) - value(variable, sample - 1)).abs() > 0.0
+        };
         Shows {
             holds: (0..samples).map(|sample| !self.while_held.is_empty() && is_held(sample)).collect(),
             strikes: (0..samples).map(|sample| self.impulse.is_some_and(|impulse| struck(sample, impulse))).collect(),
