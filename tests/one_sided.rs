@@ -983,3 +983,47 @@ fn what_turns_many_times_in_a_step_is_caught() {
         }
     }
 }
+
+#[test]
+fn inputs_follow_their_ramps_behind_an_impact() {
+    let text = r#"
+name = "wall"
+[inputs]
+push = { start = 1.0, unit = "N" }
+[bodies.block]
+mass = 2.0
+[joints.rail]
+type = "prismatic"
+between = ["ground", "block"]
+axis = [1, 0]
+limits = { max = 0.3, restitution = 0.5 }
+[loads.push]
+type = "force"
+on = "block"
+vector = ["push", 0]
+[initial]
+"rail.s" = 0.0
+"rail.v" = 0.0
+[outputs]
+variables = ["rail.s", "rail.v"]
+[experiment]
+stop = 1.6
+tolerance = 1e-10
+"#;
+    // The force is 1 + 0.4 t: s = t^2/4 + t^3/30 up to the impact, and from there on the same motion with -0.5 of its rate.
+    let [s, v] = [|t: f64| t * t / 4.0 + t.powi(3) / 30.0, |t: f64| t / 2.0 + t * t / 10.0];
+    let mut hit = 1.0;
+    (0..30).for_each(|_| hit -= (s(hit) - 0.3) / v(hit));
+    for method in METHODS {
+        for parts in [1, 7, 160] {
+            let model = model(text);
+            let mut run = started(&model, Some(method), 1.6, 1e-10);
+            let push = run.variable("push").unwrap();
+            run.set_derivative(push, 1, 0.4).unwrap();
+            (1..=parts).for_each(|part| run.step_to(1.6 * f64::from(part) / f64::from(parts)).unwrap());
+            let exact = 0.3 + s(1.6) - s(hit) - 1.5 * v(hit) * (1.6 - hit);
+            let found = value(&mut run, "rail.s");
+            assert!((found - exact).abs() < 1e-8, "{method:?} in {parts} parts: {found}, not {exact}");
+        }
+    }
+}

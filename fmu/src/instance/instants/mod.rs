@@ -558,6 +558,8 @@ impl Instance {
 
     /// The run begins anew at the present state, whose discrete variables or states have changed.
     fn go_on_anew(&mut self) {
+        // Signals go on from this state: its inputs must be those of its time.
+        self.catch_up();
         self.computed = Computed::default();
         if let Some(instants) = &mut self.instants {
             let known = &mut instants.known;
