@@ -879,3 +879,69 @@ fn derivatives_go_through_joints_that_engage() {
     let explicit = GRIPPED.replace("[experiment]", "[solver]\nmethod = \"explicit\"\n[experiment]");
     check(&explicit, &["reach", "heavy"], 0.7, 1e-4, 1e-6);
 }
+
+#[test]
+fn a_run_that_an_event_ends_has_the_derivatives_of_its_end() {
+    let scene = BALL.replace("[outputs]", "[events.low]\nwhen = \"ball.y < 0.5\"\nstop = true\n[outputs]");
+    let names = ["drop", "weight"].map(str::to_owned);
+    let mut study = Study::new(&Scene::from_toml(&scene).unwrap()).unwrap();
+    let (found, end) = study.sensitivities_to_end(&names, &[0.1, 0.2, 1.0]).unwrap();
+    // It falls by drop - 0.5: t = sqrt(2 (drop - 0.5) / g), and its rate is -g t.
+    let g = 9.81_f64;
+    let (time, end) = ((1.0 / g).sqrt(), end.unwrap());
+    assert!((end.event.as_str(), found.times.len()) == ("low", 3) && (end.time - time).abs() < 1e-9, "{end:?}");
+    assert_eq!(found.times[2], end.time);
+    assert!((end.changes[0] - 1.0 / (g * time)).abs() < 1e-8 && end.changes[1].abs() < 1e-12, "{end:?}");
+    let last = &found.derivatives[2];
+    assert!(last[(0, 0)].abs() < 1e-8 && (last[(1, 0)] + 1.0 / time).abs() < 1e-8, "{last}");
+    assert!((found.derivatives[1][(0, 0)] - 1.0).abs() < 1e-9, "at fixed time");
+    let refused = study.sensitivities(&names, &[1.0]).unwrap_err().to_string();
+    assert!(refused.contains("event `low` has ended the run"), "{refused}");
+}
+
+#[test]
+fn rows_of_inputs_over_time_have_derivatives() {
+    let scene = r#"
+name = "cart"
+dimension = 1
+[inputs]
+push = { start = 0.0, unit = "N" }
+[bodies.c]
+mass = 2.0
+[loads.f]
+type = "force"
+on = "c"
+vector = ["push"]
+[initial]
+"c.x" = 0.0
+[outputs]
+variables = ["c.x"]
+[experiment]
+stop = 2.0
+tolerance = 1e-10
+"#;
+    let times = vec![0.2, 0.5, 1.0, 1.0, 1.6];
+    let table = CsvTable::new(vec!["push".to_owned()], times.clone(), vec![vec![1.0, 3.0, 2.0, -1.0, 4.0]]).unwrap();
+    let mut study = Study::new(&Scene::from_toml(scene).unwrap()).unwrap();
+    study.set_inputs(table.clone()).unwrap();
+    let names: Vec<String> = (0..5).map(|row| format!("push[{row}]")).collect();
+    let found = study.sensitivities(&names, &[2.0]).unwrap();
+    // x is the second integral of push/m, so its derivative is that of what is 1 in the row and straight from there to 0 in the rows beside it.
+    for (column, derivative) in found.derivatives[0].iter().enumerate() {
+        let unit = (0..5).map(|row| f64::from(u8::from(row == column))).collect();
+        let unit = CsvTable::new(vec!["push".to_owned()], times.clone(), vec![unit]).unwrap();
+        let steps = 200_000;
+        let exact: f64 = (0..steps)
+            .map(|step| (f64::from(step) + 0.5) * 2.0 / f64::from(steps))
+            .map(|time| (2.0 - time) * unit.at(0, time).0)
+            .sum::<f64>();
+        let exact = exact * 2.0 / f64::from(steps) / 2.0;
+        assert!((derivative - exact).abs() < 1e-8, "{column}: {derivative} {exact}");
+    }
+    study.set("push[4]", |_| Ok(0.0)).unwrap();
+    let other = study.sensitivities(&names, &[2.0]).unwrap();
+    let by_row = 4.0 * found.derivatives[0][(0, 4)];
+    assert!((found.values[0][0] - other.values[0][0] - by_row).abs() < 1e-9, "it is linear in the rows");
+    let refused = study.sensitivities(&["push[5]".to_owned()], &[2.0]).unwrap_err().to_string();
+    assert!(refused.contains("`push[5]`: the table of inputs has the rows 0 to 4"), "{refused}");
+}

@@ -1,6 +1,6 @@
 """Swing a pole up with a force over time that is found by its derivatives.
 
-The scene has the force as a sum of smooth bumps whose heights are parameters; `value_and_gradient` differentiates the end of the motion by all of them. scipy minimises; with JAX
+The force is a table of inputs, straight between its rows; `value_and_gradient` differentiates the end of the motion by the value in each row. scipy minimises; with JAX
 (`trajectory.py jax`) the same gradient comes through `custom_vjp`, and `vmap` takes several forces at once.
 
 usage: trajectory.py [jax]        needs scipy; jax where it is asked for
@@ -15,32 +15,21 @@ import scipy.optimize
 import cotree
 
 SCENE = Path(__file__).parents[2] / "models/cart_pole/scene.toml"
-#: The force has so many bumps over so many seconds.
+#: The force has so many rows over so many seconds.
 VALUES, STOP = 12, 2.0
-NAMES = [f"u{index}" for index in range(VALUES)]
+NAMES = [f"push[{row}]" for row in range(VALUES)]
+INPUTS = {"time": np.linspace(0, STOP, VALUES), "push": np.zeros(VALUES)}
 #: At the end the pole is to stand, and everything to rest in the middle.
 ENDS = {"rail.s": 0.0, "pole.angle": np.pi / 2, "rail.v": 0.0, "pole.omega": 0.0}
 
 
-def scene() -> cotree.Model:
-    """The cart-pole, hanging, with the bumps in place of its input."""
-    spacing = STOP / (VALUES - 1)
-    bumps = [f"{name}*exp(-((t - {index * spacing!r}[s])/{0.7 * spacing!r}[s])^2)" for index, name in enumerate(NAMES)]
-    model = cotree.load(SCENE).to_dict()
-    del model["inputs"]
-    model["loads"]["drive"]["vector"] = [" + ".join(bumps), 0]
-    model["parameters"] |= {name: {"value": 0.0, "unit": "N"} for name in NAMES}
-    model["initial"]["pole.angle"] = "-90 deg"
-    return cotree.from_dict(model)
-
-
-MODEL = scene()
+MODEL = cotree.load(SCENE)
 
 
 def ends(force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is left at the end, and its derivatives: (run, what) and (run, what, value), without the axis of the runs for a single force."""
     at = dict(zip(NAMES, np.moveaxis(force, -1, 0), strict=True))
-    values, gradients = MODEL.value_and_gradient(list(ENDS), at, times=[STOP], tolerance=1e-8)
+    values, gradients = MODEL.value_and_gradient(list(ENDS), at, inputs=INPUTS, set={"pole.angle": "-90 deg"}, times=[STOP], tolerance=1e-8)
     return values - np.array(list(ENDS.values())), gradients
 
 

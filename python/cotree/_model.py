@@ -19,7 +19,7 @@ from . import _given as given
 from ._faults import Fault, RunError, faults, raised
 from ._commands import Commands
 from ._given import Number, RunOptions, Value
-from ._gradient import measured, reduced
+from ._gradient import course, measured, reduced
 from ._pieces import Stored, steps_of
 from ._progress import Progress, reporting
 from ._results import Log, Results, ResultsList, Table, formulas, frame, parameters
@@ -528,8 +528,8 @@ class Model(Commands):
         times: Value | Iterable[Value] | None = None,
         **run: Unpack[RunOptions],
     ) -> Sensitivities:
-        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs and initial values, at these times [s], or at every `step` up to `stop`,
-        or where the mechanism rests: "equilibrium". Other arguments are those of `simulate`.
+        """Derivatives of variables [default: the scene's outputs] with respect to parameters, constant inputs, initial values and rows of `inputs` such as "push[3]", at these times [s], or at
+        every `step` up to `stop`, or where the mechanism rests: "equilibrium". Other arguments are those of `simulate`.
 
         >>> found = model.sensitivities("bob.angle", to="length", times=[0.5, 1])
         >>> found["bob.angle", "length"].shape
@@ -574,10 +574,13 @@ class Model(Commands):
 
         `at` are the values of what is differentiated by, names and numbers; where they are arrays, each row is a run, and runs are spread over `threads`, as many as there are processors if 0. The values are (run, measure) and the gradients
         (run, measure, name in the order of `at`), without the axis of the runs where `at` has numbers, and without that of the measures where one text is given.
+
+        A name such as "push[3]" is the value of `inputs` in row 3, from 0 on, so that whole courses are optimised: `{f"push[{row}]": force for row, force in enumerate(forces)}`.
+        Where an event ends the run, measures are those up to there, and the gradient has what its time changes: "last(time)" is that time.
         Raises as `sensitivities` does.
         """
         sought = [measured(text) for text in given.names("measures", measures)]
-        of = list(dict.fromkeys(variable for _, variable in sought))
+        of = list(dict.fromkeys(variable for _, variable in sought if variable != "time"))
         names, rows = self._varied(at)
         asked = given.asked("value_and_gradient", run, times)
         with raised():
@@ -586,14 +589,10 @@ class Model(Commands):
         gradients = np.empty((*values.shape, len(names)))
         if len(rows):
             with raised():
-                at_times, outputs, seen, derivatives = self._core.sensitivities_many(
-                    asked.times, of, (names, rows), asked.settings, columns, given.threads(threads)
-                )
-            time, found = np.array(at_times), [name for name, _ in outputs]
-            for place, (measure, variable) in enumerate(sought):
-                column = found.index(variable)
-                for index in range(len(rows)):
-                    values[index, place], gradients[index, place] = reduced(measure, time, seen[index, :, column], derivatives[index, :, column])
+                found, runs = self._core.sensitivities_many(asked.times, of, (names, rows), asked.settings, columns, given.threads(threads))
+            for index, seen in enumerate(runs):
+                for place, (measure, variable) in enumerate(sought):
+                    values[index, place], gradients[index, place] = reduced(measure, *course(variable, found, seen))
         # A row of texts, numbers or one of each is one run.
         one_run = all(isinstance(value, str) or np.ndim(value) == 0 for value in at.values())
         chosen = (0 if one_run else slice(None), 0 if isinstance(measures, str) else slice(None))

@@ -18,12 +18,12 @@ use cotree::{Compiled, Faults, Scene};
 use cotree_fmu::instance::Instance;
 use cotree_fmu::model::Model;
 use cotree_page::moving;
-use cotree_study::analysis::{LinearisedAt, Sensitivities, Study, StudyError};
+use cotree_study::analysis::{EarlyEnd, LinearisedAt, Sensitivities, Study, StudyError};
 use cotree_study::bench;
 use cotree_study::fit::{FitError, FitRequest, FitTrial, Vary, fit_watched};
 use cotree_text::Prose;
 use cotree_text::written::EquationFormat;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -87,8 +87,16 @@ type Fitted = (Vec<(String, Value)>, Columns, Option<Columns>);
 type Derivatives<'py> =
     (Vec<(String, String)>, Vec<(String, String)>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>);
 
-/// The times, names with units of the outputs, the outputs of many runs, and their derivatives.
-type ManyDerivatives<'py> = (Vec<f64>, Vec<(String, String)>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray4<f64>>);
+/// Of one of many runs the times, the outputs (time, output), their derivatives (time, output, name), and how the last time changes if an event has ended the run.
+type RunDerivatives<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray3<f64>>,
+    Option<Bound<'py, PyArray1<f64>>>,
+);
+
+/// What is found of a run, and how an event has ended it.
+type ToEnd = (Sensitivities, Option<EarlyEnd>);
 
 /// Why one of many runs has no derivatives.
 enum ManyError {
@@ -377,7 +385,7 @@ impl Core {
         )
     }
 
-    /// The same of many runs, in threads: outputs (run, time, output), derivatives (run, time, output, name). A row of values for the names, which are what is differentiated by, for each run.
+    /// The same of many runs, in threads, up to their ends: the names of the outputs, and what is found of each run. A row of values for the names, which are what is differentiated by, for each run.
     #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn sensitivities_many<'py>(
         &self,
@@ -388,7 +396,7 @@ impl Core {
         settings: Vec<(String, Value)>,
         inputs: Option<Columns>,
         threads: usize,
-    ) -> PyResult<ManyDerivatives<'py>> {
+    ) -> PyResult<(Vec<String>, Vec<RunDerivatives<'py>>)> {
         let (names, values) = varied;
         let rows: Vec<Vec<f64>> = values.as_array().rows().into_iter().map(|row| row.to_vec()).collect();
         let varied = names.iter().zip(rows.first().into_iter().flatten()).map(|(name, &value)| (name.clone(), value));
@@ -400,11 +408,11 @@ impl Core {
         let points = times.points(requested);
         let Experiment { start, tolerance, .. } = requested;
         study.set_experiment(Experiment { start, tolerance, ..study.experiment() });
-        let one = |study: &mut Study, row: &[f64]| -> Result<Sensitivities, ManyError> {
+        let one = |study: &mut Study, row: &[f64]| -> Result<ToEnd, ManyError> {
             for (name, &value) in names.iter().zip(row) {
                 study.set(name, |_| Ok(value)).map_err(|message| ManyError::Value(format!("{name}: {message}")))?;
             }
-            study.sensitivities(&names, &points).map_err(ManyError::Study)
+            study.sensitivities_to_end(&names, &points).map_err(ManyError::Study)
         };
         let (first_row, rest) = rows.split_first().ok_or_else(|| wrong("at: there are no runs"))?;
         let raised = |error| match error {
@@ -436,12 +444,13 @@ impl Core {
                 found.push(each.map_err(raised)?);
             }
         }
-        let size = [found.len(), points.len(), found[0].outputs.len(), names.len()];
-        let values: Vec<f64> = found.iter().flat_map(|run| run.values.iter().flatten().copied()).collect();
-        let derivatives: Vec<f64> = found.iter().flat_map(row_first).collect();
-        let values = PyArray1::from_vec(py, values).reshape([size[0], size[1], size[2]])?;
-        let derivatives = PyArray1::from_vec(py, derivatives).reshape(size)?;
-        Ok((points, found.swap_remove(0).outputs, values, derivatives))
+        let outputs = found[0].0.outputs.iter().map(|(name, _)| name.clone()).collect();
+        let run = |(found, ended): ToEnd| {
+            let times = PyArray1::from_slice(py, &found.times);
+            let (_, _, values, derivatives) = derivatives(py, found)?;
+            Ok((times, values, derivatives, ended.map(|end| PyArray1::from_vec(py, end.changes))))
+        };
+        Ok((outputs, found.into_iter().map(run).collect::<PyResult<_>>()?))
     }
 
     /// The same where the mechanism rests, with the time that this stands for.
@@ -709,15 +718,15 @@ impl Core {
         inputs: Option<Columns>,
     ) -> PyResult<Study> {
         let mut study = self.resolved(requested, self.known(settings.iter().map(|(name, _)| name)))?;
-        let wrongs = settings.iter().map(|(name, value)| {
-            study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))
-        });
-        every(wrongs).map_err(|faults: Vec<String>| wrong(faults.join("\n")))?;
         if let Some((times, names, columns)) = inputs {
             request::apart(&names, settings)?;
             let table = request::table(names, times, columns)?;
             study.set_inputs(table).map_err(|message| wrong(format!("inputs: {message}")))?;
         }
+        let wrongs = settings.iter().map(|(name, value)| {
+            study.set(name, |unit| value.read(unit)).map_err(|message| format!("{name}: {message}"))
+        });
+        every(wrongs).map_err(|faults: Vec<String>| wrong(faults.join("\n")))?;
         Ok(study)
     }
 

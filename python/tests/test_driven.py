@@ -1,5 +1,7 @@
 """Studies of motions that inputs drive."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -169,3 +171,157 @@ def test_the_rms_of_what_is_zero_has_the_gradient_zero():
 
     value, gradient = reduced("rms", np.linspace(0, 1, 5), np.zeros(5), np.ones((5, 2)))
     assert value == 0 and gradient.tolist() == [0, 0]
+
+
+#: A cart that a force pushes against a wall, with a law in pieces; it counts where it is beyond a mark.
+WALL = """
+name = "wall"
+[parameters]
+m = { value = 2.0, unit = "kg" }
+far = "10 m"
+[inputs]
+push = { start = "0 N" }
+[bodies.c]
+mass = "m"
+inertia = 1
+[joints.rail]
+type = "prismatic"
+between = ["ground", "c"]
+axis = [1, 0]
+limits = { max = "0.3 m", restitution = 0.5 }
+[loads.pull]
+type = "force"
+on = "c"
+vector = ["push + PIECES - 0.4[N.s/m]*rail.v - 0.2[N]*tanh(rail.v/1[m/s])", 0]
+[initial]
+"rail.s" = 0
+"rail.v" = 0
+[events.gone]
+when = "rail.s < -far"
+stop = true
+[outputs]
+variables = ["rail.s", "rail.v", "rail.a"]
+[experiment]
+stop = "2 s"
+step = "10 ms"
+tolerance = 1e-10
+"""
+SMOOTH, PIECES = WALL.replace("PIECES", "0[N]"), WALL.replace("PIECES", "0.3[N]*max(0, push/1[N] - 0.5)")
+
+
+def differences(model, measures, at, table, step=1e-4, **run):
+    """Central differences of measures with respect to values of a table, and their values."""
+
+    def measured(values):
+        changed = {name: np.array(column, dtype=float) for name, column in table.items()}
+        for name, value in values.items():
+            column, row = name.rstrip("]").split("[")
+            changed[column][int(row)] = value
+        return np.asarray(model.measure(measures, {"m": [2.0]}, inputs=changed, tolerance=1e-12, **run))[0, 1:]
+
+    columns = [(measured({**at, name: at[name] + step}) - measured({**at, name: at[name] - step})) / (2 * step) for name in at]
+    return measured(at), np.array(columns).T
+
+
+@pytest.mark.parametrize("text", [SMOOTH, PIECES])
+def test_rows_of_a_table_of_inputs_have_derivatives(text):
+    model = cotree.loads(text)
+    # Two rows at one time are a jump; the wall is struck on the way.
+    table = {"time": [0.0, 0.3, 0.7, 0.7, 1.2, 1.6], "push": np.zeros(6)}
+    at = {f"push[{row}]": value for row, value in enumerate([1.0, 2.5, 0.3, 1.4, -1.0, 0.8])}
+    measures = ["last(rail.s)", "mean(rail.v)", "rms(rail.s)", "max(rail.s)", "last(rail.a)"]
+    value, gradient = model.value_and_gradient(measures, at, inputs=table)
+    expected, difference = differences(model, measures, at, table)
+    assert np.allclose(value, expected, atol=1e-8) and np.allclose(gradient, difference, atol=2e-6)
+    assert np.abs(gradient[0]).min() > 1e-4
+    # As one of many runs, and over time; what a table has counts where nothing else is said.
+    twice, gradients = model.value_and_gradient(measures, {name: [own, own + 0.01] for name, own in at.items()}, inputs=table)
+    assert np.array_equal(twice[0], value) and np.array_equal(gradients[0], gradient) and not np.array_equal(gradients[1], gradient)
+    full = {"time": table["time"], "push": list(at.values())}
+    found = model.sensitivities("rail.s", list(at), times=[1.0, 2.0], inputs=full)
+    assert np.array_equal(found.derivatives[-1, 0], gradient[0]) and found["rail.s", "push[5]"][0] == 0 and found.units["rail.s", "push[0]"] == "m/N"
+    # Beside a parameter, whose derivative does not depend on that.
+    _, both = model.value_and_gradient("rail.s", {"m": 2.0, "push[1]": 2.5}, inputs=full)
+    _, alone = model.value_and_gradient("rail.s", {"m": 2.0}, inputs=full)
+    assert both[1] == pytest.approx(gradient[0, 1], rel=1e-9) and both[0] == pytest.approx(alone[0], rel=1e-9)
+
+
+def test_rows_of_inputs_are_found_from_a_motion():
+    model = cotree.loads(SMOOTH)
+    times, forces = np.linspace(0, 2, 5), np.array([1.0, 0.5, -1.0, 0.3, 0.2])
+    seen = model.simulate(inputs={"time": times, "push": forces}, step=0.05)
+    found = model.fit({"time": seen.time, "rail.s": seen["rail.s"]}, ["push[1]", "push[2]"], inputs={"time": times, "push": [1.0, 0.0, 0.0, 0.3, 0.2]})
+    assert (found["push[1]"], found["push[2]"]) == pytest.approx((0.5, -1.0), abs=1e-6) and found.start["push[2]"] == 0
+    [peak] = [own for own in model.peaks("rail.s", "push[1]", inputs={"time": times, "push": forces}) if own.kind == "max"]
+    assert peak.d_value["push[1]"] > 0.1
+
+
+def test_rows_that_are_not_there_are_refused():
+    model = cotree.loads(SMOOTH)
+    table = {"time": [0.0, 1.0], "push": [0.0, 1.0]}
+    for name in ("push[2]", "push[-1]", "push[x]"):
+        with pytest.raises(ValueError, match=re.escape(f"`{name}`: the table of inputs has the rows 0 to 1")):
+            model.value_and_gradient("rail.s", {name: 1.0}, inputs=table)
+    # Also where derivatives for a longer table are known.
+    model.sensitivities("rail.s", "push[2]", times=[1.0], inputs={"time": [0, 1, 2], "push": [0, 1, 2]})
+    with pytest.raises(ValueError, match="rows 0 to 1"):
+        model.sensitivities("rail.s", "push[2]", times=[1.0], inputs=table)
+    with pytest.raises(cotree.RunError, match=re.escape("with respect to its rows, such as `push[0]`")):
+        model.sensitivities("rail.s", "push", times=[1.0], inputs=table)
+    with pytest.raises(ValueError, match="no parameter"):
+        model.value_and_gradient("rail.s", {"push[0]": 1.0})
+    with pytest.raises(ValueError, match="no parameter"):
+        model.sensitivities("rail.s", "mass[0]", times=[1.0], inputs=table)
+
+
+def test_rows_that_drivers_follow_have_derivatives():
+    model = cotree.loads(
+        "name='a'\n[parameters]\nl='1 m'\n[inputs]\nturn={start=0.0,unit='rad'}\n[bodies.arm]\nmass=1.0\ninertia=0.1\npoints={root=['-l',0]}\n[joints.h]\ntype='revolute'\n"
+        "between=['ground','arm.root']\n[drivers.d]\njoint='h'\nangle={input='turn',as='position'}\n[outputs]\nvariables=['arm.x','arm.vx']\n[experiment]\nstop=1.0\nstep=0.1\n"
+    )
+    turn = {"time": [0, 0.5, 1], "turn": [0, 1.0, 0.2]}
+    found = model.sensitivities(to=["turn[1]", "turn[2]"], times=[0.25, 0.75], inputs=turn)
+    # x = cos(turn), halfway between two rows.
+    assert found["arm.x", "turn[1]"] == pytest.approx([-0.5 * np.sin(0.5), -0.5 * np.sin(0.6)]) and found["arm.x", "turn[2]"] == pytest.approx([0, -0.5 * np.sin(0.6)])
+    rate, angle = np.array([2.0, -1.6]), np.array([0.5, 0.6])
+    assert found["arm.vx", "turn[1]"] == pytest.approx(-0.5 * rate * np.cos(angle) - np.array([2.0, -2.0]) * np.sin(angle))
+
+
+def test_a_run_that_an_event_ends_has_a_gradient():
+    stone = cotree.loads(
+        'name = "falls"\n[parameters]\nheight = "1 m"\ng = 9.81\n[bodies.stone]\nmass = 1\ninertia = 1\n[loads.weight]\ntype = "force"\non = "stone"\nvector = [0, "-g*1[N]"]\n'
+        '[initial]\n"stone.y" = "height"\n"stone.x" = 0\n"stone.angle" = 0\n[events.ground]\nwhen = "stone.y < 0[m]"\nstop = true\n'
+        '[outputs]\nvariables = ["stone.y", "stone.vy"]\n[experiment]\nstop = "1 s"\nstep = "10 ms"\ntolerance = 1e-10\n'
+    )
+    at = {"height": 1.0, "g": 9.81}
+    measures = ["last(stone.y)", "last(stone.vy)", "last(time)", "mean(stone.vy)", "rms(stone.vy)", "min(stone.vy)", "max(stone.y)"]
+    value, gradient = stone.value_and_gradient(measures, at)
+    g, h = 9.81, 1.0
+    fall, speed = np.sqrt(2 * h / g), np.sqrt(2 * g * h)
+    exact = {
+        "last(stone.y)": (0.0, [0.0, 0.0]),
+        "last(stone.vy)": (-speed, [-np.sqrt(g / (2 * h)), -np.sqrt(h / (2 * g))]),
+        "last(time)": (fall, [fall / (2 * h), -fall / (2 * g)]),
+        "mean(stone.vy)": (-speed / 2, [-np.sqrt(g / (8 * h)), -np.sqrt(h / (8 * g))]),
+        "rms(stone.vy)": (speed / np.sqrt(3), [np.sqrt(g / (6 * h)), np.sqrt(h / (6 * g))]),
+        "max(stone.y)": (1.0, [1.0, 0.0]),
+    }
+    for name, (own, slopes) in exact.items():
+        assert value[measures.index(name)] == pytest.approx(own, abs=1e-9) and gradient[measures.index(name)] == pytest.approx(slopes, abs=1e-9), name
+    # Runs that end at times of their own, and one that does not end.
+    values, gradients = stone.value_and_gradient("last(time)", {"height": [0.5, 1.0, 9.0]})
+    assert values == pytest.approx([np.sqrt(1.0 / g), fall, 1.0]) and gradients[:, 0] == pytest.approx([np.sqrt(1.0 / g), fall / 2, 0.0], abs=1e-9)
+    with pytest.raises(cotree.RunError, match="event `ground` has ended the run"):
+        stone.sensitivities("stone.y", "height", times=[1.0])
+    assert stone.sensitivities("stone.y", "height", times=[0.2])["stone.y", "height"] == pytest.approx([1.0])
+
+
+def test_an_event_ends_a_run_between_rows_of_inputs():
+    model = cotree.loads(PIECES.replace('far = "10 m"', 'far = "0.1 m"'))
+    table = {"time": [0.0, 0.5, 1.0, 2.0], "push": np.zeros(4)}
+    at = {f"push[{row}]": value for row, value in enumerate([1.0, -3.0, -2.0, 1.0])}
+    measures = ["last(rail.v)", "mean(rail.s)", "rms(rail.v)", "last(rail.a)"]
+    assert model.simulate(inputs={**table, "push": list(at.values())}).ended == "gone"
+    value, gradient = model.value_and_gradient(measures, at, inputs=table)
+    expected, difference = differences(model, measures, at, table)
+    assert np.allclose(value, expected, atol=1e-8) and np.allclose(gradient, difference, atol=1e-5)

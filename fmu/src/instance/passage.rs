@@ -10,6 +10,7 @@
 use thiserror::Error;
 
 use super::instants::Happening;
+use super::variational::Direction;
 use crate::hybrid::contact::{Impact, TOUCHING, direction, is_closed};
 use crate::hybrid::tick::Clock;
 use crate::integrator::accelerations::Accelerations;
@@ -38,10 +39,10 @@ pub(super) struct Columns {
     pub discrete_values: Vec<f64>,
 }
 
-/// What is differentiated: the registers of parameters.
+/// What is differentiated: parameters, and values of inputs.
 pub(super) struct Passage<'a> {
     pub model: &'a Model,
-    pub parameters: &'a [usize],
+    pub parameters: &'a [Direction],
     pub tolerance: f64,
 }
 
@@ -235,7 +236,7 @@ impl Passage<'_> {
             let lanes = &mut along.tangents[column / WIDTH];
             let mut set = |register: usize, tangent: f64| lanes[register][column % WIDTH] = tangent;
             match self.parameters.get(column) {
-                Some(&register) => set(register, 1.0),
+                Some(direction) => direction.changes(state.time()).for_each(|(register, change)| set(register, change)),
                 None => {
                     set(layout.time(), 1.0);
                     for input in 0..model.program().inputs.len() {

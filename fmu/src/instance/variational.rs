@@ -12,7 +12,7 @@ use crate::linalg::lane::{Lane, WIDTH, ZERO};
 use crate::machine::ROUNDING;
 use crate::math;
 use crate::model::Model;
-use crate::program::Source;
+use crate::program::{Layout, Source};
 use crate::tape::Tape;
 use crate::taylor::{Tangents, VARIED_DIRECTIONS, Variations, variations};
 
@@ -21,15 +21,41 @@ use crate::taylor::{Tangents, VARIED_DIRECTIONS, Variations, variations};
 pub enum Varied {
     /// A parameter; one that is an initial value changes nothing but the start.
     Parameter(usize),
-    /// An input that stays as it is.
+    /// An input: by as much at all times, unless [`Variational::vary_input`] says otherwise.
     Input(usize),
+}
+
+/// How the registers change along a direction, besides those of q, v and discrete variables.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Direction {
+    register: usize,
+    /// Of an input that of its rate.
+    rate: Option<usize>,
+    /// The change at a time \[s\], and how fast it grows from there on.
+    from: f64,
+    change: [f64; 2],
+}
+
+impl Direction {
+    fn new(varied: Varied, layout: &Layout) -> Self {
+        let (register, rate) = match varied {
+            Varied::Parameter(index) => (layout.parameters() + index, None),
+            Varied::Input(index) => (layout.inputs() + index, Some(layout.input_rates() + index)),
+        };
+        Direction { register, rate, from: 0.0, change: [1.0, 0.0] }
+    }
+
+    /// The registers that change, and by how much at a time.
+    pub(super) fn changes(self, time: f64) -> impl Iterator<Item = (usize, f64)> {
+        let Direction { register, rate, from, change: [change, growth] } = self;
+        once((register, change + (time - from) * growth)).chain(rate.map(|rate| (rate, growth)))
+    }
 }
 
 /// Derivatives of one motion by several parameters. Matrices have a column for each direction, one after the other.
 #[derive(Debug)]
 pub struct Variational {
-    /// The register of each parameter.
-    registers: Vec<usize>,
+    directions: Vec<Direction>,
     /// The registers of discrete variables, and how these change: a column for each parameter. Between instants they stay as they are.
     discrete: Range<usize>,
     discrete_values: Vec<f64>,
@@ -59,10 +85,6 @@ impl Variational {
     /// For motions of a model; the series are found to this tolerance.
     pub fn new(model: &Model, varied: &[Varied], tolerance: f64) -> Self {
         let (program, layout) = (model.program(), model.layout());
-        let register = |varied: &Varied| match varied {
-            Varied::Parameter(index) => layout.parameters() + index,
-            Varied::Input(index) => layout.inputs() + index,
-        };
         let is_continued = !program.is_driven() && program.followers.is_empty();
         let has_series = is_continued && program.tapes.indicators.results.is_empty();
         let firsts = (0..varied.len()).step_by(VARIED_DIRECTIONS).take_while(|_| has_series);
@@ -72,7 +94,7 @@ impl Variational {
             Some(Group { series: variations(model, places.len())?, tangents, places, entered: false })
         });
         Self {
-            registers: varied.iter().map(register).collect(),
+            directions: varied.iter().map(|&varied| Direction::new(varied, layout)).collect(),
             discrete_values: vec![0.0; program.discrete.len() * varied.len()],
             discrete: layout.discrete()..layout.inputs(),
             groups: groups.collect(),
@@ -82,6 +104,12 @@ impl Variational {
             solved: vec![ZERO; program.tapes.acceleration.results.len()],
             results: layout.accelerations()..layout.constants(),
         }
+    }
+
+    /// From a time on \[s\] the input that a column varies changes by so much, and that at this rate.
+    pub fn vary_input(&mut self, column: usize, time: f64, change: [f64; 2]) {
+        let direction = &mut self.directions[column];
+        (direction.from, direction.change) = (time, change);
     }
 
     /// How discrete variables change at the start of a motion, with these q_p and v_p.
@@ -120,7 +148,7 @@ impl Variational {
     }
 
     fn passage<'a>(&'a self, model: &'a Model, tolerance: f64) -> Passage<'a> {
-        Passage { model, parameters: &self.registers, tolerance }
+        Passage { model, parameters: &self.directions, tolerance }
     }
 
     /// How discrete variables change: a column for each parameter.
@@ -146,7 +174,7 @@ impl Variational {
         motion.load()?;
         let mut length = limit;
         for group in &mut self.groups {
-            group.load(motion, &self.registers, state, (self.discrete.clone(), &self.discrete_values));
+            group.load(motion, &self.directions, state, (self.discrete.clone(), &self.discrete_values));
             let registers = motion.machine.registers();
             let reached = &reached[group.places.clone()];
             if !group.series.begin(&motion.model, self.order, registers, &group.tangents, reached) {
@@ -159,7 +187,7 @@ impl Variational {
 
     /// q_p and v_p so long after the series began.
     pub fn continued(&mut self, dt: f64, [positions, rates]: [&mut [f64]; 2]) {
-        let n = positions.len() / self.registers.len().max(1);
+        let n = positions.len() / self.directions.len().max(1);
         for Group { series, places, .. } in &mut self.groups {
             series.continued(self.order, dt, &mut |index, direction, tangent| {
                 let column = places.start + direction;
@@ -187,16 +215,17 @@ impl Variational {
     pub fn accelerations(&mut self, motion: &mut Instance, matrix: &mut [f64]) -> Result<(), InstanceError> {
         let layout = *motion.model.layout();
         let n = motion.model.coordinates();
-        let direction = (layout.positions()..layout.positions() + 2 * n).chain(self.registers.clone());
-        let directions: Vec<usize> = direction.collect();
-        for (four, columns) in directions.chunks(WIDTH).zip(matrix.chunks_mut(WIDTH * n)) {
+        let (first, time) = (layout.positions(), motion.time());
+        let all: Vec<usize> = (0..2 * n + self.directions.len()).collect();
+        for (four, columns) in all.chunks(WIDTH).zip(matrix.chunks_mut(WIDTH * n)) {
             self.tangents.fill(ZERO);
-            for (place, &register) in four.iter().enumerate() {
-                self.tangents[register][place] = 1.0;
-                let parameter = self.registers.iter().position(|parameter_register| *parameter_register == register);
-                let changes =
-                    parameter.map(|column| discrete_of((self.discrete.clone(), &self.discrete_values), column));
-                for (register, tangent) in changes.into_iter().flatten() {
+            for (place, &index) in four.iter().enumerate() {
+                let Some(column) = index.checked_sub(2 * n) else {
+                    self.tangents[first + index][place] = 1.0;
+                    continue;
+                };
+                let discrete = discrete_of((self.discrete.clone(), &self.discrete_values), column);
+                for (register, tangent) in self.directions[column].changes(time).chain(discrete) {
                     self.tangents[register][place] = tangent;
                 }
             }
@@ -209,6 +238,7 @@ impl Variational {
     }
 
     /// How variables change with each parameter, with these q_p and v_p: a row for each variable, not a number where it has no finite derivative. A driven mechanism needs neither.
+    /// Where the time itself moves with the parameters, by so much with each, q_p and v_p are those along with it.
     ///
     /// # Errors
     /// Those of [`Instance::get`].
@@ -216,27 +246,33 @@ impl Variational {
         &mut self,
         motion: &mut Instance,
         state: [&[f64]; 2],
+        moves: Option<&[f64]>,
         variables: &[usize],
         derivatives: &mut [f64],
     ) -> Result<(), InstanceError> {
         if motion.model.is_driven() {
             return self.driven(motion, variables, derivatives);
         }
-        for first in (0..self.registers.len()).step_by(WIDTH) {
+        let time = motion.time();
+        for first in (0..self.directions.len()).step_by(WIDTH) {
             self.tangents.fill(ZERO);
-            let columns = first..self.registers.len().min(first + WIDTH);
+            let columns = first..self.directions.len().min(first + WIDTH);
             for (place, column) in columns.clone().enumerate() {
-                for (register, tangent) in direction(&motion.model, self.registers[column], column, state)
+                for (register, tangent) in changes(&motion.model, self.directions[column].changes(time), column, state)
                     .chain(discrete_of((self.discrete.clone(), &self.discrete_values), column))
                 {
                     self.tangents[register][place] = tangent;
+                }
+                if let Some(moves) = moves {
+                    given_rates(motion)
+                        .for_each(|(register, rate)| self.tangents[register][place] += rate * moves[column]);
                 }
             }
             self.accelerate(motion)?;
             let tape = &motion.model.program().tapes.outputs;
             motion.machine.run_tangents(tape, &mut self.tangents);
             for (row, &variable) in variables.iter().enumerate() {
-                let lane = motion.register(variable, tape).map_or(ZERO, |register| self.tangents[register]);
+                let lane = self.tangents[motion.register(variable, tape)];
                 for (place, column) in columns.clone().enumerate() {
                     derivatives[column * variables.len() + row] =
                         if lane[place].is_finite() { lane[place] } else { f64::NAN };
@@ -262,9 +298,10 @@ impl Variational {
 
     /// The loops alone determine the derivatives.
     fn driven(&self, motion: &mut Instance, variables: &[usize], derivatives: &mut [f64]) -> Result<(), InstanceError> {
-        for (&register, column) in self.registers.iter().zip(derivatives.chunks_mut(variables.len().max(1))) {
+        let time = motion.time();
+        for (direction, column) in self.directions.iter().zip(derivatives.chunks_mut(variables.len().max(1))) {
             motion.begin_direction();
-            motion.tangent.direction()[register] = 1.0;
+            direction.changes(time).for_each(|(register, change)| motion.tangent.direction()[register] = change);
             motion.differentiate()?;
             for (target, &variable) in column.iter_mut().zip(variables) {
                 *target = match motion.derivative(variable) {
@@ -282,13 +319,14 @@ impl Group {
     fn load(
         &mut self,
         motion: &mut Instance,
-        registers: &[usize],
+        directions: &[Direction],
         state: [&[f64]; 2],
         (discrete, values): (Range<usize>, &[f64]),
     ) {
+        let time = motion.time();
         for (direction, column) in self.places.clone().enumerate() {
             let (half, place) = (&mut self.tangents[direction / WIDTH], direction % WIDTH);
-            let changes = self::direction(&motion.model, registers[column], column, state);
+            let changes = changes(&motion.model, directions[column].changes(time), column, state);
             for (register, tangent) in changes.chain(discrete_of((discrete.clone(), values), column)) {
                 half[register][place] = tangent;
             }
@@ -303,6 +341,16 @@ impl Group {
     }
 }
 
+/// How fast the time and the inputs change.
+fn given_rates(motion: &Instance) -> impl Iterator<Item = (usize, f64)> + use<> {
+    let (layout, state) = (*motion.model.layout(), motion.state());
+    let inputs = (0..motion.model.program().inputs.len()).flat_map(move |input| {
+        let [_, rate, acceleration] = state.input_polynomial(input);
+        [(layout.inputs() + input, rate), (layout.input_rates() + input, acceleration)]
+    });
+    once((layout.time(), 1.0)).chain(inputs)
+}
+
 /// How discrete variables change with a parameter.
 fn discrete_of(
     (discrete, values): (Range<usize>, &[f64]),
@@ -313,23 +361,23 @@ fn discrete_of(
 }
 
 /// The registers that change with a parameter at a point, and by how much: its own, and those of q and v.
-fn direction<'a>(
+fn changes<'a, I: Iterator<Item = (usize, f64)>>(
     model: &Model,
-    register: usize,
+    direction: I,
     column: usize,
     [positions, rates]: [&'a [f64]; 2],
-) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+) -> impl Iterator<Item = (usize, f64)> + use<'a, I> {
     let (layout, n) = (model.layout(), model.coordinates());
     let changes_of = |first: usize, all: &'a [f64]| (first..).zip(all[column * n..][..n].iter().copied());
-    once((register, 1.0)).chain(changes_of(layout.positions(), positions)).chain(changes_of(layout.rates(), rates))
+    direction.chain(changes_of(layout.positions(), positions)).chain(changes_of(layout.rates(), rates))
 }
 
 impl Instance {
-    /// The register of a variable after a tape of outputs has run; none of what does not change with the parameters.
-    fn register(&self, variable: usize, outputs: &Tape) -> Option<usize> {
+    /// The register of a variable after a tape of outputs has run.
+    fn register(&self, variable: usize, outputs: &Tape) -> usize {
         let layout = self.model.layout();
-        Some(match self.model.program().variables[variable].source {
-            Source::Time => return None,
+        match self.model.program().variables[variable].source {
+            Source::Time => layout.time(),
             Source::Parameter(index) => layout.parameters() + index as usize,
             Source::Input(index) => layout.inputs() + index as usize,
             Source::Discrete(index) => layout.discrete() + index as usize,
@@ -337,6 +385,6 @@ impl Instance {
             Source::Rate(index) => layout.rates() + index as usize,
             Source::Acceleration(index) => layout.accelerations() + index as usize,
             Source::Output { result, .. } => outputs.results[result as usize] as usize,
-        })
+        }
     }
 }

@@ -202,14 +202,34 @@ impl CsvTable {
         &self.time
     }
 
+    /// Sets one value of a column; nothing where there is none.
+    pub fn set(&mut self, column: usize, row: usize, value: f64) {
+        if let Some(place) = self.columns.get_mut(column).and_then(|column| column.get_mut(row)) {
+            *place = value;
+        }
+    }
+
     /// Value and rate of a column just after a time. Before the first row and after the last the value is constant.
     pub fn at(&self, column: usize, time: f64) -> (f64, f64) {
-        let Some(values) = self.columns.get(column) else {
-            return (f64::NAN, f64::NAN);
-        };
+        self.columns.get(column).map_or((f64::NAN, f64::NAN), |values| self.after(time, |row| values[row]))
+    }
+
+    /// Rate of a column just before a time.
+    pub fn rate_before(&self, column: usize, time: f64) -> f64 {
+        self.columns.get(column).map_or(f64::NAN, |values| self.before(time, |row| values[row]))
+    }
+
+    /// How value and rate just after a time change with the value of one row; the rate is that before the time if nothing follows.
+    pub fn share(&self, row: usize, time: f64, is_last: bool) -> [f64; 2] {
+        let unit = |other: usize| if other == row { 1.0 } else { 0.0 };
+        let (value, rate) = self.after(time, unit);
+        [value, if is_last { self.before(time, unit) } else { rate }]
+    }
+
+    fn after(&self, time: f64, value: impl Fn(usize) -> f64) -> (f64, f64) {
         let next = self.time.partition_point(|&row| row <= time);
-        let before = next.checked_sub(1).map(|row| (self.time[row], values[row]));
-        let after = self.time.get(next).map(|&row| (row, values[next]));
+        let before = next.checked_sub(1).map(|row| (self.time[row], value(row)));
+        let after = self.time.get(next).map(|&row| (row, value(next)));
         match (before, after) {
             (Some((t0, v0)), Some((t1, v1))) => {
                 let rate = (v1 - v0) / (t1 - t0);
@@ -220,12 +240,10 @@ impl CsvTable {
         }
     }
 
-    /// Rate of a column just before a time.
-    pub fn rate_before(&self, column: usize, time: f64) -> f64 {
-        let Some(values) = self.columns.get(column) else { return f64::NAN };
+    fn before(&self, time: f64, value: impl Fn(usize) -> f64) -> f64 {
         match self.time.partition_point(|&row| row < time) {
-            next if next > 0 && next < values.len() => {
-                (values[next] - values[next - 1]) / (self.time[next] - self.time[next - 1])
+            next if next > 0 && next < self.time.len() => {
+                (value(next) - value(next - 1)) / (self.time[next] - self.time[next - 1])
             }
             _ => 0.0,
         }

@@ -22,6 +22,15 @@ pub(super) struct DrivenInputs {
     inputs: Vec<usize>,
 }
 
+/// A row of a column of inputs over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct InputRow {
+    /// The input.
+    pub input: usize,
+    column: usize,
+    row: usize,
+}
+
 impl DrivenInputs {
     /// # Errors
     /// A column that is no input, or in another kind of unit.
@@ -50,6 +59,37 @@ impl DrivenInputs {
     /// The inputs that are given over time.
     pub fn inputs(&self) -> &[usize] {
         &self.inputs
+    }
+
+    /// The row that a name such as `push[3]` means, from 0 on; none if it is not that of an input over time.
+    pub fn row(&self, name: &str) -> Option<Result<InputRow, SettingError>> {
+        let table = self.table.as_ref()?;
+        let (input, index) = name.strip_suffix(']')?.split_once('[')?;
+        let column = table.names().iter().position(|known| known == input)?;
+        let (rows, input) = (table.times().len(), self.inputs[column]);
+        let row = index.parse().ok().filter(|&row| row < rows).ok_or_else(|| {
+            SettingError(format!(
+                "`{name}`: the table of inputs has the rows 0 to {last}",
+                last = rows.saturating_sub(1)
+            ))
+        });
+        Some(row.map(|row| InputRow { input, column, row }))
+    }
+
+    /// Its value \[SI\].
+    pub fn row_value(&self, row: InputRow) -> f64 {
+        self.table.as_ref().and_then(|table| table.column(row.column).get(row.row)).copied().unwrap_or(f64::NAN)
+    }
+
+    pub fn set_row(&mut self, row: InputRow, value: f64) {
+        if let Some(table) = &mut self.table {
+            table.set(row.column, row.row, value);
+        }
+    }
+
+    /// How the input and its rate change with the value of a row, from a time on; `stops` as in [`DrivenInputs::set`].
+    pub fn share(&self, row: InputRow, time: f64, stops: bool) -> [f64; 2] {
+        self.table.as_ref().map_or([0.0; 2], |table| table.share(row.row, time, stops))
     }
 
     /// When they bend or jump: after the start of a motion and up to its end \[s\].

@@ -40,7 +40,7 @@ pub use point::OperatingPoint;
 pub use requested::{ModeError, RequestedMode, WantedMode};
 pub use rest::at_rest;
 pub use sensitivity::{
-    Along, At as AlongAt, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, NotDifferentiable,
+    Along, At as AlongAt, EarlyEnd, Feature, FeatureDerivatives, FeatureKind, Guess, ModeChanges, NotDifferentiable,
     Sensitivities, VariedQuantity, Varying,
 };
 pub(crate) use sensitivity::{Differentiated, is_finite};

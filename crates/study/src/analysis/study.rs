@@ -159,11 +159,19 @@ impl Study {
         (!warnings.is_empty()).then(|| Faults::new(self.source.clone(), warnings))
     }
 
-    /// Sets a parameter, an input, or a value that `[initial]` gives: `read` gives the value \[SI\] for its unit.
+    /// Sets a parameter, an input, a value that `[initial]` gives, or a row of an input over time such as `push[3]`: `read` gives the value \[SI\] for its unit.
     ///
     /// # Errors
     /// There is nothing of that name, `read` fails, or the value is out of bounds.
     pub fn set(&mut self, name: &str, read: impl FnOnce(&Unit) -> Result<f64, QuantityError>) -> Result<(), SetError> {
+        if let Some(row) = self.driven.row(name) {
+            let row = row?;
+            let input = &self.mechanism.inputs[row.input];
+            let value = read(&input.unit)?;
+            input.unit.permit(value, [input.min, input.max])?;
+            self.driven.set_row(row, value);
+            return Ok(());
+        }
         let mechanism = &mut self.mechanism;
         if let Some(place) = (mechanism.initial.iter()).position(|line| mechanism.variable_name(line.variable) == name)
         {

@@ -98,9 +98,10 @@ impl<const D: usize> VariedMotion<D> {
         }
         self.series.scalars.begin(order, |given| {
             let mut series = polynomial(model, registers, given).map(Dual::all);
-            // Inputs stay as they are along a direction.
             if let Given::Input(index, 0) = given {
-                series[0] = Dual::new(series[0].value(), along(tangents, layout.inputs() + index as usize));
+                for (place, first) in series.iter_mut().zip([layout.inputs(), layout.input_rates()]) {
+                    *place = Dual::new(place.value(), along(tangents, first + index as usize));
+                }
             }
             series
         });

@@ -154,12 +154,12 @@ impl DifferentiatedMotion<'_> {
         for &time in now {
             let (positions, rates) = state(((time - begin) / length).min(1.0));
             move_on(&mut motion, time)?;
-            report(read(&mut self.variational, &mut motion, &self.outputs, [&positions, &rates])?);
+            report(read(&mut self.variational, &mut motion, &self.outputs, [&positions, &rates], None)?);
         }
         *due = later;
         let (positions, rates) = state(1.0);
         let (_, numbers) = self.at(&mut motion, end)?;
-        let (positions, rates) = self.projected(&numbers, positions, rates)?;
+        let (positions, rates) = self.projected((&numbers, end), positions, rates)?;
         let sides = sides(&numbers.values(RowBlock::Switches));
         let kept = self.sides.iter().zip(sides).map(|(old, new)| new.or(*old)).collect();
         (self.positions, self.rates, self.sides, self.motion) = (positions, rates, kept, motion);
@@ -170,7 +170,7 @@ impl DifferentiatedMotion<'_> {
     /// The nearest derivatives that fulfil the varied loop equations and their rates.
     fn projected(
         &self,
-        numbers: &Numbers,
+        (numbers, end): (&Numbers, f64),
         mut positions: DMatrix<f64>,
         mut rates: DMatrix<f64>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>), AnalysisFailure> {
@@ -179,7 +179,7 @@ impl DifferentiatedMotion<'_> {
             return Ok((positions, rates));
         }
         let parts = decompose::svd(jacobian.clone(), true, true)?;
-        let by_signals = |row: RowBlock| self.by_parameters(&numbers.block(row, ColumnBlock::Signals));
+        let by_signals = |row: RowBlock| self.by_parameters(&numbers.block(row, ColumnBlock::Signals), end);
         let nearest = |gap: DMatrix<f64>| parts.solve(&gap, f64::EPSILON * parts.singular_values.max());
         let gap = &jacobian * &positions + by_signals(RowBlock::Loops);
         positions -= nearest(gap).map_err(|_| AnalysisFailure::Range)?;

@@ -122,7 +122,7 @@ impl DifferentiatedMotion<'_> {
             let by_signals = row(ColumnBlock::Signals);
             let change = row(ColumnBlock::Positions) * &self.positions
                 + row(ColumnBlock::Rates) * &self.rates
-                + self.by_parameters(&by_signals.rows(0, 1).into_owned());
+                + self.by_parameters(&by_signals.rows(0, 1).into_owned(), time);
             let speed = (row(ColumnBlock::Positions) * &rates)[0]
                 + (row(ColumnBlock::Rates) * &accelerations)[0]
                 + self.by_time(&by_signals, &state);

@@ -4,17 +4,26 @@
 //! there, and jump with it.
 
 use cotree::expr::Order;
-use cotree_fmu::instance::Happening;
+use cotree_fmu::instance::{Happening, InstanceError};
 use cotree_fmu::program::Program;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, RowDVector};
 
 use super::super::variation::{ColumnBlock, Numbers, RowBlock};
 use super::super::{AnalysisFailure, OperatingPoint};
+use super::EarlyEnd;
 use super::corner::Switched;
-use super::step::{At, DifferentiatedMotion, sides, switches};
+use super::step::{At, DifferentiatedMotion, read, sides, switches};
 
 /// The time just before an instant is so many roundings earlier.
 const ROUNDINGS: f64 = 64.0;
+
+/// What happens next in a motion.
+struct NextInstant {
+    time: f64,
+    happened: Vec<Happening>,
+    /// The event that ends the motion there.
+    ends: Option<String>,
+}
 
 impl DifferentiatedMotion<'_> {
     /// What happens at the start, before the derivatives are followed.
@@ -50,9 +59,18 @@ impl DifferentiatedMotion<'_> {
         }
     }
 
-    /// How rows change with the parameters, given their derivatives by all signals: by each of them, and by the discrete variables that follow from it.
-    pub(super) fn by_parameters(&self, signals: &DMatrix<f64>) -> DMatrix<f64> {
-        let by_parameters = signals.columns(0, self.parameters).into_owned();
+    /// How rows change at a time with the parameters alone, given their derivatives by all signals.
+    pub(super) fn by_parameters_alone(&self, signals: &DMatrix<f64>, time: f64) -> DMatrix<f64> {
+        let mut by_parameters = signals.columns(0, self.parameters).into_owned();
+        for (mut column, row) in by_parameters.column_iter_mut().zip(&self.rows) {
+            row.iter().for_each(|row| column.scale_mut(self.driven.share(*row, time, false)[0]));
+        }
+        by_parameters
+    }
+
+    /// The same by each of them and by the discrete variables that follow from it.
+    pub(super) fn by_parameters(&self, signals: &DMatrix<f64>, time: f64) -> DMatrix<f64> {
+        let by_parameters = self.by_parameters_alone(signals, time);
         let following: Vec<usize> = following(self.model.program()).collect();
         if following.is_empty() {
             return by_parameters;
@@ -63,7 +81,7 @@ impl DifferentiatedMotion<'_> {
         by_parameters + signals.columns(signals.ncols() - following.len(), following.len()) * changes
     }
 
-    /// Runs to the end of a motion without knots, through everything that happens in it.
+    /// Runs to the end of a motion without knots, or to the event that ends it, through everything that happens in it.
     pub(super) fn run_through(
         &mut self,
         times: &[f64],
@@ -72,34 +90,53 @@ impl DifferentiatedMotion<'_> {
         report: &mut impl FnMut(At),
     ) -> Result<(), AnalysisFailure> {
         let mut due = times;
-        while let Some((time, happened)) = self.next_instant(end)? {
+        while let Some(NextInstant { time, happened, ends }) = self.next_instant(end)? {
             let (now, later) = due.split_at(due.partition_point(|&due_time| due_time < time));
             self.run_smoothly(now, [time, span], most, &mut *report)?;
-            self.pass_instant(time, &happened)?;
+            let changes = self.pass_instant(time, &happened)?;
+            if let Some(event) = ends {
+                report(self.at_end(&changes)?);
+                self.ended = Some(EarlyEnd { event, time, changes });
+                return Ok(());
+            }
             due = later;
         }
         self.run_smoothly(due, [end, span], most, report)
     }
 
+    /// The outputs at the event that ends the motion, and their derivatives along with it, whose time moves with the parameters: q_p + v t_p, v_p + a t_p.
+    fn at_end(&mut self, moves: &[f64]) -> Result<At, AnalysisFailure> {
+        let point = OperatingPoint::moving(&self.model, &self.motion.state())?;
+        let along = |changes: &DMatrix<f64>, order: Order| {
+            changes + self.values(&point, order) * RowDVector::from_row_slice(moves)
+        };
+        let (positions, rates) = (along(&self.positions, Order::Velocity), along(&self.rates, Order::Acceleration));
+        read(&mut self.variational, &mut self.motion, &self.outputs, [&positions, &rates], Some(moves))
+    }
+
     /// What happens next, up to a time.
-    fn next_instant(&mut self, end: f64) -> Result<Option<(f64, Vec<Happening>)>, AnalysisFailure> {
+    fn next_instant(&mut self, end: f64) -> Result<Option<NextInstant>, AnalysisFailure> {
         let Some(guide) = &mut self.guide else { return Ok(None) };
         while guide.time() < end {
-            guide.step_towards(end)?;
+            let moved = guide.step_towards(end);
             let happened = guide.take_record();
+            let ends = match moved {
+                Err(InstanceError::Ended { event, .. }) if !happened.is_empty() => Some(event),
+                moved => moved.map(|_| None)?,
+            };
             if let Some(first) = happened.first() {
-                return Ok(Some((first.time(), happened)));
+                return Ok(Some(NextInstant { time: first.time(), happened, ends }));
             }
         }
         Ok(None)
     }
 
-    /// The derivatives jump with the motion.
-    fn pass_instant(&mut self, time: f64, happened: &[Happening]) -> Result<(), AnalysisFailure> {
+    /// The derivatives jump with the motion; how its time changes with each parameter.
+    fn pass_instant(&mut self, time: f64, happened: &[Happening]) -> Result<Vec<f64>, AnalysisFailure> {
         let changes = self.pass(happened)?;
         let before = time - ROUNDINGS * f64::EPSILON * time.abs();
-        self.switched.push(Switched { times: [before, time], changes });
-        Ok(())
+        self.switched.push(Switched { times: [before, time], changes: changes.clone() });
+        Ok(changes)
     }
 
     /// Takes the derivatives over what has happened, and goes on from there.
@@ -127,7 +164,7 @@ impl DifferentiatedMotion<'_> {
         let of = |column: ColumnBlock| numbers.block(RowBlock::Switches, column);
         let changes = of(ColumnBlock::Positions) * &self.positions
             + of(ColumnBlock::Rates) * &self.rates
-            + self.by_parameters(&of(ColumnBlock::Signals));
+            + self.by_parameters(&of(ColumnBlock::Signals), time);
         let speeds = of(ColumnBlock::Positions) * rates + of(ColumnBlock::Rates) * accelerations;
         let by_time = of(ColumnBlock::Signals).columns(self.parameters, 1 + self.driven.inputs().len()).into_owned();
         let stays = |switch: &usize| {

@@ -25,13 +25,13 @@ use cotree::expr::{Order, Symbol};
 use cotree::formulate::{Formulated, formulate_written};
 use cotree::model::{Mechanism, Unit};
 use cotree::scene::Faults;
-use cotree_fmu::instance;
+use cotree_fmu::instance::{self, InstanceError};
 use cotree_fmu::machine::Machine;
 use cotree_fmu::model::{Model, State};
 use cotree_fmu::program::Condition;
 use nalgebra::{DMatrix, DVector};
 
-use super::driven::DrivenInputs;
+use super::driven::{DrivenInputs, InputRow};
 use super::kept::DerivativesKey;
 use super::variation::Variation;
 use super::{AnalysisFailure, SetError, Study, StudyError};
@@ -73,6 +73,8 @@ pub struct Along {
     pub steps: u64,
     /// How much work it was, in steps of the motion and points at which its derivatives were evaluated.
     pub work: u64,
+    /// The event that has ended the motion, where rows have no fixed time: the last one is that of the end, with the derivatives along with it.
+    pub ended: Option<EarlyEnd>,
     /// The laws that have switched.
     switched: Vec<Switched>,
 }
@@ -99,6 +101,17 @@ pub struct Varying<'f> {
     driven: DrivenInputs,
 }
 
+/// How a run ends before its stop time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EarlyEnd {
+    /// The event.
+    pub event: String,
+    /// When \[s\].
+    pub time: f64,
+    /// How that changes, one for each parameter.
+    pub changes: Vec<f64>,
+}
+
 /// Equations and their derivatives, for motions with any values.
 #[derive(Debug)]
 pub(crate) struct Differentiated {
@@ -122,18 +135,22 @@ pub struct VariedQuantity {
     /// What it is in the program, and in the equations.
     place: instance::Varied,
     symbol: Symbol,
+    /// The row of an input over time.
+    row: Option<InputRow>,
 }
 
 impl Differentiated {
     fn new(mut formulated: Formulated, driven: &DrivenInputs, to: &[String]) -> Result<Self, AnalysisFailure> {
-        let parameters = varied(&formulated, to)?;
+        let parameters = varied(&formulated, driven, to)?;
         let program = &formulated.lowered.program;
         let refused = |what: String| AnalysisFailure::NoDerivative { time: program.experiment.start, what };
-        let given = |varied: &&VariedQuantity| matches!(varied.place, instance::Varied::Input(index) if driven.inputs().contains(&index));
-        if let Some(parameters) = parameters.iter().find(given) {
+        let given = |varied: &&VariedQuantity| {
+            varied.row.is_none()
+                && matches!(varied.place, instance::Varied::Input(index) if driven.inputs().contains(&index))
+        };
+        if let Some(VariedQuantity { name, .. }) = parameters.iter().find(given) {
             return Err(refused(format!(
-                "`{}` is an input over time: it has no single value that could change",
-                parameters.name
+                "`{name}` is an input over time: it has no single value that could change; differentiate with respect to its rows, such as `{name}[0]`"
             )));
         }
         let with_rates = program.inputs_with_rates();
@@ -191,10 +208,11 @@ impl Differentiated {
 impl<'f> Varying<'f> {
     fn new(differentiated: &'f Differentiated, settings: &[(String, f64)], driven: DrivenInputs) -> Self {
         let set = |name: &str| settings.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
-        let started = |parameter: &VariedQuantity| VariedQuantity {
-            start: set(&parameter.name).unwrap_or(parameter.start),
-            ..parameter.clone()
+        let start = |parameter: &VariedQuantity| match parameter.row {
+            Some(row) => driven.row_value(row),
+            None => set(&parameter.name).unwrap_or(parameter.start),
         };
+        let started = |parameter: &VariedQuantity| VariedQuantity { start: start(parameter), ..parameter.clone() };
         let parameters: Vec<VariedQuantity> = differentiated.parameters.iter().map(started).collect();
         let others = settings.iter().filter(|(name, value)| {
             differentiated.value(name) != Some(*value) && parameters.iter().all(|parameter| parameter.name != *name)
@@ -248,25 +266,46 @@ impl<'f> Varying<'f> {
         from: Option<&State>,
         most: u64,
     ) -> Result<Along, AnalysisFailure> {
+        let along = self.along_to_end(values, times, from, most)?;
+        match &along.ended {
+            Some(EarlyEnd { event, time, .. }) => {
+                Err(InstanceError::Ended { event: event.clone(), time: *time }.into())
+            }
+            None => Ok(along),
+        }
+    }
+
+    /// The same of a motion that an event may end.
+    ///
+    /// # Errors
+    /// As of [`Varying::along`].
+    pub fn along_to_end(
+        &self,
+        values: &[f64],
+        times: &[f64],
+        from: Option<&State>,
+        most: u64,
+    ) -> Result<Along, AnalysisFailure> {
         let mut course = self.begin(values, from)?;
         let start = course.motion.state();
         let mut rows = Vec::with_capacity(times.len());
         course.run(times, most, |outputs| rows.push(outputs))?;
-        Ok(Along { rows, start, steps: course.tried, work: course.work(), switched: course.switched })
+        let work = course.work();
+        Ok(Along { rows, start, steps: course.tried, work, ended: course.ended, switched: course.switched })
     }
 
     /// The motion and its derivatives at the start, with the parameters at these values \[SI\].
     fn begin(&self, values: &[f64], from: Option<&State>) -> Result<DifferentiatedMotion<'_>, AnalysisFailure> {
-        let changed =
-            self.differentiated.parameters.iter().zip(values).filter(|(parameter, value)| parameter.start != **value);
-        let changed = changed.map(|(parameter, &value)| (parameter.name.as_str(), value));
-        let set = self.set.iter().map(|(name, value)| (name.as_str(), *value));
-        DifferentiatedMotion::new(
-            self.differentiated,
-            (&self.parameters, &self.driven),
-            &set.chain(changed).collect::<Vec<_>>(),
-            from,
-        )
+        let mut driven = self.driven.clone();
+        let mut changed: Vec<(&str, f64)> = self.set.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        for (parameter, &value) in self.differentiated.parameters.iter().zip(values) {
+            match parameter.row {
+                Some(row) => driven.set_row(row, value),
+                None if parameter.start != value => changed.push((&parameter.name, value)),
+                None => {}
+            }
+        }
+        DifferentiatedMotion::new(self.differentiated, (&self.parameters, driven), &changed, from)
     }
 
     /// The guesses, and what has become of them at a start.
@@ -321,12 +360,34 @@ impl Study {
     /// A name that cannot be set, equations that cannot be formulated, a motion that cannot be continued, or derivatives that do not exist: at a
     /// singular pose, where a law is touched without being crossed, or where redundant joints fit for these very lengths only.
     pub fn sensitivities(&mut self, to: &[String], times: &[f64]) -> Result<Sensitivities, StudyError> {
+        match self.sensitivities_to_end(to, times)? {
+            (_, Some(EarlyEnd { event, time, .. })) => {
+                Err(AnalysisFailure::from(InstanceError::Ended { event, time }).into())
+            }
+            (found, None) => Ok(found),
+        }
+    }
+
+    /// The same of a motion that an event may end: then the last row is that of the end, with the derivatives along with it.
+    ///
+    /// # Errors
+    /// As of [`Study::sensitivities`].
+    pub fn sensitivities_to_end(
+        &mut self,
+        to: &[String],
+        times: &[f64],
+    ) -> Result<(Sensitivities, Option<EarlyEnd>), StudyError> {
         self.varying(to, |varying| {
             let start: Vec<f64> = varying.parameters.iter().map(|parameter| parameter.start).collect();
-            let Along { rows, steps, .. } = varying.along(&start, times, None, u64::MAX)?;
+            let Along { rows, steps, ended, .. } = varying.along_to_end(&start, times, None, u64::MAX)?;
+            let mut times = times.to_vec();
+            if let Some(end) = &ended {
+                times.truncate(rows.len().saturating_sub(1));
+                times.push(end.time);
+            }
             let (values, derivatives) = rows.into_iter().unzip();
-            Ok(Sensitivities {
-                times: times.to_vec(),
+            let found = Sensitivities {
+                times,
                 outputs: varying.outputs().map(|(name, unit)| (name.to_owned(), unit.si.clone())).collect(),
                 parameters: varying
                     .parameters
@@ -336,7 +397,8 @@ impl Study {
                 values,
                 derivatives,
                 steps,
-            })
+            };
+            Ok((found, ended))
         })
     }
 
@@ -358,6 +420,8 @@ impl Study {
     /// # Errors
     /// A name that cannot be set, or equations that cannot be formulated.
     pub(crate) fn differentiated(&mut self, to: &[String]) -> Result<Arc<Differentiated>, StudyError> {
+        let rows = to.iter().filter_map(|name| self.driven().row(name));
+        every(rows.map(|row| Ok(row?))).map_err(AnalysisFailure::Unknown)?;
         let experiment = self.experiment();
         let written = self.written.as_ref().map(|written| Mechanism { experiment, ..Mechanism::clone(written) });
         match written {
@@ -405,9 +469,31 @@ pub(crate) fn is_finite(values: &DVector<f64>, derivatives: &DMatrix<f64>, outpu
     values[output].is_finite() && derivatives.row(output).iter().all(|derivative| derivative.is_finite())
 }
 
-/// The parameters, inputs or initial values behind names.
-fn varied(formulated: &Formulated, names: &[String]) -> Result<Vec<VariedQuantity>, AnalysisFailure> {
-    every(names.iter().map(|name| parameter(formulated, name))).map_err(AnalysisFailure::Unknown)
+/// The parameters, inputs, initial values or rows of inputs over time behind names.
+fn varied(
+    formulated: &Formulated,
+    driven: &DrivenInputs,
+    names: &[String],
+) -> Result<Vec<VariedQuantity>, AnalysisFailure> {
+    let quantity = |name: &String| match driven.row(name) {
+        Some(row) => Ok(input_row(formulated, name, row?)),
+        None => parameter(formulated, name),
+    };
+    every(names.iter().map(quantity)).map_err(AnalysisFailure::Unknown)
+}
+
+/// A row of an input over time. Its value is that of the table.
+fn input_row(formulated: &Formulated, name: &str, row: InputRow) -> VariedQuantity {
+    let cotree_fmu::program::Input { start, min, max, .. } = formulated.lowered.program.inputs[row.input];
+    VariedQuantity {
+        name: name.to_owned(),
+        unit: formulated.equations.system.mechanism.inputs[row.input].unit.clone(),
+        start,
+        bounds: [min, max],
+        place: instance::Varied::Input(row.input),
+        symbol: Symbol::Input(row.input, Order::Position),
+        row: Some(row),
+    }
 }
 
 /// The parameter, input or initial value behind a name; or that there is none.
@@ -428,14 +514,14 @@ fn parameter(formulated: &Formulated, name: &str) -> Result<VariedQuantity, SetE
         let cotree_fmu::program::Parameter { start, min, max, .. } = program.parameters[index];
         let (name, symbol) = (name.to_owned(), Symbol::Parameter(index));
         let place = instance::Varied::Parameter(index);
-        return Ok(VariedQuantity { name, unit, start, bounds: [min, max], place, symbol });
+        return Ok(VariedQuantity { name, unit, start, bounds: [min, max], place, symbol, row: None });
     }
     if let Some(index) = program.inputs.iter().position(|input| input.name == name) {
         let cotree_fmu::program::Input { start, min, max, .. } = program.inputs[index];
         let (name, symbol) = (name.to_owned(), Symbol::Input(index, Order::Position));
         let place = instance::Varied::Input(index);
         let unit = mechanism.inputs[index].unit.clone();
-        return Ok(VariedQuantity { name, unit, start, bounds: [min, max], place, symbol });
+        return Ok(VariedQuantity { name, unit, start, bounds: [min, max], place, symbol, row: None });
     }
     if let Some(why) = mechanism.why_calculated(name) {
         return Err(why.into());

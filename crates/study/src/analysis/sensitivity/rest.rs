@@ -13,6 +13,7 @@ use cotree::model::Mechanism;
 use nalgebra::{Complex, DMatrix};
 
 use super::super::decompose::{null_vector, svd};
+use super::super::driven::DrivenInputs;
 use super::super::modes::{VibrationMode, modes};
 use super::super::search::scales;
 use super::super::state_space::StateSpace;
@@ -56,7 +57,7 @@ impl Study {
     pub fn equilibrium_sensitivities(&mut self, to: &[String]) -> Result<Sensitivities, StudyError> {
         can_differentiate(&self.mechanism)?;
         self.rest(|formulated, _, equilibrium| {
-            let parameters = varied(formulated, to)?;
+            let parameters = varied(formulated, &DrivenInputs::default(), to)?;
             let rest = VariedRest::new(formulated, &equilibrium.point, &parameters)?;
             let numbers = rest.variation.at(&formulated.equations, &equilibrium.point)?;
             let of = |column: ColumnBlock| numbers.block(RowBlock::Outputs, column);
@@ -84,7 +85,7 @@ impl Study {
         self.rest(|formulated, variation, equilibrium| {
             let Equilibrium { point, .. } = equilibrium;
             let modes = modes(formulated, &StateSpace::new(formulated, variation, point, None)?)?;
-            let parameters = varied(formulated, to)?;
+            let parameters = varied(formulated, &DrivenInputs::default(), to)?;
             let rest = VariedRest::new(formulated, point, &parameters)?;
             let derivatives = rest.eigenvalues(formulated, point, &modes)?;
             let name = formulated.equations.system.mechanism.name.clone();
@@ -136,7 +137,7 @@ impl VariedRest {
         };
         let positions = solution.rows(0, n).into_owned();
         let reactions = solution.rows(n, solution.nrows() - n).into_owned();
-        check_repeated(&numbers, parameters.len(), &positions)
+        check_repeated(&numbers, &numbers.block(RowBlock::Repeated, ColumnBlock::Signals), &positions)
             .map_err(|_| refused("redundant joints are compatible for these values only"))?;
         drop(numbers);
         Ok(VariedRest { variation, positions, reactions })

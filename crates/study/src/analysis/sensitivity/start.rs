@@ -19,14 +19,13 @@ pub struct StartError(pub String);
 
 cotree::diagnostic::from_messages!(StartError as StartError: AnalysisFailure);
 
-/// q_p and v_p at the start; `speeds` are the rates of the mechanism's coordinates there: states begin with values of their own.
+/// q_p and v_p at the start, given how rows change with the parameters; `speeds` are the rates of the mechanism's coordinates there: states begin with values of their own.
 pub fn start(
     numbers: &Numbers,
-    parameters: usize,
+    by: impl Fn(RowBlock) -> DMatrix<f64>,
     speeds: &DVector<f64>,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), StartError> {
     let of = |row: RowBlock, column: ColumnBlock| numbers.block(row, column);
-    let by = |row: RowBlock| numbers.block(row, ColumnBlock::Signals).columns(0, parameters).into_owned();
     let known = stacked(&of(RowBlock::Loops, ColumnBlock::Positions), &of(RowBlock::Starts, ColumnBlock::Positions));
     let (positions, _) = least(&known, &-stacked(&by(RowBlock::Loops), &by(RowBlock::Starts)))?;
     let turning = |row: RowBlock| product(&of(row, ColumnBlock::Positions), &positions) + by(row);
@@ -42,16 +41,15 @@ pub fn start(
     Ok((positions, changes))
 }
 
-/// Of loop equations that repeat others: do they still do so when parameters change?
-pub fn check_repeated(numbers: &Numbers, parameters: usize, positions: &DMatrix<f64>) -> Result<(), usize> {
-    let by_parameters = numbers.block(RowBlock::Repeated, ColumnBlock::Signals).columns(0, parameters).into_owned();
+/// Of loop equations that repeat others: do they still do so when parameters change? They change by so much with these.
+pub fn check_repeated(numbers: &Numbers, by_parameters: &DMatrix<f64>, positions: &DMatrix<f64>) -> Result<(), usize> {
     let followed = numbers.block(RowBlock::Repeated, ColumnBlock::Positions) * positions;
-    let left = &by_parameters + &followed;
+    let left = by_parameters + &followed;
     let contradicts = |&column: &usize| {
         left.column(column).amax()
             > CONTRADICTION * (1.0 + by_parameters.column(column).amax() + followed.column(column).amax())
     };
-    (0..parameters).find(contradicts).map_or(Ok(()), Err)
+    (0..by_parameters.ncols()).find(contradicts).map_or(Ok(()), Err)
 }
 
 /// True if the loop equations that repeat others still do so: with other lengths they may not.

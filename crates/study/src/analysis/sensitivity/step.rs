@@ -9,7 +9,7 @@ use cotree_fmu::instance::{self, Instance, Snapshot, Variational};
 use cotree_fmu::model::{Model, State};
 use nalgebra::{DMatrix, DVector};
 
-use super::super::driven::DrivenInputs;
+use super::super::driven::{DrivenInputs, InputRow};
 use super::super::point::OperatingPoint;
 use super::super::variation::{ColumnBlock, Numbers, RowBlock, Variation};
 use super::super::{AnalysisFailure, SetError, decompose};
@@ -18,7 +18,7 @@ use super::corner::Switched;
 use super::event::SwitchCrossing;
 use super::rule::{NODES, Rule};
 use super::start::{check_repeated, start, still_repeat};
-use super::{Differentiated, VariedQuantity};
+use super::{Differentiated, EarlyEnd, VariedQuantity};
 
 /// The motion is computed that much more accurately than its derivatives.
 const FINER: f64 = 1e-2;
@@ -50,7 +50,9 @@ pub type At = (DVector<f64>, DMatrix<f64>);
 pub struct DifferentiatedMotion<'f> {
     pub(super) formulated: &'f Formulated,
     pub(super) variation: &'f Variation,
-    pub(super) driven: &'f DrivenInputs,
+    pub(super) driven: DrivenInputs,
+    /// The rows of inputs over time that are varied: one for each parameter.
+    pub(super) rows: Vec<Option<InputRow>>,
     pub(super) model: Arc<Model>,
     /// The motion at the time that the derivatives belong to; nothing happens in it by itself.
     pub(super) motion: Instance,
@@ -75,6 +77,8 @@ pub struct DifferentiatedMotion<'f> {
     pub(super) clear: f64,
     /// Laws that have switched.
     pub(super) switched: Vec<Switched>,
+    /// The event that has ended the motion.
+    pub(super) ended: Option<EarlyEnd>,
     pub(super) rule: &'static Rule,
     pub(super) tolerance: f64,
     kinematic: bool,
@@ -101,7 +105,7 @@ impl<'f> DifferentiatedMotion<'f> {
     /// Begins at the start of the experiment, with these values changed \[SI\].
     pub fn new(
         differentiated: &'f Differentiated,
-        (varied, driven): (&[VariedQuantity], &'f DrivenInputs),
+        (varied, driven): (&[VariedQuantity], DrivenInputs),
         changed: &[(&str, f64)],
         from: Option<&State>,
     ) -> Result<Self, AnalysisFailure> {
@@ -140,6 +144,7 @@ impl<'f> DifferentiatedMotion<'f> {
             formulated,
             variation,
             driven,
+            rows: varied.iter().map(|varied| varied.row).collect(),
             before: Before { motion: motion.save(), positions: empty.clone(), rates: empty.clone() },
             begun: None,
             motion,
@@ -156,6 +161,7 @@ impl<'f> DifferentiatedMotion<'f> {
             sides: Vec::new(),
             clear: f64::NEG_INFINITY,
             switched: Vec::new(),
+            ended: None,
             rule: Rule::shared(),
             tolerance: experiment.tolerance,
             kinematic,
@@ -164,7 +170,17 @@ impl<'f> DifferentiatedMotion<'f> {
         Ok(course)
     }
 
+    /// Takes over how inputs change with their rows from a time on.
+    fn vary_inputs(&mut self, time: f64, stops: bool) {
+        for (column, row) in self.rows.iter().enumerate() {
+            if let Some(row) = *row {
+                self.variational.vary_input(column, time, self.driven.share(row, time, stops));
+            }
+        }
+    }
+
     fn begin(&mut self) -> Result<(), AnalysisFailure> {
+        self.vary_inputs(self.motion.time(), false);
         let mut point = OperatingPoint::moving(&self.model, &self.motion.state())?;
         // What holds wherever it stands holds nothing of the start.
         for contact in self.model.program().instants.contacts().iter().filter(|contact| contact.state.place.is_some()) {
@@ -174,9 +190,9 @@ impl<'f> DifferentiatedMotion<'f> {
         let mechanical = self.formulated.equations.coordinates.len();
         let speeds = self.values(&point, Order::Velocity).rows(0, mechanical).into_owned();
         let refused = |what: String| AnalysisFailure::NoDerivative { time: point.time(), what };
-        let (positions, changes) =
-            start(&numbers, self.parameters, &speeds).map_err(|error| refused(error.to_string()))?;
-        check_repeated(&numbers, self.parameters, &positions).map_err(|_| {
+        let by = |row: RowBlock| self.by_parameters_alone(&numbers.block(row, ColumnBlock::Signals), point.time());
+        let (positions, changes) = start(&numbers, by, &speeds).map_err(|error| refused(error.to_string()))?;
+        check_repeated(&numbers, &by(RowBlock::Repeated), &positions).map_err(|_| {
             refused(
                 "redundant joints are compatible for these values only: a changed mechanism cannot be assembled".into(),
             )
@@ -237,6 +253,9 @@ impl<'f> DifferentiatedMotion<'f> {
         for knot in self.driven.knots([begin, end]) {
             let (now, later) = due.split_at(due.partition_point(|&time| time < knot));
             self.run_through(now, [knot, end - begin], most, &mut report)?;
+            if self.ended.is_some() {
+                return Ok(());
+            }
             self.pass_knot(knot, knot == end)?;
             due = later;
         }
@@ -247,6 +266,7 @@ impl<'f> DifferentiatedMotion<'f> {
     fn pass_knot(&mut self, time: f64, stops: bool) -> Result<(), AnalysisFailure> {
         self.driven.set(&mut self.motion, time, stops)?;
         self.guide.as_mut().map_or(Ok(()), |guide| self.driven.set(guide, time, stops))?;
+        self.vary_inputs(time, stops);
         self.go_on_anew()
     }
 
@@ -263,7 +283,7 @@ impl<'f> DifferentiatedMotion<'f> {
         for &time in begun {
             move_on(&mut self.motion, time)?;
             let state = [&self.positions, &self.rates];
-            report(read(&mut self.variational, &mut self.motion, &self.outputs, state)?);
+            report(read(&mut self.variational, &mut self.motion, &self.outputs, state, None)?);
         }
         if self.kinematic {
             return move_on(&mut self.motion, end);
@@ -357,7 +377,7 @@ impl<'f> DifferentiatedMotion<'f> {
         for &time in due {
             move_on(motion, time)?;
             variational.continued(time - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
-            found.push(read(variational, motion, outputs, [positions, rates])?);
+            found.push(read(variational, motion, outputs, [positions, rates], None)?);
         }
         move_on(motion, end)?;
         variational.continued(end - begin, [positions.as_mut_slice(), rates.as_mut_slice()]);
@@ -440,15 +460,17 @@ pub(super) fn move_on(motion: &mut Instance, time: f64) -> Result<(), AnalysisFa
     motion.take_passages().first().map_or(Ok(()), |passage| Err(singular_pose(passage.time)))
 }
 
-/// The outputs at the time of a motion, with these q_p and v_p; not a number where one has no value or no derivative.
+/// The outputs at the time of a motion, with these q_p and v_p, along with which the time may move; not a number where one has no value or no derivative.
 pub(super) fn read(
     variational: &mut Variational,
     motion: &mut Instance,
     outputs: &[usize],
     [positions, rates]: [&DMatrix<f64>; 2],
+    moves: Option<&[f64]>,
 ) -> Result<At, AnalysisFailure> {
     let mut derivatives = DMatrix::zeros(outputs.len(), positions.ncols());
-    variational.outputs(motion, [positions.as_slice(), rates.as_slice()], outputs, derivatives.as_mut_slice())?;
+    let state = [positions.as_slice(), rates.as_slice()];
+    variational.outputs(motion, state, moves, outputs, derivatives.as_mut_slice())?;
     let values = outputs.iter().map(|&output| motion.reading(output)).collect::<Result<_, _>>()?;
     Ok((DVector::from_vec(values), derivatives))
 }
