@@ -1,10 +1,11 @@
-"""A Gymnasium environment of the cart-pole in 40 lines, and its rate of steps beside Gymnasium's own InvertedPendulum, which MuJoCo moves.
+"""A Gymnasium environment of the cart-pole in 40 lines, and its rate of steps beside Gymnasium's own InvertedPendulum, which MuJoCo moves; then that of the two solvers alone.
 
-usage: environment.py [STEPS]        needs gymnasium; the comparison needs mujoco too
+usage: environment.py [STEPS]        needs gymnasium; the comparison needs mujoco and imageio too
 """
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import gymnasium
@@ -53,6 +54,17 @@ def rate(environment: gymnasium.Env, steps: int) -> tuple[float, float]:
     return steps / (time.perf_counter() - begun), steps / episodes
 
 
+def solver_rate(step: Callable[[float], object], reset: Callable[[], object], steps: int) -> float:
+    """Steps per second of a solver alone, with pushes drawn at random and a reset after 50 steps."""
+    pushes = np.random.default_rng(1).uniform(-3.0, 3.0, steps).tolist()
+    begun = time.perf_counter()
+    for index, push in enumerate(pushes):
+        if index % 50 == 0:
+            reset()
+        step(push)
+    return steps / (time.perf_counter() - begun)
+
+
 def main(steps: int) -> None:
     from gymnasium.utils.env_checker import check_env
 
@@ -67,6 +79,16 @@ def main(steps: int) -> None:
         return
     theirs, length = rate(other, steps)
     print(f"InvertedPendulum: {theirs:.0f} steps of 40 ms per second, resets among them; {length:.1f} steps per episode")
+    import mujoco
+
+    def push(force: float) -> None:
+        other.data.ctrl[0] = force / 100.0
+        mujoco.mj_step(other.model, other.data, nstep=other.frame_skip)
+
+    run = CartPole().run
+    alone = solver_rate(lambda force: run.step(0.04, push=force), run.reset, steps)
+    theirs = solver_rate(push, lambda: mujoco.mj_resetData(other.model, other.data), steps)
+    print(f"alone: Run.step {alone:.0f}, mj_step {theirs:.0f} steps of 40 ms per second")
 
 
 if __name__ == "__main__":
