@@ -281,7 +281,7 @@ fn what_is_wrong_is_said() {
     write("unit.csv", "time,block.x [kg]\n0,0.1\n1,0.1\n1.5,0\n");
     write("one.csv", "time,block.x\n0,0.1\n");
     for (to, vary, more, exit, messages) in [
-        ("unknown.csv", "damping", "", 2, &["`unknown.csv` names", "blok.x", "did you mean `block`"][..]),
+        ("unknown.csv", "damping", "", 2, &["`unknown.csv` names", "blok.x", "did you mean `block.x`"][..]),
         ("outside.csv", "damping", "", 2, &["3 of 5 times", "-1.0 s"]),
         ("unit.csv", "damping", "", 2, &["`kg`"]),
         ("one.csv", "damping", "", 2, &["1 measured values"]),

@@ -50,6 +50,7 @@ const CRATES: [Crate; 8] = [
             "linkage",
             "defects",
             "cognates",
+            "corridor",
             "limits",
             "function",
             "stroke",

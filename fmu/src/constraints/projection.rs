@@ -3,7 +3,7 @@
 //! The motion is corrected in the metric of the mass matrix (the tapes `project_position` and `project_velocity`); where drivers determine it there is one correction only.
 
 use super::initial::FULFILLED;
-use crate::constraints::reciprocals::is_any_within;
+use crate::constraints::reciprocals::is_within;
 use crate::failure::{Failure, LoopGap};
 use crate::linalg::SPACINGS;
 use crate::machine::Machine;
@@ -16,7 +16,7 @@ const LOOP_TOLERANCE: f64 = 1e-3;
 /// Loop equations that are not imposed may differ by the tolerance on the motion, but not by more or less than this, relative to their scale: what counts as closed at the
 /// start, and lengths that are typed with few digits.
 const CONSISTENT: [f64; 2] = [FULFILLED, 1e-6];
-/// Rounding errors of what drivers determine are divided by the distance from a singular pose: nearer than this share of the lever they are larger than the errors of steps.
+/// Rounding errors of what drivers determine are divided by the distance from a singular pose: nearer than this they are larger than the errors of steps.
 const NEAR_SINGULAR: f64 = 3e-4;
 /// What is as good as closed, in units of what is left alone.
 const TIGHT: f64 = 10.0;
@@ -140,7 +140,8 @@ impl Projection {
     /// The loops do not close there.
     pub fn tighten(&mut self, model: &Model, machine: &mut Machine, state: &mut State) -> Result<(), Failure> {
         machine.run(&model.program().tapes.acceleration);
-        if is_any_within(model, machine, NEAR_SINGULAR) {
+        let mut rows = model.program().tapes.reciprocal_pivots.iter();
+        if rows.any(|&register| is_within(machine.registers()[register as usize], NEAR_SINGULAR)) {
             return Ok(());
         }
         let noise = SPACINGS * largest(model, state.positions());

@@ -18,13 +18,6 @@ pub(crate) fn is_within(reciprocal: f64, distance: f64) -> bool {
     reciprocal.abs() > 1.0 / (distance * distance)
 }
 
-/// Is one of the rows of a driven mechanism, whose accelerations have just been evaluated, within this share of its lever of the others?
-pub(crate) fn is_any_within(model: &Model, machine: &Machine, share: f64) -> bool {
-    let rows = &model.program().tapes.reciprocal_pivots;
-    let values = rows.iter().map(|&register| machine.registers()[register as usize]);
-    values.into_iter().any(|value| !value.is_finite() || is_within(value, share * model.lever()))
-}
-
 /// Has a row with these two values of 1 / r^2 come so much closer to the others, or gone so much further from them, that it could have gone over to another
 /// branch? Not a number is a jump too.
 pub(crate) fn is_jump(one: f64, other: f64) -> bool {

@@ -4,7 +4,7 @@
 //! pose they amplify rounding errors. So values are found from those before and after, by polynomials through places at which the equations determine them. Several
 //! polynomials, none of which shares a place with the next one, must agree; what grows without bound, and what the motion does not determine, has no value.
 
-use crate::constraints::reciprocals::is_any_within;
+use crate::constraints::reciprocals::is_within;
 use crate::integrator::stepping::Stepper;
 use crate::machine::Machine;
 use crate::math::maximum;
@@ -54,7 +54,9 @@ struct Limit {
 
 /// How close to a singular pose the accelerations in the registers were evaluated.
 pub(crate) fn is_beside_pose(model: &Model, machine: &Machine) -> bool {
-    model.is_driven() && is_any_within(model, machine, BESIDE)
+    let (pivots, share) = (&model.program().tapes.reciprocal_pivots, BESIDE * model.lever());
+    let mut pivots = pivots.iter().map(|&place| machine.registers()[place as usize]);
+    model.is_driven() && pivots.any(|pivot| !pivot.is_finite() || is_within(pivot, share))
 }
 
 impl Limits {

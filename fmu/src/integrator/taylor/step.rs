@@ -48,7 +48,7 @@ impl Method for Taylor {
     /// A driven mechanism does not go on from where branches of its motion lie as close together as errors of steps: the loops are at the end of their reach there, or
     /// drivers turn back.
     fn goes_on(&self, context: &mut Context, run: &Run) -> Result<(), Failure> {
-        let near = context.model.is_driven() && self.guard.begins_within(STOPPED * context.model.lever());
+        let near = context.model.is_driven() && self.guard.begins_within(STOPPED);
         let stops = near && is_singular(context, run);
         let failure = if stops { end_of_reach(context, run) } else { None };
         failure.map_or(Ok(()), Err)
