@@ -2,7 +2,7 @@
 //!
 //! A mode of eight separate pendulums is eight modes of one each. Trials multiply within an island, a set of parts that share a loop equation, a load, a friction or something that touches, and add up over
 //! islands. What acts on what stands in the tapes: a result belongs to all coordinates that it is made of, where a contact that is open makes products of zero. So parts are joined once for all, when the
-//! program is known; what touches joins them for an instant (Mirtich, *Impulse-based Dynamic Simulation of Rigid Body Systems*, 1996, section 2, calls these contact groups).
+//! program is known; what touches joins them for an instant.
 
 use super::contact::{ContactValues, Place, is_closed};
 use super::modes::Choices;
