@@ -90,9 +90,8 @@ function answerButton(solution, k) {
   button.append(
     Object.assign(document.createElement("b"), { textContent: solution.class }),
     Object.assign(document.createElement("span"), {
-      textContent: `ground, bars: ${bars} mm; size ${+(1e3 * size).toPrecision(4)} mm; transmission angle at least ${+(180 / Math.PI * transmission).toPrecision(3)}°${
-        error > 1e-9 ? `; off by ${+(1e3 * error).toPrecision(2)} mm` : ""
-      }`,
+      textContent: `ground, bars: ${bars} mm; size ${+(1e3 * size).toPrecision(4)} mm; transmission angle at least ${+(180 / Math.PI * transmission)
+        .toPrecision(3)}°${error > 1e-9 ? `; off by ${+(1e3 * error).toPrecision(2)} mm` : ""}`,
     }),
   );
   button.addEventListener("click", () => {
