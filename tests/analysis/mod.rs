@@ -7,6 +7,7 @@ mod command;
 mod driven;
 mod equilibrium;
 mod feedback;
+mod laws;
 mod linear;
 mod one_sided;
 mod slopes;
