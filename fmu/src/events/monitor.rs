@@ -347,8 +347,10 @@ impl Monitor {
             let (place, law) = self.crossings[index];
             let next = self.crossings.get(index + 1).map(|(next, _)| *next).filter(|next| next - place > span.finest());
             let window = self.window(span, place, law);
+            // What it holds may end with zero at the switch that it ends with.
+            let within = window.map(|found| Overlooked { place: 0.5 * (found.begin + place), ..found });
             let middle = next.map(|next| Overlooked { begin: place, place: 0.5 * (place + next) });
-            for found in window.into_iter().chain(middle) {
+            for found in window.into_iter().chain(within).chain(middle) {
                 if !self.is_seen(span, found.place, excess) {
                     return Some(found);
                 }
