@@ -989,7 +989,7 @@ fn inputs_follow_their_ramps_behind_an_impact() {
     let text = r#"
 name = "wall"
 [inputs]
-push = { start = 1.0, unit = "N" }
+ramp = { start = 1.0, unit = "N" }
 [bodies.block]
 mass = 2.0
 [joints.rail]
@@ -1000,7 +1000,7 @@ limits = { max = 0.3, restitution = 0.5 }
 [loads.push]
 type = "force"
 on = "block"
-vector = ["push", 0]
+vector = ["ramp", 0]
 [initial]
 "rail.s" = 0.0
 "rail.v" = 0.0
@@ -1018,8 +1018,8 @@ tolerance = 1e-10
         for parts in [1, 7, 160] {
             let model = model(text);
             let mut run = started(&model, Some(method), 1.6, 1e-10);
-            let push = run.variable("push").unwrap();
-            run.set_derivative(push, 1, 0.4).unwrap();
+            let ramp = run.variable("ramp").unwrap();
+            run.set_derivative(ramp, 1, 0.4).unwrap();
             (1..=parts).for_each(|part| run.step_to(1.6 * f64::from(part) / f64::from(parts)).unwrap());
             let exact = 0.3 + s(1.6) - s(hit) - 1.5 * v(hit) * (1.6 - hit);
             let found = value(&mut run, "rail.s");

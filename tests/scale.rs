@@ -330,10 +330,11 @@ fn coarser_tolerances_take_no_more_work() {
 
 /// Equal legs carry one table: the loops have two coordinates in common, and the elimination fills all of the matrix.
 fn table(legs: usize) -> String {
+    let place = |leg: usize| 0.02 * leg as f64;
     let mut text = String::from("format = 1\nname = \"table\"\ngravity = [0, -9.81]\n[ground.points]\n");
-    (0..legs).for_each(|leg| writeln!(text, "p{leg} = [{leg}, 0]").unwrap());
+    (0..legs).for_each(|leg| writeln!(text, "p{leg} = [{:?}, 0]", place(leg)).unwrap());
     text += "[bodies.top]\nmass = 1\ninertia = 1\n[bodies.top.points]\n";
-    (0..legs).for_each(|leg| writeln!(text, "q{leg} = [{leg}, 0]").unwrap());
+    (0..legs).for_each(|leg| writeln!(text, "q{leg} = [{:?}, 0]", place(leg)).unwrap());
     for leg in 0..legs {
         let joint =
             |name: &str, between: &str| format!("[joints.{name}{leg}]\ntype = \"revolute\"\nbetween = [{between}]\n");
